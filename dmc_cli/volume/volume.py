@@ -1,0 +1,83 @@
+"""The volume: stored values on a regular grid, and what they mean.
+
+Conventions: a node is a grid sample; indices i, j, k run along x, y, z; the array is [k, j, i],
+x fastest. Values stay as they were stored: physical value = slope * stored value + intercept.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+Space = Literal["RAS", "LPS", "none"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Volume:
+    """A scan or field as it was stored, with the map to the world.
+
+    Attributes:
+        values: Stored values, shape (nz, ny, nx), C-contiguous, native byte order, an integer type of
+            8 to 64 bits or float32 or float64; a read-only memory map where the file allows it.
+        affine: Shape (4, 4), float64: node index (i, j, k, 1) to millimetres in `space`.
+        space: The world's axes: RAS, LPS, or none where the format tells no orientation.
+        slope: Physical value a stored unit; never 0.
+        intercept: Physical value of stored 0.
+        padding: Closed range of stored values that mean "no data" (DICOM's PixelPaddingValue), or None.
+            NaN and infinity always mean no data.
+        path: The input as the user named it.
+        files: The files that were read, in slice order.
+        format: The reader's name: nifti, nrrd, meta, dicom, raw, synthetic.
+        warnings: Sentences for the user, for example on a missing orientation.
+    """
+
+    values: np.ndarray[Any, np.dtype[Any]]
+    affine: np.ndarray[Any, np.dtype[np.float64]]
+    space: Space
+    slope: float = 1.0
+    intercept: float = 0.0
+    padding: tuple[float, float] | None = None
+    path: str = ""
+    files: tuple[Path, ...] = ()
+    format: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of nodes along x, y, z."""
+        nz, ny, nx = self.values.shape
+        return nx, ny, nz
+
+    @property
+    def spacing(self) -> tuple[float, float, float]:
+        """Distance of neighbouring nodes along x, y, z in millimetres."""
+        x, y, z = np.linalg.norm(self.affine[:3, :3], axis=0)
+        return float(x), float(y), float(z)
+
+    def value_range(self) -> tuple[float, float] | None:
+        """Smallest and largest finite physical value that is data, or None where there is none."""
+        low, high = _stored_range(self.values, self.padding)
+        if low is None or high is None:
+            return None
+        ends = sorted((self.slope * low + self.intercept, self.slope * high + self.intercept))
+        return ends[0], ends[1]
+
+
+def _stored_range(
+    values: np.ndarray[Any, np.dtype[Any]], padding: tuple[float, float] | None
+) -> tuple[float | None, float | None]:
+    """Smallest and largest stored value that is data, slice by slice to keep memory small."""
+    low: float | None = None
+    high: float | None = None
+    for plane in values:
+        data = plane
+        if plane.dtype.kind == "f":
+            data = data[np.isfinite(data)]
+        if padding is not None:
+            data = data[(data < padding[0]) | (data > padding[1])]
+        if data.size:
+            plane_low, plane_high = float(data.min()), float(data.max())
+            low = plane_low if low is None else min(low, plane_low)
+            high = plane_high if high is None else max(high, plane_high)
+    return low, high
