@@ -1,0 +1,65 @@
+# Every target prepares what it needs: on a machine with Python 3.10 or later and make only,
+# `make demo` and `make test` work in a fresh clone.
+
+VENV ?= .venv
+BIN := $(VENV)/bin
+PY := $(BIN)/python
+TESTS := $(PY) -m pytest
+DEMO_INPUT ?= sample_data/nifti
+export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
+
+.DEFAULT_GOAL := help
+.PHONY: help setup format lint types test test-all test-gpu test-faults cov golden bench bench-gpu demo smoke ci clean
+
+# The first Python that is new enough, whatever it is called
+FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
+	command -v $$name >/dev/null 2>&1 && \
+	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 && \
+	{ echo $$name; exit 0; }; done; exit 1
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+$(PY):
+	@python=$$($(FIND_PYTHON)) || { echo "no Python 3.10 or later with venv was found; install one (on Debian and Ubuntu: python3 python3-venv) or name it: make PYTHON=/path/to/python" >&2; exit 1; }; \
+	echo "creating $(VENV) with $$python"; "$$python" -m venv $(VENV)
+
+# The stamps depend on pyproject.toml: a changed dependency is installed by the next make
+$(VENV)/.installed: pyproject.toml | $(PY)
+	$(PY) -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(PY)
+	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@ $(VENV)/.installed
+
+setup: $(VENV)/.installed-dev ## create the environment with all that development needs
+
+format: $(VENV)/.installed-dev ## format the code and apply the safe fixes
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+lint: $(VENV)/.installed-dev ## ruff, formatting, import contracts, spelling
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/lint-imports
+	$(BIN)/typos
+
+types: $(VENV)/.installed-dev ## mypy, strict on host code
+	$(BIN)/mypy
+
+test: $(VENV)/.installed-dev ## the tests on CPU, without the slow ones
+	$(TESTS) -m "not slow and not gpu"
+
+test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length
+	$(TESTS) -m "not gpu" --hypothesis-profile=thorough
+
+test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no device
+	$(TESTS) -m gpu --require-cuda
+
+cov: $(VENV)/.installed-dev ## coverage of the host code
+	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term
+
+clean: ## remove build products and caches; the environment stays
+	rm -rf build dist demo .cache .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis .coverage
+	find . -name __pycache__ -type d -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -1,0 +1,66 @@
+"""What all tests share: the devices, the sample volumes, the profiles of hypothesis."""
+
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+hypothesis.settings.register_profile(
+    "default", deadline=None, print_blob=True, derandomize=True, max_examples=60
+)
+hypothesis.settings.register_profile("thorough", deadline=None, print_blob=True, max_examples=1000)
+hypothesis.settings.load_profile("default")
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--require-cuda",
+        action="store_true",
+        help="fail the tests that need a CUDA device, instead of skipping them, where there is none",
+    )
+
+
+@pytest.fixture(scope="session")
+def has_cuda():
+    import warp as wp
+
+    wp.config.quiet = True
+    wp.init()
+    return wp.is_cuda_available()
+
+
+@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def device(request):
+    """The name of each device in turn; a test with it proves the same fact on CPU and on CUDA."""
+    if request.param != "cpu" and not request.getfixturevalue("has_cuda"):
+        if request.config.getoption("--require-cuda"):
+            pytest.fail("no CUDA device is usable, and --require-cuda asks for one")
+        pytest.skip("no CUDA device is usable")
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def sample_data():
+    """The folder of small real volumes that come with the project."""
+    return ROOT / "sample_data"
+
+
+@pytest.fixture(scope="session")
+def shared_data():
+    """The folder of further real volumes, which lies beside the checkout on some machines."""
+    return _beside_checkout("data")
+
+
+@pytest.fixture(scope="session")
+def shared_reference():
+    """The folder of reference counts, which lies beside the checkout on some machines."""
+    return _beside_checkout("reference")
+
+
+def _beside_checkout(name):
+    path = ROOT.parent / "shared" / name
+    if not path.is_dir():
+        pytest.skip(f"{path} is not on this machine")
+    return path
