@@ -5,7 +5,8 @@ Python API takes them as they are. Settings are immutable and hold plain values 
 """
 
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from dmc_cli.errors import SettingsError
@@ -19,6 +20,10 @@ Placement = Literal["exact"]
 Border = Literal["open", "closed"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
+Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
+
+STREAM = "-"
+"""The path that means standard input or standard output."""
 
 
 def check_choice(name: str, value: object, choices: object) -> None:
@@ -84,3 +89,60 @@ class SurfaceSettings:
         check_choice("placement", self.placement, Placement)
         check_choice("border", self.border, Border)
         check_choice("orientation", self.orientation, Orientation)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputSettings:
+    """What to write where, and what must hold before it is written.
+
+    `path` and `report` may be `-`, standard output. Without `output_format` the suffix of `path`
+    chooses it. `require` lists what the mesh must be; `check` verifies every invariant of the result;
+    `dry_run` stops after the forecast; `memory` is the budget in bytes that the forecast is held
+    against.
+    """
+
+    path: str
+    output_format: OutputFormat | None = None
+    normals: bool = True
+    space: OutputSpace = "native"
+    ascii: bool = False
+    force: bool = False
+    allow_empty: bool = False
+    report: str | None = None
+    require: tuple[Requirement, ...] = ()
+    check: bool = False
+    dry_run: bool = False
+    memory: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        if self.output_format is not None:
+            check_choice("output_format", self.output_format, OutputFormat)
+        check_choice("space", self.space, OutputSpace)
+        for requirement in self.require:
+            check_choice("require", requirement, Requirement)
+        if self.memory is not None and self.memory < 1:
+            raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
+        if self.path == STREAM and self.report == STREAM:
+            raise SettingsError(
+                "the mesh and the report are both sent to standard output; give one of them a file's name"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConvertSettings:
+    """Everything that `dmc convert` needs to know; `input` is a path, `-` or `synth:FIELD:N`."""
+
+    input: str
+    surface: SurfaceSettings
+    output: OutputSettings
+    read: ReadSettings = field(default_factory=ReadSettings)
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", self.device):
+            raise SettingsError(f"device is {self.device!r}; expected auto, cpu, cuda or cuda:N")
+        if self.threads is not None and self.threads < 1:
+            raise SettingsError(f"threads is {self.threads}; expected 1 or more")

@@ -1,0 +1,43 @@
+"""How a long run tells what it is doing, without knowing who listens; imports nothing heavy.
+
+The pipeline and the readers report to a `Progress`. `SILENT` is the default of the Python API; the
+command line hands in one that draws a bar on a terminal.
+"""
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import Protocol
+
+
+class Progress(Protocol):
+    """Who listens to a run."""
+
+    def stage(self, name: str) -> AbstractContextManager[None]:
+        """Announce a stage for as long as the context is open; stages may nest."""
+        ...
+
+    def advance(self, fraction: float) -> None:
+        """Tell how much of the innermost stage is done, from 0 to 1."""
+        ...
+
+    def note(self, text: str) -> None:
+        """Tell a fact that is worth a line where the user asked for details."""
+        ...
+
+
+class SilentProgress:
+    """Nobody listens."""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Do nothing but run the body."""
+        yield
+
+    def advance(self, fraction: float) -> None:
+        """Do nothing."""
+
+    def note(self, text: str) -> None:
+        """Do nothing."""
+
+
+SILENT = SilentProgress()
