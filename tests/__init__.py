@@ -1,0 +1,1 @@
+"""Tests: one fact a test, and its name says the fact."""
