@@ -76,7 +76,7 @@ def coordinates(nodes: int) -> tuple[Array, Array, Array]:
 def paper_field(name: str, nodes: int) -> Volume:
     """One of the papers' fields, evaluated in float64 and rounded to float32."""
     values = FORMULAS[name](*coordinates(nodes)).astype(np.float32)
-    values.flags.writeable = False
+    values.setflags(write=False)
     return volume_of(values)
 
 

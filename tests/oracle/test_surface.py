@@ -1,8 +1,5 @@
 """The oracle's surfaces of small volumes with known answers, and the reference counts."""
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -21,16 +18,8 @@ from tests.oracle.edges import edge_use, pinched_vertex_count
 from tests.oracle.faces import joins_inside
 from tests.oracle.quads import polygon_fans
 from tests.oracle.surface import extract_oracle_surface
+from tests.reference import rows_of_size
 
-ROWS = [
-    row
-    for row in csv.DictReader(
-        line
-        for line in (Path(__file__).parents[1] / "data" / "regression_counts.csv").read_text().splitlines()
-        if not line.startswith("#")
-    )
-    if int(row["n"]) == 32
-]
 NON_MANIFOLD_COUNTS = {
     "1-Edge": (35, 26, 1, 0),
     "2-Edge": (31, 20, 2, 0),
@@ -134,7 +123,7 @@ def test_fans_are_the_runs_of_polygon_edges_with_quads(with_quad, fans):
     assert polygon_fans((0, 1, 2, 3), with_quad) == [frozenset(fan) for fan in fans]
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['field']}-{row['n']}")
+@pytest.mark.parametrize("row", rows_of_size(32), ids=lambda row: f"{row['field']}-{row['n']}")
 def test_the_counts_of_the_papers_fields_are_exact(row):
     surface = extract(paper_field(row["field"], int(row["n"])), topology="asymptotic")
     use = edge_use(surface)
