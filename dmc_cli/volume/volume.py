@@ -14,6 +14,30 @@ Space = Literal["RAS", "LPS", "none"]
 
 
 @dataclass(frozen=True, kw_only=True)
+class VolumeEntry:
+    """One volume of an input, as `dmc info` lists it, without its values.
+
+    Attributes:
+        number: What `--series` takes to choose it, from 1.
+        description: The series' own description, or the format's name.
+        modality: DICOM's modality (CT, MR, ...), else empty.
+        size: Nodes along x, y, z.
+        uid: DICOM's SeriesInstanceUID, else empty.
+    """
+
+    number: int = 1
+    description: str = ""
+    modality: str = ""
+    size: tuple[int, int, int]
+    uid: str = ""
+
+    @property
+    def slices(self) -> int:
+        """Number of slices."""
+        return self.size[2]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Volume:
     """A scan or field as it was stored, with the map to the world.
 
@@ -26,6 +50,10 @@ class Volume:
         intercept: Physical value of stored 0.
         padding: Closed range of stored values that mean "no data" (DICOM's PixelPaddingValue), or None.
             NaN and infinity always mean no data.
+        slice_positions: Unevenly spaced slices: shape (nz,), float64, millimetres of slice k along the
+            affine's third axis, from 0 and increasing; node (i, j, k) lies at the affine's image of
+            (i, j, slice_positions[k] / spacing[2]), and between two slices positions are linear in k.
+            None where slice k lies at k * spacing[2].
         path: The input as the user named it.
         files: The files that were read, in slice order.
         format: The reader's name: nifti, nrrd, meta, dicom, raw, synthetic.
@@ -38,6 +66,7 @@ class Volume:
     slope: float = 1.0
     intercept: float = 0.0
     padding: tuple[float, float] | None = None
+    slice_positions: np.ndarray[Any, np.dtype[np.float64]] | None = None
     path: str = ""
     files: tuple[Path, ...] = ()
     format: str = ""

@@ -1,0 +1,53 @@
+"""Memory for a volume's values: asked for once, and refused where it cannot fit."""
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import MemoryBudgetError
+
+
+def available_bytes() -> int | None:
+    """Memory that can be had without swapping, in bytes, or None where the system does not tell."""
+    try:
+        with Path("/proc/meminfo").open(encoding="ascii") as table:
+            for line in table:
+                if line.startswith("MemAvailable:"):
+                    return int(line.split()[1]) * 1024
+    except (OSError, ValueError, IndexError):
+        pass
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+def allocate_values(
+    name: str, shape: tuple[int, int, int], dtype: np.dtype[Any] | type
+) -> np.ndarray[Any, np.dtype[Any]]:
+    """An unset array in native byte order, shape (nz, ny, nx).
+
+    Args:
+        name: The input, for the message.
+        shape: Nodes along x, y, z.
+        dtype: Type of a value; its byte order is ignored.
+
+    Raises:
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    native = np.dtype(dtype).newbyteorder("=")
+    needed = math.prod(shape) * native.itemsize
+    available = available_bytes()
+    message = (
+        f"{name}: {needed / 2**20:,.0f} MiB needed for {' x '.join(map(str, shape))} values of {native}; "
+        f"{(available or 0) / 2**20:,.0f} MiB of memory are free; use a smaller volume or a larger machine"
+    )
+    if available is not None and needed > available:
+        raise MemoryBudgetError(message)
+    try:
+        return np.empty(shape[::-1], native)
+    except (MemoryError, ValueError) as error:
+        raise MemoryBudgetError(message) from error

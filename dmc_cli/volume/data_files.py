@@ -1,0 +1,48 @@
+"""Data files that a header names: a list of them, or a pattern such as slice%03d.raw with a range."""
+
+import re
+from pathlib import Path
+
+from dmc_cli.errors import DamagedVolumeError, VolumeError
+
+MAX_FILES = 100_000
+"""More files than any volume has slices."""
+
+
+def listed_files(header: Path, lines: list[str], name: str) -> tuple[Path, ...]:
+    """The files of a list, relative to the header's folder.
+
+    Raises:
+        VolumeError: A file is not there.
+        DamagedVolumeError: The list is empty.
+    """
+    if not lines:
+        raise DamagedVolumeError(f"{name}: an empty list of data files found; expected one file a line")
+    files = tuple(header.parent / line for line in lines)
+    missing = next((file for file in files if not file.exists()), None)
+    if missing is not None:
+        raise VolumeError(f"{name}: its data file {missing.name!r} is not there; put it beside the header")
+    return files
+
+
+def pattern_files(header: Path, pattern: str, span: list[str], name: str) -> tuple[Path, ...]:
+    """The files of a printf pattern for the numbers first, last (included) and step.
+
+    Raises:
+        VolumeError: A file is not there.
+        DamagedVolumeError: Pattern or range make no sense.
+    """
+    wrong = (
+        f"{name}: data file pattern {pattern[:60]!r} with range {' '.join(span)[:60]!r} found; "
+        "expected one %d, first, last and step"
+    )
+    if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", pattern):
+        raise DamagedVolumeError(wrong)
+    try:
+        first, last, step = (int(word) for word in span)
+    except ValueError as error:
+        raise DamagedVolumeError(wrong) from error
+    if step == 0 or not 0 <= (last - first) // step < MAX_FILES:
+        raise DamagedVolumeError(wrong)
+    numbers = range(first, last + (1 if step > 0 else -1), step)
+    return listed_files(header, [pattern % number for number in numbers], name)

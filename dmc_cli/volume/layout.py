@@ -1,0 +1,196 @@
+"""Where a volume's values lie in its files, and what they mean.
+
+A format's reader turns a header into a `Layout` and touches no values; `values.py` loads the values of
+any layout. So sizes are checked against files in one place, before anything is allocated.
+"""
+
+import math
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.volume.volume import Space
+
+Encoding = Literal["raw", "gzip", "bzip2", "text", "hex"]
+"""How values are stored: raw bytes; a gzip or zlib stream; bzip2; decimal text; hexadecimal digits."""
+
+FROM_END = -1
+"""As `Layout.offset`: the values are the last bytes of the file, whatever stands before them."""
+
+MILLIMETRES = {
+    "m": 1e3,
+    "meter": 1e3,
+    "metre": 1e3,
+    "cm": 10.0,
+    "mm": 1.0,
+    "millimeter": 1.0,
+    "millimetre": 1.0,
+    "um": 1e-3,
+    "µm": 1e-3,
+    "μm": 1e-3,
+    "micron": 1e-3,
+    "microns": 1e-3,
+    "micrometer": 1e-3,
+    "micrometre": 1e-3,
+    "nm": 1e-6,
+}
+"""Length of a unit, as headers spell it, in millimetres."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """A volume whose values are still in its files.
+
+    Attributes:
+        name: The input as the user named it, for messages.
+        shape: Nodes along x, y, z; x is the fastest in the files.
+        dtype: Type of a stored value, with its byte order.
+        affine: Shape (4, 4), float64: node index (i, j, k, 1) to millimetres in `space`.
+        space: The world's axes.
+        files: Files that hold the values, in order; each holds an equal share.
+        start: Bytes of a header in front of everything, counted before decoding.
+        line_skip: Lines to skip after that, counted before decoding.
+        offset: Bytes to skip after that, counted after decoding; `FROM_END`: see there.
+        encoding: How the values are stored.
+        components: Values a node, stored beside each other; `component` is the one to read.
+        volumes: Volumes one after the other; `volume` is the one to read.
+        slope: Physical value a stored unit.
+        intercept: Physical value of stored 0.
+        format: The reader's name.
+        warnings: Sentences for the user.
+    """
+
+    name: str
+    shape: tuple[int, int, int]
+    dtype: np.dtype[Any]
+    affine: np.ndarray[Any, np.dtype[np.float64]]
+    space: Space
+    files: tuple[Path, ...]
+    format: str
+    start: int = 0
+    offset: int = 0
+    line_skip: int = 0
+    encoding: Encoding = "raw"
+    components: int = 1
+    component: int = 0
+    volumes: int = 1
+    volume: int = 0
+    slope: float = 1.0
+    intercept: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def volume_bytes(self) -> int:
+        """Bytes of one volume with all its components."""
+        return math.prod(self.shape) * self.components * self.dtype.itemsize
+
+
+def check_file(path: Path, name: str) -> int:
+    """Size in bytes of a regular, readable, non-empty file.
+
+    Raises:
+        VolumeError: There is no such file, it cannot be read, or it is no regular file.
+        DamagedVolumeError: It is empty.
+    """
+    try:
+        status = path.stat()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise VolumeError(f"{name}: cannot be opened ({reason}); check the path") from error
+    if not stat.S_ISREG(status.st_mode):
+        raise VolumeError(
+            f"{name}: found something that is not a regular file; expected a file with a volume"
+        )
+    if not os.access(path, os.R_OK):
+        raise VolumeError(f"{name}: no permission to read it; check the file's access rights")
+    if status.st_size == 0:
+        raise DamagedVolumeError(f"{name}: the file is empty; expected a volume; get the file again")
+    return status.st_size
+
+
+def check_shape(name: str, shape: tuple[int, ...]) -> None:
+    """Raise VolumeError unless there are three axes with at least two nodes each."""
+    nodes = " x ".join(str(n) for n in shape)
+    if len(shape) != 3:
+        raise UnsupportedFormatError(f"{name}: {nodes} nodes found; expected a volume with three axes")
+    if any(n < 1 for n in shape):
+        raise DamagedVolumeError(
+            f"{name}: {nodes} nodes found; expected positive numbers; the header is damaged"
+        )
+    if any(n < 2 for n in shape):
+        raise VolumeError(
+            f"{name}: {nodes} nodes found; a surface needs at least two along each axis; "
+            "give the whole volume, not a single slice"
+        )
+
+
+def check_affine(name: str, affine: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+    """Raise DamagedVolumeError unless the affine is finite and its three axes span the space."""
+    if not np.isfinite(affine).all():
+        raise DamagedVolumeError(
+            f"{name}: the header's geometry is not finite; expected spacing, axes and origin"
+        )
+    lengths = np.linalg.norm(affine[:3, :3], axis=0)
+    with np.errstate(all="ignore"):
+        volume = abs(np.linalg.det(affine[:3, :3] / lengths)) if lengths.all() else 0.0
+    if not np.isfinite(lengths).all() or not volume > 1e-6:
+        raise DamagedVolumeError(
+            f"{name}: the header's axes do not span the space (spacings "
+            f"{', '.join(f'{length:g}' for length in lengths)} mm); expected three independent axes"
+        )
+
+
+def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type itself if a volume can hold it: integers of 8 to 64 bits, float32, float64.
+
+    Raises:
+        UnsupportedFormatError: Complex, colour and other types.
+    """
+    if dtype.kind in "iu" or (dtype.kind == "f" and dtype.itemsize in (4, 8)):
+        return dtype
+    raise UnsupportedFormatError(
+        f"{name}: values of type {dtype} found; expected integers of 8 to 64 bits, float32 or float64; "
+        "convert the volume to one of these"
+    )
+
+
+def chosen_index(name: str, count: int, volume_index: int | None, what: str = "volumes") -> int:
+    """Which of `count` volumes to read.
+
+    Raises:
+        AmbiguousVolumeError: There are several and none was chosen.
+        SettingsError: The chosen one does not exist.
+    """
+    if volume_index is None:
+        if count == 1:
+            return 0
+        raise AmbiguousVolumeError(
+            f"{name}: {count} {what} found; expected one; choose with --volume-index N, N from 0 to "
+            f"{count - 1}"
+        )
+    if not 0 <= volume_index < count:
+        raise SettingsError(
+            f"volume_index is {volume_index}; {name} holds {count} {what}; expected 0 to {count - 1} "
+            "(--volume-index)"
+        )
+    return volume_index
+
+
+def scale_affine(
+    spacing: tuple[float, float, float], origin: tuple[float, float, float]
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The affine of a grid along the world's axes, shape (4, 4); `spacing` and `origin` in millimetres."""
+    affine = np.diag([*spacing, 1.0]).astype(np.float64)
+    affine[:3, 3] = origin
+    return affine

@@ -1,0 +1,386 @@
+"""NRRD: .nrrd with its values, .nhdr with detached ones; every encoding of the format but `zrl`.
+
+The header is read here and not by pynrrd, which refuses files that users have: lists and patterns of
+data files, `encoding: hex`, repeated fields, `space` beside `spacings`. Named spaces become RAS or
+LPS; a left-handed or scanner space, or none, keeps the header's own coordinates with space none.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.data_files import listed_files, pattern_files
+from dmc_cli.volume.layout import (
+    FROM_END,
+    MILLIMETRES,
+    Encoding,
+    Layout,
+    check_file,
+    check_shape,
+    chosen_index,
+    scale_affine,
+)
+from dmc_cli.volume.volume import Space
+
+MAX_HEADER = 1 << 20
+"""Longest header that is read; real ones have some hundred bytes."""
+
+TYPES = {
+    "int8": ("signed char", "int8", "int8_t"),
+    "uint8": ("uchar", "unsigned char", "uint8", "uint8_t"),
+    "int16": ("short", "short int", "signed short", "signed short int", "int16", "int16_t"),
+    "uint16": ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"),
+    "int32": ("int", "signed int", "int32", "int32_t"),
+    "uint32": ("uint", "unsigned int", "uint32", "uint32_t"),
+    "int64": (
+        "longlong",
+        "long long",
+        "long long int",
+        "signed long long",
+        "signed long long int",
+        "int64",
+        "int64_t",
+    ),
+    "uint64": ("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"),
+    "float32": ("float",),
+    "float64": ("double",),
+}
+"""NumPy's name of a type to the format's spellings."""
+
+ENCODINGS: dict[str, Encoding] = {
+    "raw": "raw",
+    "txt": "text",
+    "text": "text",
+    "ascii": "text",
+    "hex": "hex",
+    "gz": "gzip",
+    "gzip": "gzip",
+    "bz2": "bzip2",
+    "bzip2": "bzip2",
+}
+
+SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
+    "right-anterior-superior": ("RAS", (1, 1, 1)),
+    "ras": ("RAS", (1, 1, 1)),
+    "left-anterior-superior": ("RAS", (-1, 1, 1)),
+    "las": ("RAS", (-1, 1, 1)),
+    "left-posterior-superior": ("LPS", (1, 1, 1)),
+    "lps": ("LPS", (1, 1, 1)),
+    "scanner-xyz": ("none", (1, 1, 1)),
+    "3d-right-handed": ("none", (1, 1, 1)),
+    "3d-left-handed": ("none", (1, 1, 1)),
+}
+"""Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
+
+SPATIAL_KINDS = {"domain", "space"}
+VALUE_KINDS = re.compile(r".*(vector|color|matrix|point|normal|gradient|quaternion|complex)$")
+"""Kinds of an axis along which one node has several numbers, none of which stands for the node alone."""
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """Which axes are space and how many numbers lie before (components) and behind (volumes) them."""
+
+    spatial: tuple[int, int, int]
+    components: int
+    volumes: int
+    value_kind: str
+
+
+def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
+    """The layout of a NRRD file; of a 4-D one the part `settings.volume_index`.
+
+    Raises:
+        UnsupportedFormatError: No NRRD file, or a variant of it that is not read.
+        DamagedVolumeError: The header contradicts itself.
+        AmbiguousVolumeError: Several volumes, and none chosen.
+    """
+    check_file(path, name)
+    fields, header_bytes, trailing = _read_header(path, name)
+    sizes = _numbers(fields, "sizes", name, int)
+    axes = _axes(fields, sizes, name)
+    shape = tuple(sizes[a] for a in axes.spatial)
+    check_shape(name, shape)
+    dtype = _dtype(fields, name)
+    affine, space, notes = _geometry(fields, axes, name)
+    component, volume = _choice(axes, settings, name)
+    encoding = ENCODINGS.get(fields.get("encoding", "raw").lower())
+    if encoding is None:
+        known = ", ".join(dict.fromkeys(ENCODINGS.values()))
+        raise UnsupportedFormatError(
+            f"{name}: encoding {fields['encoding']!r} found; expected one of {known}"
+        )
+    files = _data_files(path, fields, trailing, len(sizes), name)
+    return Layout(
+        name=name,
+        shape=(shape[0], shape[1], shape[2]),
+        dtype=dtype,
+        affine=affine,
+        space=space,
+        files=files,
+        start=header_bytes if files == (path,) else 0,
+        offset=_skip(fields, "byte skip", name),
+        line_skip=_skip(fields, "line skip", name),
+        encoding=encoding,
+        components=axes.components,
+        component=component,
+        volumes=axes.volumes,
+        volume=volume,
+        format="nrrd",
+        warnings=notes,
+    )
+
+
+def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
+    """Fields by lower-case name, the header's length, and the lines after `data file: LIST`."""
+    with path.open("rb") as file:
+        start = file.read(MAX_HEADER)
+    if not re.match(rb"NRRD00\d\d", start):
+        raise UnsupportedFormatError(
+            f"{name}: no NRRD file (it does not begin with NRRD000); choose another --input-format"
+        )
+    fields: dict[str, str] = {}
+    trailing: list[str] = []
+    position = start.find(b"\n") + 1
+    while 0 < position < len(start):
+        end = start.find(b"\n", position)
+        line = start[position : end if end >= 0 else len(start)].decode("utf-8", "replace").strip("\r\n\t ")
+        position = end + 1 if end >= 0 else len(start)
+        if not line:
+            break
+        if "data file" in fields and fields["data file"].split()[:1] == ["LIST"]:
+            trailing.append(line)
+        elif not line.startswith("#") and not re.match(r"[^:]*:=", line):
+            key, separator, value = line.partition(":")
+            if not separator:
+                raise DamagedVolumeError(f"{name}: header line {line[:60]!r} found; expected `field: value`")
+            key = {"datafile": "data file", "byteskip": "byte skip", "lineskip": "line skip"}.get(
+                key.strip().lower(), key.strip().lower()
+            )
+            fields.setdefault(key, value.strip())
+    else:
+        if position >= MAX_HEADER:
+            raise DamagedVolumeError(
+                f"{name}: no end of the header in its first {MAX_HEADER} bytes; expected an empty line"
+            )
+    for key in ("type", "dimension", "sizes", "encoding"):
+        if key not in fields:
+            raise DamagedVolumeError(
+                f"{name}: the header has no field {key!r}; expected type, dimension, sizes, encoding"
+            )
+    return fields, position, trailing
+
+
+def _numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any]:
+    """The numbers of a field."""
+    try:
+        return [kind(word) for word in fields[key].split()]
+    except ValueError as error:
+        raise DamagedVolumeError(
+            f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
+        ) from error
+
+
+def _skip(fields: dict[str, str], key: str, name: str) -> int:
+    if key not in fields:
+        return 0
+    numbers = _numbers(fields, key, name, int)
+    least = FROM_END if key == "byte skip" else 0
+    if len(numbers) != 1 or not least <= numbers[0] <= 2**40:
+        raise DamagedVolumeError(
+            f"{name}: {key} {fields[key][:60]!r} found in the header; expected one number"
+        )
+    return int(numbers[0])
+
+
+def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
+    """Type of a value, with its byte order."""
+    wanted = " ".join(fields["type"].lower().split())
+    found = next((numpy for numpy, spellings in TYPES.items() if wanted in spellings), None)
+    if found is None:
+        raise UnsupportedFormatError(
+            f"{name}: type {fields['type'][:60]!r} found; expected integers, float or double"
+        )
+    order = fields.get("endian", "little").lower()
+    if order not in ("little", "big"):
+        raise DamagedVolumeError(f"{name}: endian {order[:60]!r} found; expected little or big")
+    text = ENCODINGS.get(fields["encoding"].lower()) == "text"
+    return np.dtype(found).newbyteorder("=" if text else ">" if order == "big" else "<")
+
+
+def _per_axis(text: str) -> list[str]:
+    """The entries of a field with one entry an axis: words, "quoted words" or (vectors, in, brackets)."""
+    return re.findall(r'"[^"]*"|\([^)]*\)|[^\s()"]+', text)
+
+
+def _axes(fields: dict[str, str], sizes: list[int], name: str) -> _Axes:
+    """Tell the three axes of space from the others."""
+    if str(len(sizes)) != fields["dimension"].strip():
+        raise DamagedVolumeError(
+            f"{name}: dimension {fields['dimension'][:20]} found, but {len(sizes)} sizes"
+        )
+    if any(n < 1 for n in sizes) or len(sizes) > 16:
+        raise DamagedVolumeError(f"{name}: sizes {fields['sizes'][:60]!r} found; expected positive numbers")
+    kinds = [kind.lower() for kind in _per_axis(fields.get("kinds", ""))]
+    directions = _per_axis(fields.get("space directions", ""))
+    if len(directions) == len(sizes):
+        spatial = [a for a, d in enumerate(directions) if d.lower() != "none"]
+        if len(spatial) > 3:  # a space with time: the axis that moves in time only is none of space
+            spatial = [a for a in spatial if any(_vector(directions[a], name)[:3])]
+    elif len(kinds) == len(sizes) and any(k in SPATIAL_KINDS for k in kinds):
+        spatial = [a for a, kind in enumerate(kinds) if kind in SPATIAL_KINDS]
+    else:
+        spatial = list(range(len(sizes)))
+    if len(spatial) > 3:
+        spatial = (
+            [a for a in spatial if sizes[a] > 1 or a < 3][:3] if len(kinds) != len(sizes) else spatial[:3]
+        )
+    if len(spatial) != 3 or spatial[2] - spatial[0] != 2 + sum(sizes[a] == 1 for a in _between(spatial)):
+        raise UnsupportedFormatError(
+            f"{name}: sizes {' x '.join(map(str, sizes))} found; expected three neighbouring axes of space, "
+            "and at most others before or behind them"
+        )
+    value_kind = next(
+        (kinds[a] for a in range(spatial[0]) if len(kinds) == len(sizes) and VALUE_KINDS.match(kinds[a])), ""
+    )
+    return _Axes(
+        (spatial[0], spatial[1], spatial[2]),
+        math.prod(sizes[: spatial[0]]),
+        math.prod(sizes[spatial[2] + 1 :]),
+        value_kind,
+    )
+
+
+def _between(spatial: list[int]) -> list[int]:
+    return [a for a in range(spatial[0], spatial[-1]) if a not in spatial]
+
+
+def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
+    """Component and volume to read; numbered with the components fastest."""
+    if axes.value_kind and axes.components > 1 and settings.volume_index is None:
+        raise UnsupportedFormatError(
+            f"{name}: every node holds {axes.components} numbers ({axes.value_kind}); expected one; "
+            f"choose a component with --volume-index N, N from 0 to {axes.components * axes.volumes - 1}"
+        )
+    volume, component = divmod(
+        chosen_index(name, axes.components * axes.volumes, settings.volume_index), axes.components
+    )
+    return component, volume
+
+
+def _vector(text: str, name: str) -> list[float]:
+    try:
+        return [float(word) for word in text.strip("()").split(",")]
+    except ValueError as error:
+        raise DamagedVolumeError(
+            f"{name}: vector {text[:60]!r} found in the header; expected (number,number,number)"
+        ) from error
+
+
+def _geometry(
+    fields: dict[str, str], axes: _Axes, name: str
+) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
+    """Affine in millimetres, its space, and warnings."""
+    spelled = re.sub(r"(-time|(?<=^(?:ras|las|lps))t)$", "", fields.get("space", "").lower())
+    directions = _per_axis(fields.get("space directions", ""))
+    notes: list[str] = []
+    if spelled == "3d-left-handed":
+        notes.append(
+            "the header's space is left-handed: in a right-handed viewer its mesh is the mirror image"
+        )
+    if not directions:
+        if spelled in SPACES and SPACES[spelled][0] != "none":
+            notes.append(
+                f"the header names the space {spelled} but no directions; axes are the grid's own, space none"
+            )
+        return _unoriented(fields, axes, name, notes), "none", tuple(notes)
+    if spelled and spelled not in SPACES:
+        raise UnsupportedFormatError(f"{name}: space {spelled!r} found; expected one of {', '.join(SPACES)}")
+    space, signs = SPACES[spelled] if spelled else ("none", (1.0, 1.0, 1.0))
+    if len(directions) <= axes.spatial[2]:
+        raise DamagedVolumeError(f"{name}: {len(directions)} space directions found; expected one an axis")
+    columns = [_vector(directions[a], name) for a in axes.spatial]
+    origin = _vector(fields["space origin"], name) if "space origin" in fields else [0.0, 0.0, 0.0]
+    if any(len(v) not in (3, 4) for v in [*columns, origin]):
+        raise UnsupportedFormatError(
+            f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
+        )
+    units = [u.strip('"').strip() for u in _per_axis(fields.get("space units", ""))][:3]
+    scale = np.array([_unit(u, notes) for u in units] + [1.0] * (3 - len(units)))
+    affine = np.eye(4)
+    affine[:3, :3] = np.array([c[:3] for c in columns]).T
+    affine[:3, 3] = origin[:3]
+    affine[:3] *= (scale * np.array(signs))[:, None]
+    return affine, space, tuple(notes)
+
+
+def _unit(unit: str, notes: list[str]) -> float:
+    """Length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
+    found = MILLIMETRES.get(unit.lower())
+    if found is None and unit and unit != "???":
+        notes.append(f"the header's unit of length {unit!r} is unknown; taken as millimetres")
+    return found or 1.0
+
+
+def _unoriented(
+    fields: dict[str, str], axes: _Axes, name: str, notes: list[str]
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The affine along the grid's axes, from spacings or from axis mins and maxs."""
+
+    def entry(key: str, axis: int) -> float:
+        words = _per_axis(fields.get(key, ""))
+        try:
+            return float(words[axis]) if axis < len(words) else math.nan
+        except ValueError as error:
+            raise DamagedVolumeError(
+                f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
+            ) from error
+
+    sizes = _numbers(fields, "sizes", name, int)
+    units = _per_axis(fields.get("units", ""))
+    centers = _per_axis(fields.get("centers", fields.get("centerings", "")))
+    spacing, origin = [], []
+    for axis in axes.spatial:
+        is_cell = axis < len(centers) and centers[axis].lower() == "cell"
+        low, high, step = entry("axis mins", axis), entry("axis maxs", axis), entry("spacings", axis)
+        if math.isnan(step) and not math.isnan(low) and not math.isnan(high):
+            step = (high - low) / (sizes[axis] if is_cell else max(sizes[axis] - 1, 1))
+        step = 1.0 if math.isnan(step) else step
+        scale = _unit(units[axis].strip('"'), notes) if axis < len(units) else 1.0
+        spacing.append(step * scale)
+        origin.append(0.0 if math.isnan(low) else (low + (step / 2 if is_cell else 0.0)) * scale)
+    return scale_affine((spacing[0], spacing[1], spacing[2]), (origin[0], origin[1], origin[2]))
+
+
+def _data_files(
+    path: Path, fields: dict[str, str], trailing: list[str], dimension: int, name: str
+) -> tuple[Path, ...]:
+    """The files with the values, in order; the file itself where they are attached."""
+    if "data file" not in fields:
+        return (path,)
+    words = fields["data file"].split()
+    if not words:
+        raise DamagedVolumeError(
+            f"{name}: an empty data file field found; expected a file, a pattern or LIST"
+        )
+    if words[0] == "LIST":
+        subdim = words[1] if len(words) > 1 else str(dimension - 1)
+        if subdim not in (str(dimension - 1), str(dimension)):
+            raise UnsupportedFormatError(
+                f"{name}: data file LIST {subdim} found; expected slices of {dimension - 1} axes"
+            )
+        return listed_files(path, trailing, name)
+    if "%" in words[0] and len(words) in (4, 5):
+        return pattern_files(path, words[0], words[1:4], name)
+    found = path.parent / fields["data file"]
+    if not found.exists():
+        raise VolumeError(
+            f"{name}: its data file {fields['data file'][:200]!r} is not there; put it beside the header"
+        )
+    return (found,)

@@ -1,0 +1,155 @@
+"""The one way in: a path to a volume, whatever its format.
+
+The format is the one that the settings name, else the suffix's, else what the content looks like.
+A new format is a file with a reader and a line in each table here.
+"""
+
+import gzip
+import shutil
+import sys
+import tempfile
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from dmc_cli.errors import UnsupportedFormatError, VolumeError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import STREAM, ReadSettings
+from dmc_cli.volume.layout import Layout, check_affine, check_file, check_shape
+from dmc_cli.volume.metaimage import metaimage_layout
+from dmc_cli.volume.nifti import nifti_layout
+from dmc_cli.volume.nrrd import nrrd_layout
+from dmc_cli.volume.raw import raw_layout
+from dmc_cli.volume.synthetic import PREFIX, parse_synthetic, synthetic_volume
+from dmc_cli.volume.values import load_volume
+from dmc_cli.volume.volume import Volume, VolumeEntry
+
+LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
+    "meta": metaimage_layout,
+    "nifti": nifti_layout,
+    "nrrd": nrrd_layout,
+    "raw": raw_layout,
+}
+"""Formats whose header tells where the values lie."""
+
+SUFFIXES = {
+    ".hdr": "nifti",
+    ".hdr.gz": "nifti",
+    ".img": "nifti",
+    ".img.gz": "nifti",
+    ".mha": "meta",
+    ".mhd": "meta",
+    ".nhdr": "nrrd",
+    ".nii": "nifti",
+    ".nii.gz": "nifti",
+    ".nrrd": "nrrd",
+    ".raw": "raw",
+    ".raw.gz": "raw",
+}
+"""The format that a suffix means; any other file is judged by its content."""
+
+
+def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """Read a volume: a file, a folder with DICOM, a zip of one, `synth:FIELD:N`, or `-`.
+
+    Args:
+        path: The input as the user named it.
+        settings: How to read it; what the format does not need is ignored.
+        progress: Who is told the stages.
+
+    Returns:
+        The volume, at least two nodes along each axis, its affine invertible.
+
+    Raises:
+        VolumeError: The input cannot be used; its subclasses tell why.
+        SettingsError: The format needs a setting that is missing or wrong.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    if path.startswith(PREFIX):
+        return synthetic_volume(path, settings, progress)
+    if path == STREAM:
+        return _read_stream(settings, progress)
+    return _read_path(Path(path), path, settings, progress)
+
+
+def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """What there is to choose from in an input: the series of a folder, or the one volume of a file.
+
+    The values are not read. A file with several volumes is one entry that tells how many.
+
+    Raises:
+        VolumeError: The input cannot be used; its subclasses tell why.
+        SettingsError: The format needs a setting that is missing or wrong.
+    """
+    if path.startswith(PREFIX):
+        field, count = parse_synthetic(path)
+        return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
+    format_name = input_format(Path(path), path, settings)
+    layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=None))
+    return [VolumeEntry(description=format_name, size=layout.shape)]
+
+
+def input_format(path: Path, name: str, settings: ReadSettings) -> str:
+    """The format to read a path as.
+
+    Raises:
+        VolumeError: There is no such path, or it is empty.
+        UnsupportedFormatError: No reader knows it.
+    """
+    if settings.input_format is not None:
+        return settings.input_format
+    if path.is_dir():
+        return "dicom"
+    check_file(path, name)
+    lower = path.name.lower()
+    suffix = next((s for s in sorted(SUFFIXES, key=len, reverse=True) if lower.endswith(s)), None)
+    if suffix is not None:
+        return SUFFIXES[suffix]
+    found = _format_of_content(path, name)
+    if found is None:
+        raise UnsupportedFormatError(
+            f"{name}: neither its suffix nor its content is one that is known; expected one of "
+            f"{', '.join(sorted(SUFFIXES))}, a folder with DICOM, or --input-format "
+            "(raw needs --shape and --dtype too)"
+        )
+    return found
+
+
+def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
+    format_name = input_format(path, name, settings)
+    volume = load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
+    check_shape(name, volume.shape)
+    check_affine(name, volume.affine)
+    return volume
+
+
+def _read_stream(settings: ReadSettings, progress: Progress) -> Volume:
+    """Standard input, through a temporary file that is gone when the volume is read."""
+    with tempfile.NamedTemporaryFile(suffix=".volume") as file:
+        try:
+            shutil.copyfileobj(sys.stdin.buffer, file, 1 << 20)
+        except OSError as error:
+            raise VolumeError(f"{STREAM}: standard input cannot be read ({error}); give a file") from error
+        file.flush()
+        volume = _read_path(Path(file.name), STREAM, settings, progress)
+    return replace(volume, files=())
+
+
+def _format_of_content(path: Path, name: str) -> str | None:
+    """The format whose first bytes the file has, or None."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(4096)
+        if start[:2] == b"\x1f\x8b":
+            with gzip.open(path) as stream:
+                start = stream.read(4096)
+    except (OSError, EOFError, zlib.error) as error:
+        raise VolumeError(f"{name}: cannot be read ({error}); check the file") from error
+    if start.startswith(b"NRRD0"):
+        return "nrrd"
+    if start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"):
+        return "nifti"
+    if b"NDims" in start and b"DimSize" in start:
+        return "meta"
+    return None
