@@ -86,8 +86,10 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
         field, count = parse_synthetic(path)
         return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
     format_name = input_format(Path(path), path, settings)
-    layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=None))
-    return [VolumeEntry(description=format_name, size=layout.shape)]
+    layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=0))
+    count = layout.components * layout.volumes
+    several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
+    return [VolumeEntry(description=format_name + several, size=layout.shape)]
 
 
 def input_format(path: Path, name: str, settings: ReadSettings) -> str:

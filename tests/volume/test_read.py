@@ -1,0 +1,81 @@
+import io
+import os
+import sys
+
+import numpy as np
+import pytest
+
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.read import list_volumes
+from tests.volume.reading import counting, read
+from tests.volume.test_metaimage import header as meta_header
+from tests.volume.test_nrrd import header as nrrd_header
+
+VALUES = counting((4, 3, 2))
+NRRD = nrrd_header().encode() + b"\n" + VALUES.tobytes()
+
+
+def test_a_missing_file_is_named():
+    with pytest.raises(VolumeError, match=r"nowhere\.nii: cannot be opened.*check the path") as caught:
+        read("nowhere.nii")
+    assert caught.value.exit_status == 3
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha", ".raw", ""])
+def test_an_empty_file_is_refused(tmp_path, suffix):
+    (tmp_path / f"a{suffix}").touch()
+    with pytest.raises(DamagedVolumeError, match="empty"):
+        read(tmp_path / f"a{suffix}", shape=(2, 2, 2), dtype="uint8")
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.nrrd")
+    with pytest.raises(VolumeError, match="regular file"):
+        read(tmp_path / "a.nrrd")
+
+
+def test_the_content_decides_where_the_suffix_does_not(tmp_path):
+    (tmp_path / "scan").write_bytes(NRRD)
+    (tmp_path / "scan.meta").write_bytes(meta_header().encode() + VALUES.tobytes())
+    assert read(tmp_path / "scan").format == "nrrd"
+    assert read(tmp_path / "scan.meta").format == "meta"
+
+
+def test_an_unknown_file_tells_what_is_known(tmp_path):
+    (tmp_path / "a.xyz").write_bytes(b"some text")
+    with pytest.raises(UnsupportedFormatError, match=r"\.nrrd.*--input-format"):
+        read(tmp_path / "a.xyz")
+
+
+def test_input_format_comes_before_the_suffix(tmp_path):
+    (tmp_path / "a.raw").write_bytes(NRRD)
+    np.testing.assert_array_equal(read(tmp_path / "a.raw", input_format="nrrd").values, VALUES)
+
+
+def test_standard_input(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(NRRD)))
+    volume = read("-", input_format="nrrd")
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert (volume.path, volume.files) == ("-", ())
+
+
+def test_empty_standard_input_is_refused(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"")))
+    with pytest.raises(DamagedVolumeError, match="-: the file is empty"):
+        read("-", input_format="nrrd")
+
+
+def test_a_file_is_one_entry(tmp_path):
+    (tmp_path / "a.nrrd").write_bytes(NRRD)
+    (entry,) = list_volumes(str(tmp_path / "a.nrrd"), ReadSettings())
+    assert (entry.number, entry.size, entry.slices) == (1, (2, 3, 4), 4)
+    (entry,) = list_volumes("synth:iwp:8", ReadSettings())
+    assert entry.size == (8, 8, 8)
+
+
+def test_files_of_several_volumes_are_listed_without_a_choice(tmp_path):
+    text = nrrd_header(sizes="2 3 4 5", extra="kinds: domain domain domain time\n").encode() + b"\n"
+    (tmp_path / "a.nrrd").write_bytes(text + bytes(240))
+    (entry,) = list_volumes(str(tmp_path / "a.nrrd"), ReadSettings())
+    assert "5 volumes" in entry.description
