@@ -1,0 +1,17 @@
+"""The isosurface: from stored values to vertices and quads, in the order of the imports below.
+
+    grid        numbering of nodes, cells, edges and faces; one bit a node
+    field       the scalar field F whose zero set is the surface
+    inside      inside bits: the one pass over the values
+    cells       active cells, ordinary and special, and their numbers
+    polygons    MC polygons of the special cells, traced
+    placement   one vertex a polygon on the trilinear surface
+    vertices    vertices of all cells
+    quads       one quad a crossed edge
+    surface     the stages in order
+"""
+
+from dmc_cli.surface.field import DeviceVolume, upload_volume
+from dmc_cli.surface.surface import Surface, SurfaceCounts, extract_surface
+
+__all__ = ["DeviceVolume", "Surface", "SurfaceCounts", "extract_surface", "upload_volume"]

@@ -1,0 +1,133 @@
+"""Where kernels run, and the one way to launch them.
+
+Conventions: every kernel is one-dimensional and takes `first`, the index of its first thread, as its
+first argument. On CPU Warp runs a launch on one core, so `Device.launch` cuts the dimension into slabs
+and runs them from a pool of threads (a launch releases the interpreter's lock). Which slab a thread
+works on never shows in the result: no kernel hands out slots by atomics.
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.errors import DeviceError
+
+SLABS_PER_THREAD = 4
+"""Slabs a thread on CPU: enough to even out where the surface is dense, few enough that the cost of a
+launch (some 30 microseconds) does not show."""
+
+MOST_ITEMS = 2**31 - 1
+"""Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
+
+SMALLEST_SLAB = 64
+"""Rows a slab at least: below this a launch costs more than it does."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """A Warp device and the number of CPU threads that share its launches."""
+
+    name: str
+    threads: int = 1
+    _pools: dict[int, ThreadPoolExecutor] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def is_cpu(self) -> bool:
+        """Whether kernels run on the CPU."""
+        return self.name == "cpu"
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self.threads, thread_name_prefix="dmc")
+
+    def launch(self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+        """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here."""
+        if dim == 0:
+            return
+        if not self.is_cpu or self.threads == 1 or dim <= SMALLEST_SLAB:
+            wp.launch(kernel, dim=dim, inputs=[0, *inputs], outputs=[*outputs], device=self.name)
+            return
+        kernel.module.load(self.name, block_dim=1)  # once, before threads race to compile it
+        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // SMALLEST_SLAB))
+        bounds = [dim * s // slabs for s in range(slabs + 1)]
+
+        def run(slab: int) -> None:
+            first = bounds[slab]
+            count = bounds[slab + 1] - first
+            wp.launch(kernel, dim=count, inputs=[first, *inputs], outputs=[*outputs], device=self.name)
+
+        list(self._pool.map(run, range(slabs)))
+
+    def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+        """Return an uninitialised array; every kernel that gets it writes all of it."""
+        return wp.empty(shape, dtype=dtype, device=self.name)
+
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+        """Return an array of zeros."""
+        return wp.zeros(shape, dtype=dtype, device=self.name)
+
+    def starts(self, counts: Any) -> tuple[Any, int]:
+        """Return the exclusive prefix sum of int64 `counts` with the total as a last item, and the total.
+
+        The only device-to-host read of a stage: the size of what the next kernel emits.
+
+        Raises:
+            DeviceError: The total does not fit into the 32 bits of a mesh index.
+        """
+        length = counts.shape[0]
+        sums = self.zeros(length + 1, wp.int64)
+        if length:
+            wp.utils.array_scan(counts, sums[1:], inclusive=True)
+        total = int(sums[length:].numpy()[0])
+        if total > MOST_ITEMS:
+            raise DeviceError(
+                f"the surface has {total} vertices or quads, but 32-bit mesh indices number only"
+                f" {MOST_ITEMS}; crop or downsample the volume"
+            )
+        return sums, total
+
+    def total(self, counts: Any) -> int:
+        """Return the sum of an integer array as a Python integer."""
+        return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
+
+
+def select_device(name: str = "auto", threads: int | None = None) -> Device:
+    """Return the device that `name` asks for: auto, cpu, cuda or cuda:N.
+
+    `threads` is the number of CPU threads, all cores if None.
+
+    Raises:
+        DeviceError: There is no such device.
+    """
+    wp.config.quiet = True
+    wp.init()
+    cuda = wp.is_cuda_available()
+    count = threads or len(os.sched_getaffinity(0))
+    if name == "cpu" or (name == "auto" and not cuda):
+        return Device("cpu", count)
+    if not cuda:
+        raise DeviceError(
+            f"device {name!r} was asked for, but no usable CUDA device was found; expected an NVIDIA GPU"
+            " with a driver; use --device cpu or --device auto"
+        )
+    index = 0 if name in ("auto", "cuda") else _cuda_index(name)
+    present = wp.get_cuda_device_count()
+    if index >= present:
+        raise DeviceError(
+            f"device {name!r} was asked for, but only {present} CUDA device(s) were found; use cuda:0"
+        )
+    return Device(f"cuda:{index}", count)
+
+
+def _cuda_index(name: str) -> int:
+    """Return N of `cuda:N`."""
+    prefix, _, number = name.partition(":")
+    if prefix != "cuda" or not number.isdecimal():
+        raise DeviceError(f"device is {name!r}; expected auto, cpu, cuda or cuda:N")
+    return int(number)

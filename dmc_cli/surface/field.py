@@ -1,0 +1,274 @@
+"""The scalar field whose zero set is the surface: stored values less the stored isovalue.
+
+Values stay as they are stored; slope and intercept move the isovalue instead. The field is
+F = s (value - stored isovalue) with s = -1 for a negative slope, so inside is F >= 0 whatever the slope.
+
+Conventions:
+    - Integer values: an integer stored isovalue v becomes v - 0.5 (negative slope: v + 0.5), which has the
+      same inside set and leaves no node on the surface. Floating-point values: v is rounded to their type.
+    - Closed border: a virtual node mirrors its nearest node to the other side of the isovalue, so caps are
+      flat and lie half a cell outside the last nodes. The virtual layer is never part of the object.
+    - No data (NaN, infinity, padding): with an open border a cell with such a corner does not exist; with
+      a closed border such a node is not part of the object and has the volume's extreme value.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.device import Device
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.trilinear import CornerValues64
+from dmc_cli.volume.volume import Volume
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+LEAST_DISTANCE = 1.0e-30
+"""|F| of a virtual node whose nearest node lies on the isovalue: the next lower number, in effect."""
+
+STORED_TYPES: dict[str, Any] = {
+    "uint8": wp.uint8,
+    "int8": wp.int8,
+    "uint16": wp.uint16,
+    "int16": wp.int16,
+    "uint32": wp.uint32,
+    "int32": wp.int32,
+    "float32": wp.float32,
+    "float64": wp.float64,
+}
+"""The value types that kernels read; the order is the tag `kind` of `Field` and `Chunks`."""
+
+KINDS = {name: kind for kind, name in enumerate(STORED_TYPES)}
+
+UINT8, INT8, UINT16, INT16, UINT32, INT32, FLOAT32, FLOAT64 = range(8)
+
+
+@wp.struct
+class Field:
+    """Stored values and how to read them as F; one of the arrays is set, `kind` says which.
+
+    Arrays are [row, i] over the volume's own nodes. `padding_low` and `padding_high` bound the stored
+    values that mean no data (low > high: there are none). `outside` is the sign of F at virtual nodes.
+    `absent` is F of a node without data under a closed border; 0 says that such nodes have no value.
+    """
+
+    kind: wp.int32
+    u8: wp.array2d(dtype=wp.uint8)
+    i8: wp.array2d(dtype=wp.int8)
+    u16: wp.array2d(dtype=wp.uint16)
+    i16: wp.array2d(dtype=wp.int16)
+    u32: wp.array2d(dtype=wp.uint32)
+    i32: wp.array2d(dtype=wp.int32)
+    f32: wp.array2d(dtype=wp.float32)
+    f64: wp.array2d(dtype=wp.float64)
+    isovalue: wp.float64
+    sign: wp.float64
+    outside: wp.float64
+    absent: wp.float64
+    padding_low: wp.float64
+    padding_high: wp.float64
+
+
+FIELD_ARRAYS = ("u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64")
+
+
+@dataclass(frozen=True)
+class DeviceVolume:
+    """A volume's values on the device; the array keeps the memory alive.
+
+    Attributes:
+        values: Stored values [row, i], one of `STORED_TYPES`.
+        volume: The volume itself, for its geometry and meaning.
+        device: Where the values are.
+    """
+
+    values: Any
+    volume: Volume
+    device: Device
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The value type as NumPy names it."""
+        return np.dtype(wp.dtype_to_numpy(self.values.dtype))
+
+    @property
+    def kind(self) -> int:
+        """The tag of the value type."""
+        return KINDS[self.dtype.name]
+
+
+def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
+    """Hand the stored values to the device: without a copy on CPU, by one copy on CUDA.
+
+    64-bit integers become 32-bit ones where they fit and float64 otherwise.
+    """
+    values = volume.values
+    if values.dtype.kind in "iu" and values.dtype.itemsize == 8:
+        values = _narrowed(values)
+    values = np.ascontiguousarray(values)
+    nz, ny, nx = values.shape
+    flat = values.reshape(nz * ny, nx)
+    dtype = STORED_TYPES[values.dtype.name]
+    if device.is_cpu:
+        # by pointer: a memory map is read-only, which NumPy's own door to Warp refuses
+        array = wp.array(ptr=flat.ctypes.data, dtype=dtype, shape=flat.shape, device="cpu", copy=False)
+        array._source = flat  # keeps the memory alive as long as Warp's array
+    else:
+        array = wp.array(flat, dtype=dtype, device=device.name)
+    return DeviceVolume(array, volume, device)
+
+
+def _narrowed(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return 64-bit integers in the first type of int32, uint32, float64 that holds their range."""
+    low, high = int(values.min()), int(values.max())
+    for dtype in (np.int32, np.uint32):
+        limits = np.iinfo(dtype)
+        if limits.min <= low and high <= limits.max:
+            return values.astype(dtype)
+    return values.astype(np.float64)
+
+
+def stored_isovalue(volume: Volume, isovalue: float) -> float:
+    """Return the isovalue to cut the stored values at, by the tie rules above."""
+    stored = (isovalue - volume.intercept) / volume.slope
+    if volume.values.dtype.kind in "iu":
+        if stored == math.floor(stored):
+            stored += 0.5 if volume.slope < 0 else -0.5
+        return stored
+    with np.errstate(over="ignore"):
+        return float(volume.values.dtype.type(stored))
+
+
+def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
+    """Return the kernels' `Field` for one isovalue; nodes without data have no value yet."""
+    field = Field()
+    field.kind = volume.kind
+    setattr(field, FIELD_ARRAYS[field.kind], volume.values)
+    source = volume.volume
+    field.isovalue = stored_isovalue(source, settings.isovalue)
+    field.sign = -1.0 if source.slope < 0 else 1.0
+    field.outside = -1.0 if settings.inside == "above" else 1.0
+    field.padding_low, field.padding_high = padding_range(source)
+    field.absent = 0.0
+    return field
+
+
+def padding_range(volume: Volume) -> tuple[float, float]:
+    """Return the stored values that mean no data as a closed range; an empty one is (1, 0)."""
+    return volume.padding if volume.padding is not None else (1.0, 0.0)
+
+
+def absent_value(volume: Volume, field: Any) -> float:
+    """Return F of nodes without data under a closed border: the extreme value on the side that is not the object."""
+    ends = volume.value_range()
+    if ends is None:
+        return float(field.outside)
+    physical = ends[0] if field.outside < 0 else ends[1]
+    stored = (physical - volume.intercept) / volume.slope
+    return float(field.outside * max(abs(stored - field.isovalue), LEAST_DISTANCE))
+
+
+@wp.func
+def stored_value(field: Field, row: wp.int32, i: wp.int32) -> wp.float64:
+    """Return the stored value of the volume's node i in `row`."""
+    value = wp.float64(0.0)
+    if field.kind == INT16:
+        value = wp.float64(field.i16[row, i])
+    elif field.kind == UINT8:
+        value = wp.float64(field.u8[row, i])
+    elif field.kind == FLOAT32:
+        value = wp.float64(field.f32[row, i])
+    elif field.kind == UINT16:
+        value = wp.float64(field.u16[row, i])
+    elif field.kind == INT8:
+        value = wp.float64(field.i8[row, i])
+    elif field.kind == INT32:
+        value = wp.float64(field.i32[row, i])
+    elif field.kind == UINT32:
+        value = wp.float64(field.u32[row, i])
+    else:
+        value = field.f64[row, i]
+    return value
+
+
+@wp.func
+def is_data(field: Field, value: wp.float64) -> wp.bool:
+    """Return whether a stored value is data: finite and not padding."""
+    return wp.isfinite(value) and (value < field.padding_low or value > field.padding_high)
+
+
+@wp.func
+def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.float64:
+    """Return F at a node of the grid, virtual nodes and nodes without data included."""
+    vx = wp.clamp(i - grid.border, 0, grid.nx - 1 - 2 * grid.border)
+    vy = wp.clamp(j - grid.border, 0, grid.ny - 1 - 2 * grid.border)
+    vz = wp.clamp(k - grid.border, 0, grid.nz - 1 - 2 * grid.border)
+    value = stored_value(field, vy + (grid.ny - 2 * grid.border) * vz, vx)
+    f = field.sign * (value - field.isovalue)
+    if field.absent != wp.float64(0.0):
+        if not is_data(field, value):
+            f = field.absent
+    if grid.border == 1:
+        if vx != i - 1 or vy != j - 1 or vz != k - 1:
+            f = field.outside * wp.max(wp.abs(f), wp.float64(LEAST_DISTANCE))
+    return f
+
+
+@wp.func
+def load_cell(values: wp.array2d(dtype=Any), row: wp.int32, ny: wp.int32, i: wp.int32) -> CornerValues64:
+    """Return the stored values at the corners of a cell of the volume."""
+    return CornerValues64(
+        wp.float64(values[row, i]),
+        wp.float64(values[row, i + 1]),
+        wp.float64(values[row + 1, i]),
+        wp.float64(values[row + 1, i + 1]),
+        wp.float64(values[row + ny, i]),
+        wp.float64(values[row + ny, i + 1]),
+        wp.float64(values[row + ny + 1, i]),
+        wp.float64(values[row + ny + 1, i + 1]),
+    )
+
+
+@wp.func
+def stored_cell(field: Field, row: wp.int32, ny: wp.int32, i: wp.int32) -> CornerValues64:
+    """Return the stored values at the corners of a cell of the volume, ny rows a layer."""
+    values = CornerValues64()
+    if field.kind == INT16:
+        values = load_cell(field.i16, row, ny, i)
+    elif field.kind == UINT8:
+        values = load_cell(field.u8, row, ny, i)
+    elif field.kind == FLOAT32:
+        values = load_cell(field.f32, row, ny, i)
+    elif field.kind == UINT16:
+        values = load_cell(field.u16, row, ny, i)
+    elif field.kind == INT8:
+        values = load_cell(field.i8, row, ny, i)
+    elif field.kind == INT32:
+        values = load_cell(field.i32, row, ny, i)
+    elif field.kind == UINT32:
+        values = load_cell(field.u32, row, ny, i)
+    else:
+        values = load_cell(field.f64, row, ny, i)
+    return values
+
+
+@wp.func
+def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> CornerValues64:
+    """Return F at the corners of cell (i, j, k) of the grid."""
+    f = CornerValues64()
+    b = grid.border
+    if field.absent != wp.float64(0.0) or (
+        b == 1 and (i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2)
+    ):
+        for c in range(8):
+            f[c] = node_value(field, grid, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))
+    else:
+        ny = grid.ny - 2 * b
+        stored = stored_cell(field, j - b + ny * (k - b), ny, i - b)
+        for c in range(8):
+            f[c] = field.sign * (stored[c] - field.isovalue)
+    return f

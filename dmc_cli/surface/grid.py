@@ -1,0 +1,129 @@
+"""The grid: numbering of nodes, cells, edges and faces, and one bit a node.
+
+Conventions, used by every stage:
+
+    Corner c of a cell sits at (c & 1, c >> 1 & 1, c >> 2).
+    Edges e0 to e11 join corners 01 13 23 02 45 57 67 46 04 15 37 26 (Grosso & Zint 2021, figure 1).
+    Face 2a + s is the face at side s (0 low, 1 high) of axis a (0 x, 1 y, 2 z).
+
+             6-----e6------7
+            /|            /|        w
+           e7|          e5 |        |  v
+          /  e11        /  e10      | /
+         4-----e4------5   |        |/
+         |   |         |   |        +---- u
+         |   2-----e2--|---3
+        e8  /         e9  /
+         | e3          | e1
+         |/            |/
+         0-----e0------1
+
+A row is a line of nodes along x; row r of a grid with ny rows a layer is at j = r % ny, k = r // ny.
+Bits are stored by row, 32 nodes a word: bit b of word w belongs to node i = 32 w + b. A bit of a cell
+is stored at its lowest node. With a closed border the grid has one more layer of nodes on every side
+than the volume; its node (1, 1, 1) is then the volume's first.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+CORNERS = tuple((c & 1, c >> 1 & 1, c >> 2) for c in range(8))
+"""Offset of each corner of a cell from its lowest node."""
+
+EDGES = ((0, 1), (1, 3), (2, 3), (0, 2), (4, 5), (5, 7), (6, 7), (4, 6), (0, 4), (1, 5), (3, 7), (2, 6))
+"""The two corners of each edge, the lower one first."""
+
+
+ALL_BITS = wp.uint32(0xFFFFFFFF)
+"""A word with every bit set."""
+
+
+@wp.struct
+class Grid:
+    """Number of nodes along each axis, words a row, and how many layers lie outside the volume."""
+
+    nx: wp.int32
+    ny: wp.int32
+    nz: wp.int32
+    words: wp.int32
+    border: wp.int32  # layers of virtual nodes on every side: 0 open, 1 closed
+
+
+@dataclass(frozen=True)
+class GridShape:
+    """The host's view of a `Grid`."""
+
+    nx: int
+    ny: int
+    nz: int
+    border: int
+
+    @property
+    def words(self) -> int:
+        """Words of bits a row."""
+        return -(-self.nx // 32)
+
+    @property
+    def rows(self) -> int:
+        """Rows of nodes."""
+        return self.ny * self.nz
+
+    def struct(self) -> Any:
+        """Return the kernels' view."""
+        grid = Grid()
+        grid.nx, grid.ny, grid.nz = self.nx, self.ny, self.nz
+        grid.words, grid.border = self.words, self.border
+        return grid
+
+
+def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
+    """Return the grid over a volume of (nx, ny, nz) nodes with `border` virtual layers on every side."""
+    nx, ny, nz = (n + 2 * border for n in volume_shape)
+    return GridShape(nx, ny, nz, border)
+
+
+def cell_indices(cells: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
+    """Return (i, j, k) of linear cell numbers (of their lowest nodes), shape (n, 3), int64."""
+    i = cells % grid.nx
+    row = cells // grid.nx
+    return np.stack([i, row % grid.ny, row // grid.ny], axis=-1)
+
+
+@wp.func
+def low_bits(count: wp.int32) -> wp.uint32:
+    """Return a word whose lowest `count` bits are set; `count` may be below 0 or above 32."""
+    bits = ALL_BITS
+    if count <= 0:
+        bits = wp.uint32(0)
+    elif count < 32:
+        bits = (wp.uint32(1) << wp.uint32(count)) - wp.uint32(1)
+    return bits
+
+
+@wp.func
+def bit_index(word: wp.uint32) -> wp.int32:
+    """Return the index of the lowest set bit; `word` is not 0."""
+    return wp.int32(wp.bit_count((word & (wp.uint32(0) - word)) - wp.uint32(1)))
+
+
+@wp.func
+def has_bit(word: wp.uint32, bit: wp.int32) -> wp.bool:
+    """Return whether bit `bit` of `word` is set."""
+    return ((word >> wp.uint32(bit)) & wp.uint32(1)) != wp.uint32(0)
+
+
+@wp.func
+def next_node(word: wp.uint32, following: wp.uint32) -> wp.uint32:
+    """Return the bits of the nodes one step along +x; `following` is the next word of the row."""
+    return (word >> wp.uint32(1)) | (following << wp.uint32(31))
+
+
+@wp.func
+def previous_node(word: wp.uint32, preceding: wp.uint32) -> wp.uint32:
+    """Return the bits of the nodes one step along -x; `preceding` is the previous word of the row."""
+    return (word << wp.uint32(1)) | (preceding >> wp.uint32(31))

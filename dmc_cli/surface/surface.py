@@ -1,0 +1,126 @@
+"""From a volume to vertices and quads: the stages of this folder in the order they run."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.device import Device
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface.cells import Cells, find_cells
+from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
+from dmc_cli.surface.grid import GridShape, grid_of
+from dmc_cli.surface.inside import find_inside
+from dmc_cli.surface.polygons import Polygons, trace_polygons
+from dmc_cli.surface.quads import connect_quads
+from dmc_cli.surface.vertices import Vertices, place_vertices
+
+
+@dataclass(frozen=True)
+class SurfaceCounts:
+    """What was found on the way; the keys of the report's `surface` section.
+
+    `polygons` counts every MC polygon of every cell, `unused_vertices` those without a quad, which give no
+    vertex; with manifold topology an open border may turn one polygon into several vertices.
+    """
+
+    polygons: int
+    unused_vertices: int
+    crossed_edges: int
+    active_cells: int
+    multi_polygon_cells: int
+    ambiguous_faces: int
+    flipped_faces: int
+    fallback_vertices: int
+    no_data_nodes: int
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A quad mesh that still knows its grid.
+
+    Attributes:
+        vertices: float32 vec3 (V,), millimetres in the output space.
+        vertex_cell: int64 (V,), linear number of the cell's lowest node in the grid, x fastest.
+        vertex_local: float32 vec3 (V,), coordinates in the cell, in [0, 1].
+        quads: int32 vec4 (Q,), vertex numbers, counter-clockwise seen from where the normal points.
+        counts: What was found on the way.
+        field: The kernels' `Field`: F at the grid's nodes.
+        grid: The grid, with the virtual border if closed.
+        cells: Active cells and their numbering.
+        polygons: The special cells' polygons.
+        stored_isovalue: The level that was cut, in stored values.
+        affine: Shape (4, 4): the grid's node index to the output space.
+        device: Where the arrays are.
+    """
+
+    vertices: Any
+    vertex_cell: Any
+    vertex_local: Any
+    quads: Any
+    counts: SurfaceCounts
+    field: Any
+    grid: GridShape
+    cells: Cells
+    polygons: Polygons
+    stored_isovalue: float
+    affine: np.ndarray[Any, Any]
+    device: Device
+
+
+def extract_surface(
+    volume: DeviceVolume, settings: SurfaceSettings, affine: np.ndarray[Any, Any] | None = None
+) -> Surface:
+    """Extract the isosurface of a volume as quads.
+
+    Args:
+        volume: Values on the device.
+        settings: Isovalue, side, topology, border, orientation.
+        affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
+
+    Raises:
+        DeviceError: More vertices or quads than 32-bit mesh indices can number.
+    """
+    device = volume.device
+    target = volume.volume.affine if affine is None else affine
+    grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
+    field = make_field(volume, settings)
+    nodes = find_inside(volume, field, grid)
+    if nodes.no_data_count and settings.border == "closed":
+        field.absent = absent_value(volume.volume, field)
+    cells = find_cells(nodes, grid, device)
+    polygons = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
+    vertices = place_vertices(cells, polygons, field, grid, target, device)
+    quads = connect_quads(cells, polygons, grid, _is_reversed(settings, target), device)
+    counts = SurfaceCounts(
+        polygons=polygons.polygon_count,
+        unused_vertices=polygons.unused_count,
+        crossed_edges=cells.crossed_edges,
+        active_cells=cells.ordinary_count + cells.special_count,
+        multi_polygon_cells=polygons.multi_polygon_cells,
+        ambiguous_faces=polygons.ambiguous_faces,
+        flipped_faces=polygons.flipped_faces,
+        fallback_vertices=vertices.fallback_count,
+        no_data_nodes=nodes.no_data_count,
+    )
+    return Surface(
+        vertices=vertices.position,
+        vertex_cell=vertices.cell,
+        vertex_local=vertices.local,
+        quads=quads,
+        counts=counts,
+        field=field,
+        grid=grid,
+        cells=cells,
+        polygons=polygons,
+        stored_isovalue=field.isovalue,
+        affine=vertices.grid_affine,
+        device=device,
+    )
+
+
+def _is_reversed(settings: SurfaceSettings, affine: np.ndarray[Any, Any]) -> bool:
+    """Return whether quads, made with normals towards lower values in a right-handed grid, must be reversed."""
+    towards_higher = settings.orientation == "gradient" or settings.inside == "below"
+    mirrored = bool(np.linalg.det(affine[:3, :3]) < 0)
+    return towards_higher != mirrored

@@ -1,0 +1,76 @@
+"""The trilinear interpolant in a cell (Grosso & Zint 2021, equation 2).
+
+Conventions: `f` holds F at the cell's eight corners; local coordinates are (u, v, w) in [0, 1]. Along each
+axis the interpolant is linear, so one step along an axis from any point finds its zero there exactly.
+"""
+
+from typing import Any
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+CornerValues = wp.types.vector(length=8, dtype=wp.float32)
+"""F at the corners of a cell, corner c at (c & 1, c >> 1 & 1, c >> 2)."""
+
+CornerValues64 = wp.types.vector(length=8, dtype=wp.float64)
+"""The same in double precision, where a deviation is measured."""
+
+
+@wp.func
+def single_precision(f: CornerValues64) -> CornerValues:
+    """Return corner values rounded to float32: harmless once the isovalue is subtracted."""
+    return CornerValues(
+        wp.float32(f[0]),
+        wp.float32(f[1]),
+        wp.float32(f[2]),
+        wp.float32(f[3]),
+        wp.float32(f[4]),
+        wp.float32(f[5]),
+        wp.float32(f[6]),
+        wp.float32(f[7]),
+    )
+
+
+@wp.func
+def trilinear_value(f: Any, u: Any, v: Any, w: Any):
+    """Return the interpolant at (u, v, w)."""
+    x00 = f[0] + u * (f[1] - f[0])
+    x10 = f[2] + u * (f[3] - f[2])
+    x01 = f[4] + u * (f[5] - f[4])
+    x11 = f[6] + u * (f[7] - f[6])
+    y0 = x00 + v * (x10 - x00)
+    y1 = x01 + v * (x11 - x01)
+    return y0 + w * (y1 - y0)
+
+
+@wp.func
+def trilinear_slope_u(f: Any, v: Any, w: Any):
+    """Return the derivative along u."""
+    a = (f[1] - f[0]) + v * ((f[3] - f[2]) - (f[1] - f[0]))
+    b = (f[5] - f[4]) + v * ((f[7] - f[6]) - (f[5] - f[4]))
+    return a + w * (b - a)
+
+
+@wp.func
+def trilinear_slope_v(f: Any, u: Any, w: Any):
+    """Return the derivative along v."""
+    a = (f[2] - f[0]) + u * ((f[3] - f[1]) - (f[2] - f[0]))
+    b = (f[6] - f[4]) + u * ((f[7] - f[5]) - (f[6] - f[4]))
+    return a + w * (b - a)
+
+
+@wp.func
+def trilinear_slope_w(f: Any, u: Any, v: Any):
+    """Return the derivative along w."""
+    a = (f[4] - f[0]) + u * ((f[5] - f[1]) - (f[4] - f[0]))
+    b = (f[6] - f[2]) + u * ((f[7] - f[3]) - (f[6] - f[2]))
+    return a + v * (b - a)
+
+
+@wp.func
+def trilinear_gradient(f: CornerValues, p: wp.vec3) -> wp.vec3:
+    """Return the gradient at local coordinates p, a cell being the unit of length."""
+    return wp.vec3(
+        trilinear_slope_u(f, p[1], p[2]), trilinear_slope_v(f, p[0], p[2]), trilinear_slope_w(f, p[0], p[1])
+    )
