@@ -20,6 +20,8 @@ Placement = Literal["exact"]
 Border = Literal["open", "closed"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
+SyntheticField = Literal["genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "noise"]
+VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
 
 STREAM = "-"
@@ -67,6 +69,25 @@ class ReadSettings:
         check_choice("byte_order", self.byte_order, ByteOrder)
         if self.input_format is not None:
             check_choice("input_format", self.input_format, InputFormat)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SynthSettings:
+    """Which synthetic volume to write where; without `output_format` the suffix of `path` chooses it."""
+
+    field: SyntheticField
+    path: str
+    nodes: int = 64
+    output_format: VolumeFormat | None = None
+    seed: int = 0
+    sigma: float = 0.0
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        check_choice("field", self.field, SyntheticField)
+        if self.nodes < 2:
+            raise SettingsError(f"nodes is {self.nodes}; expected at least 2 along each axis")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,60 @@
+"""`dmc convert`: a volume to a quad mesh."""
+
+from typing import Any
+
+import click
+
+from dmc_cli.cli import options
+from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.summary import echo_summary
+from dmc_cli.errors import SettingsError
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+
+
+@click.command(cls=SectionedCommand, short_help="Turn a volume into a quad mesh.")
+@options.input_argument
+@options.output_argument
+@options.surface_options
+@options.read_options
+@options.noise_options
+@options.output_options
+@options.run_options
+@options.verbosity_options
+def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
+    r"""Turn the volume INPUT into the quad mesh OUTPUT.
+
+    INPUT is a file, a folder with DICOM, synth:FIELD:N (for example synth:iwp:128), or - for
+    standard input. OUTPUT is a .ply, .obj or .off file, or - for standard output.
+
+    \b
+    Examples:
+      dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 600
+      dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
+    """
+    from dmc_cli import pipeline
+
+    read = options.gather(ReadSettings, values)
+    with shown_progress(quiet=quiet, verbose=verbose) as progress:
+        if values["isovalue"] is None:
+            raise missing_isovalue(input, read)
+        settings = options.gather(
+            ConvertSettings,
+            values,
+            input=input,
+            read=read,
+            surface=options.gather(SurfaceSettings, values),
+            output=options.gather(OutputSettings, values),
+        )
+        result = pipeline.convert(settings, progress)
+    if not quiet:
+        echo_summary(result.report)
+
+
+def missing_isovalue(input: str, settings: ReadSettings) -> SettingsError:
+    """Name the values that there are to choose from."""
+    from dmc_cli.volume.read import read_volume
+
+    ends = read_volume(input, settings).value_range()
+    found = "no finite value" if ends is None else f"values from {ends[0]:g} to {ends[1]:g}"
+    return SettingsError(f"no isovalue was given; {input} has {found}; choose one in that range with -i")

@@ -1,0 +1,130 @@
+"""What `dmc info` and `dmc doctor` know, as plain values that JSON can hold."""
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from dmc_cli.progress import Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.read import list_volumes, read_volume
+
+_PACKAGES = (
+    "dmc-cli", "warp-lang", "numpy", "nibabel", "pydicom", "pynrrd", "meshio", "orjson", "click", "rich",
+)  # fmt: skip
+
+
+def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str, Any]:
+    """Tell what a volume is, and which volumes its path offers.
+
+    Where there are several series and none is chosen only the list is given: no value is read.
+    """
+    entries = [] if path == "-" else list_volumes(path, settings)
+    series = [
+        {
+            "number": entry.number,
+            "description": entry.description,
+            "modality": entry.modality,
+            "size": list(entry.size),
+            "slices": entry.slices,
+            "uid": entry.uid,
+        }
+        for entry in entries
+    ]
+    if len(entries) > 1 and settings.series is None:
+        return {"path": path, "series": series}
+    volume = read_volume(path, settings, progress)
+    ends = volume.value_range()
+    return {
+        "path": path,
+        "format": volume.format,
+        "files": len(volume.files),
+        "shape": list(volume.shape),
+        "dtype": volume.values.dtype.name,
+        "spacing_mm": list(volume.spacing),
+        "space": volume.space,
+        "affine": volume.affine.tolist(),
+        "slope": volume.slope,
+        "intercept": volume.intercept,
+        "value_range": None if ends is None else list(ends),
+        "series": series,
+        "warnings": list(volume.warnings),
+    }
+
+
+def diagnose() -> dict[str, Any]:
+    """Tell the versions, the devices, the codecs and the kernel cache of this installation."""
+    return {
+        "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "cpu_cores": _core_count(),
+        "packages": {name: _version(name) for name in _PACKAGES},
+        "devices": _devices(),
+        "codecs": _codecs(),
+        "kernel_cache": _kernel_cache(),
+    }
+
+
+def _core_count() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _devices() -> list[dict[str, Any]]:
+    """All devices that Warp sees, the CPU first."""
+    import warp as wp
+
+    wp.config.quiet = True
+    wp.init()
+    found = [{"alias": "cpu", "name": platform.processor() or platform.machine(), "memory_bytes": None}]
+    found.extend(
+        {
+            "alias": device.alias,
+            "name": device.name,
+            "arch": device.arch,
+            "memory_bytes": device.total_memory,
+            "free_bytes": device.free_memory,
+        }
+        for device in wp.get_cuda_devices()
+    )
+    return found
+
+
+def _codecs() -> dict[str, bool]:
+    """DICOM's compressed pixel data: which kinds the installed packages decode."""
+    from pydicom import uid
+    from pydicom.pixels.decoders import get_decoder
+
+    kinds = {
+        "RLE": uid.RLELossless,
+        "JPEG baseline": uid.JPEGBaseline8Bit,
+        "JPEG lossless": uid.JPEGLosslessSV1,
+        "JPEG-LS": uid.JPEGLSLossless,
+        "JPEG 2000": uid.JPEG2000Lossless,
+        "HTJ2K": uid.HTJ2KLossless,
+    }
+    return {name: get_decoder(syntax).is_available for name, syntax in kinds.items()}
+
+
+def _kernel_cache() -> dict[str, Any]:
+    """Where Warp keeps compiled kernels, and how much is there."""
+    import warp as wp
+
+    folder = Path(wp.config.kernel_cache_dir or "")
+    files = [file for file in folder.rglob("*") if file.is_file()] if folder.is_dir() else []
+    return {
+        "path": str(folder),
+        "modules": sum(file.suffix in {".o", ".cubin", ".ptx"} for file in files),
+        "bytes": sum(file.stat().st_size for file in files),
+    }

@@ -1,0 +1,33 @@
+"""`dmc doctor`: what this installation can do."""
+
+import json
+
+import click
+
+from dmc_cli.cli import options
+from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.summary import doctor_lines
+
+
+@click.command(cls=SectionedCommand, short_help="Tell versions, devices, codecs and the kernel cache.")
+@click.option("--warm-up", is_flag=True, help="Compile all kernels now, for every device found.")
+@options.json_option
+@options.verbosity_options
+def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:
+    r"""Tell versions, devices, codecs and the kernel cache; with --warm-up compile all kernels.
+
+    \b
+    Examples:
+      dmc doctor
+      dmc doctor --warm-up
+    """
+    from dmc_cli.cli.description import diagnose
+
+    if warm_up:
+        from dmc_cli.device import compile_kernels
+
+        with shown_progress(quiet=quiet, verbose=verbose) as progress:
+            compile_kernels(progress)
+    diagnosis = diagnose()
+    click.echo(json.dumps(diagnosis, indent=2) if as_json else "\n".join(doctor_lines(diagnosis)))

@@ -1,0 +1,56 @@
+"""The group of all commands: the one place where errors become messages and exit status."""
+
+import os
+import sys
+import traceback
+from typing import Any
+
+import click
+
+from dmc_cli.cli.signals import Stopped
+from dmc_cli.errors import DeviceError, DmcError, WriteError
+
+VERBOSE = "dmc_cli.verbose"
+"""Key of the context's shared notes under which a command leaves how often `-v` was given."""
+
+_SHOW_CAUSE = 2
+"""`-vv` shows where an expected error came from."""
+
+
+class Failure(click.ClickException):
+    """A failed run: one message on standard error and the exit status of its error class."""
+
+    def __init__(self, message: str, exit_status: int) -> None:
+        super().__init__(message)
+        self.exit_code = exit_status  # type: ignore[misc]
+
+
+class DmcGroup(click.Group):
+    """A group that turns the package's errors into messages; all others keep their traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a bug of ours passes through and ends with status 1."""
+        try:
+            return super().invoke(ctx)
+        except DmcError as error:
+            if ctx.meta.get(VERBOSE, 0) >= _SHOW_CAUSE:
+                click.echo("".join(traceback.format_exception(error)), err=True, nl=False)
+            if isinstance(error, WriteError):
+                _forget_broken_stdout()
+            raise Failure(str(error), error.exit_status) from error
+        except MemoryError as error:
+            raise Failure(
+                f"the memory is used up ({error or 'no more could be allocated'}); expected room for the"
+                " volume and its mesh; crop the volume, or run where more memory is free",
+                DeviceError.exit_status,
+            ) from error
+        except Stopped as stop:
+            raise Failure(stop.message, stop.exit_status) from None
+
+
+def _forget_broken_stdout() -> None:
+    """Let Python's last flush of a standard output that nobody reads any more go nowhere."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

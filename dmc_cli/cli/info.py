@@ -1,0 +1,38 @@
+"""`dmc info`: what a volume is."""
+
+import json
+from typing import Any
+
+import click
+
+from dmc_cli.cli import options
+from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.summary import info_lines
+from dmc_cli.settings import ReadSettings
+
+
+@click.command(cls=SectionedCommand, short_help="Tell what a volume is.")
+@options.input_argument
+@options.read_options
+@options.noise_options
+@options.threads_option
+@options.json_option
+@options.verbosity_options
+def info(input: str, as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
+    r"""Tell what the volume INPUT is: size, type, spacing, space, value range, series found.
+
+    \b
+    Examples:
+      dmc info sample_data/nrrd/tooth.nrrd
+      dmc info synth:iwp:64 --json
+    """
+    from dmc_cli.cli.description import describe
+
+    settings = options.gather(ReadSettings, values)
+    with shown_progress(quiet=quiet, verbose=verbose) as progress:
+        description = describe(input, settings, progress)
+    if as_json:
+        click.echo(json.dumps(description, indent=2, allow_nan=False))
+    else:
+        click.echo("\n".join(info_lines(description)))

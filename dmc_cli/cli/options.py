@@ -1,0 +1,247 @@
+"""The options that commands share: each made once from the settings field that it fills.
+
+Name, default and choices come from the field in `settings.py`; only the help text and the words
+around it stand here.
+"""
+
+from collections.abc import Callable
+from dataclasses import MISSING, Field, fields
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+import click
+
+from dmc_cli.cli.group import VERBOSE
+from dmc_cli.cli.parameters import ChoiceList, Size, Triple
+from dmc_cli.cli.sections import SectionedOption
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, Requirement, SurfaceSettings
+
+Decorator = Callable[[Any], Any]
+Settings = TypeVar("Settings")
+
+
+def setting(owner: type, name: str, *flags: str, section: str, help: str, **extra: Any) -> Decorator:
+    """Make the option that fills the field `name` of the settings class `owner`.
+
+    Args:
+        owner: A dataclass of `settings.py`.
+        name: Its field; the flag is the same with dashes unless `flags` are given.
+        flags: Other flags for the same field.
+        section: The heading in the help text.
+        help: What the option does.
+        extra: Further arguments of click, for example the type where the field's is no choice.
+    """
+    if "type" not in extra and "is_flag" not in extra:
+        choices = _choices(get_type_hints(owner)[name])
+        extra["type"] = click.Choice(choices) if choices else None
+    default = default_of(owner, name)
+    if isinstance(default, tuple):
+        extra["show_default"] = False
+        words = ",".join(f"{item:g}" for item in default)
+        help += f"  [default: {words}]" if words else ""
+    names = flags or (f"--{name.replace('_', '-')}",)
+    return click.option(
+        *names, name, cls=SectionedOption, section=section, default=default, help=help, **extra
+    )
+
+
+def default_of(owner: type, name: str) -> Any:
+    """Return the default of a settings field, None where it has none."""
+    found: Field[Any] = next(field for field in fields(owner) if field.name == name)
+    return None if found.default is MISSING else found.default
+
+
+def gather(owner: type[Settings], values: dict[str, Any], **given: Any) -> Settings:
+    """Build settings from the options of the same names; `given` fills the other fields."""
+    names = {field.name for field in fields(owner) if field.init}  # type: ignore[arg-type]
+    return owner(**{name: value for name, value in values.items() if name in names} | given)
+
+
+def stack(*decorators: Decorator) -> Decorator:
+    """Join options into one decorator that lists them in this order."""
+
+    def apply(command: Any) -> Any:
+        for decorator in reversed(decorators):
+            command = decorator(command)
+        return command
+
+    return apply
+
+
+def _choices(annotation: Any) -> tuple[str, ...]:
+    """The words of a Literal, or of the Literal in an optional one; none for other types."""
+    for part in (annotation, *get_args(annotation)):
+        if get_origin(part) is Literal:
+            return get_args(part)
+    return ()
+
+
+def _remember(ctx: click.Context, _parameter: click.Parameter, value: int) -> int:
+    ctx.meta[VERBOSE] = value
+    return value
+
+
+input_argument = click.argument("input")
+output_argument = click.argument("path", metavar="OUTPUT")
+
+read_options = stack(
+    setting(
+        ReadSettings, "input_format", section="Input", help="The format, where the suffix does not tell."
+    ),
+    setting(
+        ReadSettings,
+        "series",
+        section="Input",
+        metavar="UID|N",
+        help="The DICOM series: its UID, or its number as `dmc info` lists it.",
+    ),
+    setting(
+        ReadSettings, "volume_index", section="Input", type=int, help="Which volume of a 4-D file, from 0."
+    ),
+    setting(ReadSettings, "shape", section="Raw input", type=Triple(int), help="Number of nodes."),
+    setting(
+        ReadSettings,
+        "dtype",
+        section="Raw input",
+        metavar="T",
+        help="Type of a value: uint8, int16, float32, ...",
+    ),
+    setting(ReadSettings, "byte_order", section="Raw input", help="Order of the bytes of a value."),
+    setting(
+        ReadSettings,
+        "skip_bytes",
+        section="Raw input",
+        type=int,
+        metavar="N",
+        help="Bytes before the values.",
+    ),
+    setting(
+        ReadSettings, "spacing", section="Raw input", type=Triple(float), help="Distance of the nodes in mm."
+    ),
+    setting(
+        ReadSettings,
+        "origin",
+        section="Raw input",
+        type=Triple(float),
+        help="Centre of the first node in mm.",
+    ),
+)
+
+noise_options = stack(
+    setting(ReadSettings, "seed", section="Noise", type=int, help="Seed of the field `noise`."),
+    setting(ReadSettings, "sigma", section="Noise", type=float, help="Its smoothing: a Gaussian, in nodes."),
+)
+
+surface_options = stack(
+    setting(
+        SurfaceSettings,
+        "isovalue",
+        "-i",
+        "--isovalue",
+        section="Surface",
+        type=float,
+        help="The level of the surface, in the volume's physical values (HU for CT).",
+    ),
+    setting(
+        SurfaceSettings, "inside", section="Surface", help="The side of the isovalue that is the object."
+    ),
+    setting(
+        SurfaceSettings,
+        "topology",
+        section="Surface",
+        help="A 2-manifold always, or the asymptotic decider's own answer.",
+    ),
+    setting(SurfaceSettings, "placement", section="Surface", help="Where the vertices lie."),
+    setting(
+        SurfaceSettings,
+        "border",
+        section="Surface",
+        help="Leave the mesh open at the volume's border, or close it.",
+    ),
+    setting(
+        SurfaceSettings,
+        "orientation",
+        section="Surface",
+        help="Normals out of the object, or along the gradient.",
+    ),
+)
+
+output_options = stack(
+    setting(
+        OutputSettings, "output_format", section="Output", help="The format, where the suffix does not tell."
+    ),
+    setting(
+        OutputSettings,
+        "normals",
+        "--normals/--no-normals",
+        section="Output",
+        is_flag=True,
+        help="Vertex normals.",
+    ),
+    setting(
+        OutputSettings,
+        "space",
+        section="Output",
+        help="Axes of the coordinates: the input's, RAS or LPS, or grid indices.",
+    ),
+    setting(
+        OutputSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
+    ),
+    setting(
+        OutputSettings,
+        "report",
+        section="Output",
+        metavar="FILE",
+        help="Write a JSON report; - is standard output.",
+    ),
+    setting(
+        OutputSettings,
+        "require",
+        section="Output",
+        type=ChoiceList(get_args(Requirement)),
+        help=f"Write no mesh and end with status 6 unless it is: {', '.join(get_args(Requirement))}.",
+    ),
+    setting(
+        OutputSettings, "check", section="Output", is_flag=True, help="Verify every invariant before writing."
+    ),
+    setting(
+        OutputSettings, "allow_empty", section="Output", is_flag=True, help="An empty surface is no error."
+    ),
+    setting(OutputSettings, "dry_run", section="Output", is_flag=True, help="Forecast the memory and stop."),
+    setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists."),
+)
+
+device_option = setting(
+    ConvertSettings,
+    "device",
+    section="Run",
+    metavar="DEVICE",
+    help="auto (CUDA where usable), cpu, cuda or cuda:N.",
+)
+threads_option = setting(
+    ConvertSettings,
+    "threads",
+    section="Run",
+    type=int,
+    metavar="N",
+    help="CPU threads; all cores without it.",
+)
+memory_option = setting(
+    OutputSettings, "memory", section="Run", type=Size(), help="The memory that the run may take, as in 4G."
+)
+run_options = stack(device_option, threads_option, memory_option)
+
+force_option = setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists.")
+json_option = click.option(
+    "--json", "as_json", cls=SectionedOption, section="Output", is_flag=True, help="JSON instead of text."
+)
+verbosity_options = stack(
+    click.option("-q", "--quiet", is_flag=True, help="No progress and no summary."),
+    click.option(
+        "-v",
+        "--verbose",
+        count=True,
+        show_default=False,
+        callback=_remember,
+        help="Tell more; twice: where errors come from.",
+    ),
+)

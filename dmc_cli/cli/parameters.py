@@ -1,0 +1,65 @@
+"""How the words on the command line become values: triples, sizes in bytes, lists of choices."""
+
+import re
+from typing import Any
+
+import click
+
+_UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+
+
+class Triple(click.ParamType[Any]):
+    """Three numbers with commas between, in the order x, y, z."""
+
+    name = "X,Y,Z"
+
+    def __init__(self, number: type[int] | type[float]) -> None:
+        self.number = number
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Split and convert; a tuple (the default) passes."""
+        if isinstance(value, tuple):
+            return value
+        words = value.split(",")
+        kind = "integers" if self.number is int else "numbers"
+        expected = f"expected three {kind} with commas between, as in 64,64,93"
+        if len(words) != 3:
+            self.fail(f"{value!r} has {len(words)} part(s); {expected}", param, ctx)
+        try:
+            return tuple(self.number(word) for word in words)
+        except ValueError:
+            self.fail(f"{value!r}: {expected}", param, ctx)
+
+
+class Size(click.ParamType[Any]):
+    """A number of bytes with an optional unit: 4G, 500M, 1.5GiB."""
+
+    name = "SIZE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Multiply by the unit; units are powers of 1024."""
+        if isinstance(value, int):
+            return value
+        match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?)(?:i?B)?", value.strip(), re.IGNORECASE)
+        if match is None:
+            self.fail(f"{value!r} is no size; expected a number of bytes, as in 4G or 500M", param, ctx)
+        return int(float(match[1]) * _UNITS[match[2].upper()])
+
+
+class ChoiceList(click.ParamType[Any]):
+    """Words of a fixed set with commas between."""
+
+    name = "LIST"
+
+    def __init__(self, choices: tuple[str, ...]) -> None:
+        self.choices = choices
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Split, check, and drop repetitions."""
+        if isinstance(value, tuple):
+            return value
+        words = [word.strip() for word in value.split(",") if word.strip()]
+        for word in words:
+            if word not in self.choices:
+                self.fail(f"{word!r} is not one of {', '.join(self.choices)}", param, ctx)
+        return tuple(dict.fromkeys(words))

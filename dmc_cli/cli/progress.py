@@ -1,0 +1,90 @@
+"""What a run tells on standard error: a bar on a terminal, lines with -v, else nothing."""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from dmc_cli.progress import SILENT, Progress
+
+if TYPE_CHECKING:
+    import rich.progress
+
+
+@contextmanager
+def shown_progress(*, quiet: bool, verbose: int) -> Iterator[Progress]:
+    """Open the progress that fits: a bar needs a terminal, and --quiet silences it."""
+    if quiet:
+        yield SILENT
+    elif sys.stderr.isatty():
+        with _opened_bar() as bar:
+            yield BarProgress(bar, verbose)
+    else:
+        yield LineProgress() if verbose else SILENT
+
+
+class LineProgress:
+    """One line a stage with its time, and the notes; for logs."""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Tell the time when the stage is over."""
+        start = time.perf_counter()
+        yield
+        self.note(f"{name}: {time.perf_counter() - start:.2f} s")
+
+    def advance(self, fraction: float) -> None:
+        """Lines do not move."""
+
+    def note(self, text: str) -> None:
+        """Print a line."""
+        click.echo(text, err=True)
+
+
+class BarProgress:
+    """A bar for each open stage, gone when the run is over; with -v a line a stage stays."""
+
+    def __init__(self, bar: "rich.progress.Progress", verbose: int) -> None:
+        self._bar = bar
+        self._verbose = verbose
+        self._stages: list[rich.progress.TaskID] = []
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Show the stage's bar, pulsing until `advance` tells how far it is."""
+        start = time.perf_counter()
+        task = self._bar.add_task(name, total=None)
+        self._stages.append(task)
+        try:
+            yield
+        finally:
+            self._stages.remove(task)
+            self._bar.remove_task(task)
+        self.note(f"{name}: {time.perf_counter() - start:.2f} s")
+
+    def advance(self, fraction: float) -> None:
+        """Move the bar of the innermost stage."""
+        if self._stages:
+            self._bar.update(self._stages[-1], total=1.0, completed=fraction)
+
+    def note(self, text: str) -> None:
+        """Print a line above the bars."""
+        if self._verbose:
+            self._bar.console.print(text, markup=False, highlight=False)
+
+
+def _opened_bar() -> "rich.progress.Progress":
+    """Make a bar on standard error; rich honours NO_COLOR and TERM=dumb."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    return Progress(
+        TextColumn("{task.description:<24}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )

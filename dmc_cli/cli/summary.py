@@ -1,0 +1,125 @@
+"""Reports and descriptions as a few readable lines."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+_SLOW_STAGES = ("compile", "read", "surface", "normals", "halfedges", "report", "write")
+"""Stages that the last line names, in the order of the run."""
+
+
+def echo_summary(report: dict[str, Any]) -> None:
+    """Print what a conversion did to standard error: warnings, mesh, quality, time."""
+    for line in summary_lines(report):
+        click.echo(line, err=True)
+
+
+def summary_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of the summary; what the report does not hold is left out."""
+    for warning in report.get("warnings", []):
+        yield f"warning: {warning}"
+    yield f"volume    {volume_line(report['input'])}"
+    yield f"surface   {_surface_line(report['surface'])}"
+    yield f"mesh      {_mesh_line(report['mesh'])}"
+    if topology := report.get("topology"):
+        yield f"topology  {_topology_line(topology)}"
+    if deviation := report.get("deviation"):
+        yield (
+            f"deviation at most {_number(deviation['max_relative'])} of the value range,"
+            f" {_number(deviation['max_mm'])} mm"
+        )
+    if timings := report.get("timings_ms"):
+        yield f"time      {_time_line(timings)}"
+
+
+def volume_line(volume: dict[str, Any]) -> str:
+    """Size, type, spacing and space of a volume in one line."""
+    size = " x ".join(str(count) for count in volume["shape"])
+    spacing = " x ".join(f"{length:.4g}" for length in volume["spacing_mm"])
+    space = "no space" if volume["space"] == "none" else volume["space"]
+    return f"{size} nodes of {volume['dtype']}, {spacing} mm, {space}"
+
+
+def info_lines(description: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `dmc info`."""
+    yield f"path      {description['path']}"
+    if "shape" in description:
+        yield f"format    {description['format']}, {description['files']} file(s)"
+        yield f"volume    {volume_line(description)}"
+        ends = description["value_range"]
+        yield "values    " + ("none that is finite" if ends is None else f"{ends[0]:g} to {ends[1]:g}")
+        if (description["slope"], description["intercept"]) != (1.0, 0.0):
+            yield f"scaling   {description['slope']:g} * stored value + {description['intercept']:g}"
+        yield "affine    " + _matrix(description["affine"])
+    if len(description["series"]) > 1:
+        yield "series    choose one with --series"
+    for entry in description["series"]:
+        size = " x ".join(str(count) for count in entry["size"])
+        words = [f"{entry['number']:<4}", entry["modality"], size, entry["description"], entry["uid"]]
+        yield "  " + "  ".join(word for word in words if word)
+    for warning in description.get("warnings", []):
+        yield f"warning   {warning}"
+
+
+def doctor_lines(diagnosis: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `dmc doctor`."""
+    yield f"platform  {diagnosis['platform']}"
+    yield f"python    {diagnosis['python']}"
+    yield "packages  " + ", ".join(
+        f"{name} {found or 'missing'}" for name, found in diagnosis["packages"].items()
+    )
+    for device in diagnosis["devices"]:
+        memory = device["memory_bytes"]
+        cores = f"{diagnosis['cpu_cores']} core(s)" if device["alias"] == "cpu" else ""
+        yield f"device    {device['alias']}: {device['name']} {cores or f'{memory / 2**30:.1f} GiB'}"
+    if len(diagnosis["devices"]) == 1:
+        yield "device    cuda: no usable CUDA device was found; everything runs on the CPU"
+    for name, available in diagnosis["codecs"].items():
+        yield f"codec     DICOM {name}: {'available' if available else 'missing'}"
+    cache = diagnosis["kernel_cache"]
+    size = cache["bytes"] / 2**20
+    yield f"kernels   {cache['modules']} compiled module(s), {size:.1f} MiB in {cache['path']}"
+
+
+def _surface_line(surface: dict[str, Any]) -> str:
+    text = f"isovalue {surface['isovalue']:g}"
+    if surface["stored_isovalue"] != surface["isovalue"]:
+        text += f", cut at the stored value {surface['stored_isovalue']:g}"
+    return text
+
+
+def _mesh_line(mesh: dict[str, Any]) -> str:
+    text = f"{mesh['vertices']} vertices, {mesh['quads']} quads"
+    if mesh.get("area") is not None:
+        text += f", area {mesh['area']:.6g} mm²"
+    if mesh.get("volume") is not None:
+        text += f", volume {mesh['volume']:.6g} mm³"
+    return text
+
+
+def _topology_line(topology: dict[str, Any]) -> str:
+    manifold = not topology["non_manifold_edges"] and not topology["non_manifold_vertices"]
+    loops = topology["boundary_loops"]
+    words = [
+        "manifold" if manifold else "not manifold",
+        f"open ({loops} boundary loop(s))" if loops else "closed",
+        f"{topology['components']} component(s)",
+    ]
+    if topology.get("genus") is not None:
+        words.append(f"genus {topology['genus']:g}")
+    return ", ".join(words)
+
+
+def _time_line(timings: dict[str, float]) -> str:
+    stages = ", ".join(f"{name} {timings[name] / 1000:.2f}" for name in _SLOW_STAGES if timings.get(name))
+    total = f"{timings['total'] / 1000:.2f} s"
+    return f"{total} ({stages})" if stages else total
+
+
+def _number(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.2g}"
+
+
+def _matrix(rows: list[list[float]]) -> str:
+    return "; ".join(" ".join(f"{value:.6g}" for value in row) for row in rows[:3])
