@@ -1,3 +1,4 @@
+# mypy: ignore-errors  (the kernels are typed by Warp's own compiler)
 """The quality of a mesh: shape of its faces, angles, area, volume, bounds.
 
 Definitions are in `shape.py`. Sums run in double precision over blocks of faces, then over the blocks in

@@ -1,0 +1,144 @@
+# mypy: ignore-errors  (the kernels are typed by Warp's own compiler)
+"""How far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
+
+The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the
+stored values at the vertex's cell-local coordinates, in double precision: the rounding of the file's
+coordinates has no part in it. Divided by the length of T's gradient it is, to first order, a distance in
+millimetres; vertices without a gradient have none.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.device import Device
+from dmc_cli.surface.field import Field, cell_values
+from dmc_cli.surface.grid import Grid, GridShape
+from dmc_cli.surface.trilinear import (
+    trilinear_slope_u,
+    trilinear_slope_v,
+    trilinear_slope_w,
+    trilinear_value,
+)
+from dmc_cli.volume.volume import Volume
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+BLOCK = wp.constant(256)
+"""Vertices that one thread sums over: many threads on a GPU, few partial sums."""
+
+SUMS = wp.constant(4)
+PEAKS = wp.constant(2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviation:
+    """Distances of the vertices from the isosurface; None without vertices.
+
+    Attributes:
+        mean: Mean of |T - stored isovalue|, in physical values.
+        rms: Root of its mean square.
+        max: Largest.
+        max_relative: Largest, as a share of the volume's value range; None if the range is empty.
+        mean_mm: Mean distance in millimetres over the vertices that have a gradient; None if none has.
+        max_mm: Largest of them.
+    """
+
+    mean: float | None
+    rms: float | None
+    max: float | None
+    max_relative: float | None
+    mean_mm: float | None
+    max_mm: float | None
+
+
+@wp.kernel
+def measure_deviation_kernel(
+    first: wp.int32,
+    # In:
+    field: Field,
+    grid: Grid,
+    to_world: wp.mat33d,
+    cells: wp.array[wp.int64],
+    locals: wp.array[wp.vec3f],
+    # Out:
+    sums_out: wp.array2d[wp.float64],
+    peaks_out: wp.array2d[wp.float64],
+) -> None:
+    """Sum the deviations of a block of vertices, in stored values. One thread a block.
+
+    `to_world` turns a gradient by local coordinates into one by millimetres. Sums: deviation, its square,
+    its distance, vertices with a distance. Peaks: deviation, distance.
+    """
+    block = first + wp.tid()
+    total = wp.vec4d()
+    peaks = wp.vec2d()
+    for vertex in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
+        row = wp.int32(cells[vertex] / wp.int64(grid.nx))
+        i = wp.int32(cells[vertex] % wp.int64(grid.nx))
+        f = cell_values(field, grid, i, row % grid.ny, row / grid.ny)
+        p = locals[vertex]
+        u = wp.float64(p[0])
+        v = wp.float64(p[1])
+        w = wp.float64(p[2])
+        deviation = wp.abs(trilinear_value(f, u, v, w))
+        slope = wp.vec3d(trilinear_slope_u(f, v, w), trilinear_slope_v(f, u, w), trilinear_slope_w(f, u, v))
+        total[0] += deviation
+        total[1] += deviation * deviation
+        peaks[0] = wp.max(peaks[0], deviation)
+        gradient = wp.length(to_world * slope)
+        if gradient > wp.float64(0.0):
+            distance = deviation / gradient
+            total[2] += distance
+            total[3] += wp.float64(1.0)
+            peaks[1] = wp.max(peaks[1], distance)
+    for s in range(SUMS):
+        sums_out[block, s] = total[s]
+    for s in range(PEAKS):
+        peaks_out[block, s] = peaks[s]
+
+
+def measure_deviation(
+    device: Device,
+    volume: Volume,
+    value_range: tuple[float, float] | None,
+    field: Any,
+    grid: GridShape,
+    cells: Any,
+    locals: Any,
+) -> Deviation:
+    """Measure the deviation of vertices from the isosurface that `field` is zero on.
+
+    Args:
+        device: Where the arrays are.
+        volume: The volume, for its affine and slope.
+        value_range: Smallest and largest physical value, as `Volume.value_range` returns it.
+        field: The `Field` that the surface was cut from.
+        grid: The grid over the volume.
+        cells: Linear number of each vertex's cell, (V,) int64.
+        locals: Position of each vertex in its cell, (V,) vec3f.
+    """
+    count = cells.shape[0]
+    if not count:
+        return Deviation(mean=None, rms=None, max=None, max_relative=None, mean_mm=None, max_mm=None)
+    blocks = -(-count // int(BLOCK))
+    sums = device.empty((blocks, int(SUMS)), wp.float64)
+    peaks = device.empty((blocks, int(PEAKS)), wp.float64)
+    to_world = wp.mat33d(*np.linalg.inv(volume.affine[:3, :3]).T.ravel())
+    inputs = [field, grid.struct(), to_world, cells, locals]
+    device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
+    total, squares, distance, distances = sums.numpy().sum(axis=0).tolist()
+    most, farthest = peaks.numpy().max(axis=0).tolist()
+    unit = abs(volume.slope)
+    extent = value_range[1] - value_range[0] if value_range else 0.0
+    return Deviation(
+        mean=unit * total / count,
+        rms=unit * math.sqrt(squares / count),
+        max=unit * most,
+        max_relative=unit * most / extent if extent else None,
+        mean_mm=distance / distances if distances else None,
+        max_mm=farthest if distances else None,
+    )
