@@ -1,4 +1,5 @@
-# mypy: ignore-errors  (the kernels are typed by Warp's own compiler)
+# Typed by Warp's own compiler.
+# mypy: ignore-errors
 """How far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
 
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the

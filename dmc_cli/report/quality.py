@@ -1,4 +1,5 @@
-# mypy: ignore-errors  (the kernels are typed by Warp's own compiler)
+# Typed by Warp's own compiler.
+# mypy: ignore-errors
 """The quality of a mesh: shape of its faces, angles, area, volume, bounds.
 
 Definitions are in `shape.py`. Sums run in double precision over blocks of faces, then over the blocks in

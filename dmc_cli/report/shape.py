@@ -1,4 +1,5 @@
-# mypy: ignore-errors  (the kernels are typed by Warp's own compiler)
+# Typed by Warp's own compiler.
+# mypy: ignore-errors
 """The shape of one quad or triangle: areas, angles, and the measures of the paper and of Verdict.
 
 Grosso & Zint 2021, section 5.3: equation 8 (mean ratio of a triangle), equation 9 (shape of a quad), and the
