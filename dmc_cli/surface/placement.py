@@ -15,7 +15,7 @@ import warp as wp
 from dmc_cli.surface.grid import has_bit
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient, trilinear_value
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 COARSE_LATTICE = 7
 FINE_LATTICE = 25
@@ -177,6 +177,33 @@ def solve_along(f: CornerValues, p: wp.vec3, axis: wp.int32) -> wp.vec3:
 
 
 @wp.func
+def solve_on_steepest_axis(f: CornerValues, polygon: Polygon) -> wp.vec3:
+    """Solve from the mean along the axis of the largest gradient component: a point in the box, or NOWHERE.
+
+    Nearly all vertices end here, so this is written without a branch and without an index that varies.
+    """
+    mean = polygon.mean
+    gradient = trilinear_gradient(f, mean)
+    x = wp.abs(gradient[0])
+    y = wp.abs(gradient[1])
+    z = wp.abs(gradient[2])
+    along_z = z > x and z > y
+    along_y = y > x and not along_z
+    slope = wp.where(along_z, gradient[2], wp.where(along_y, gradient[1], gradient[0]))
+    start = wp.where(along_z, mean[2], wp.where(along_y, mean[1], mean[0]))
+    low = wp.where(along_z, polygon.low[2], wp.where(along_y, polygon.low[1], polygon.low[0]))
+    high = wp.where(along_z, polygon.high[2], wp.where(along_y, polygon.high[1], polygon.high[0]))
+    root = start - trilinear_value(f, mean[0], mean[1], mean[2]) / slope
+    along_x = not along_y and not along_z
+    solution = wp.vec3(
+        wp.where(along_x, root, mean[0]), wp.where(along_y, root, mean[1]), wp.where(along_z, root, mean[2])
+    )
+    if not (root >= low and root <= high):  # not so for a NaN either
+        solution = NOWHERE
+    return solution
+
+
+@wp.func
 def solve_in_box(f: CornerValues, polygon: Polygon, low: wp.vec3, high: wp.vec3) -> wp.vec3:
     """Solve from the mean along each axis by falling gradient until a solution lies in a box."""
     gradient = trilinear_gradient(f, polygon.mean)
@@ -191,7 +218,7 @@ def solve_in_box(f: CornerValues, polygon: Polygon, low: wp.vec3, high: wp.vec3)
                 axis = 2
             steepness[axis] = -1.0
             solution = solve_along(f, polygon.mean, axis)
-            if is_within(solution, low, high):
+            if solution[axis] >= low[axis] and solution[axis] <= high[axis]:
                 found = solution
     return found
 
@@ -296,9 +323,8 @@ def fall_back(f: CornerValues, polygon: Polygon) -> wp.vec3:
 
 
 @wp.func
-def place_vertex(f: CornerValues, edges: wp.uint32) -> wp.vec4:
-    """Return the local coordinates of a polygon's vertex, and 1 if it took a fallback, else 0."""
-    polygon = measure_polygon(f, edges)
+def place_with_care(f: CornerValues, polygon: Polygon) -> wp.vec4:
+    """Place a vertex that the steepest axis does not: as `place_vertex`, from its second attempt on."""
     p = solve_in_box(f, polygon, polygon.low, polygon.high)
     fallback = float(0.0)
     if p[0] < 0.0:
@@ -309,3 +335,14 @@ def place_vertex(f: CornerValues, edges: wp.uint32) -> wp.vec4:
         p = fall_back(f, polygon)
         fallback = 1.0
     return wp.vec4(p[0], p[1], p[2], fallback)
+
+
+@wp.func
+def place_vertex(f: CornerValues, edges: wp.uint32) -> wp.vec4:
+    """Return the local coordinates of a polygon's vertex, and 1 if it took a fallback, else 0."""
+    polygon = measure_polygon(f, edges)
+    p = solve_on_steepest_axis(f, polygon)
+    result = wp.vec4(p[0], p[1], p[2], 0.0)
+    if p[0] < 0.0:
+        result = place_with_care(f, polygon)
+    return result

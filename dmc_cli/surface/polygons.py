@@ -26,7 +26,7 @@ from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.field import Field, node_value
 from dmc_cli.surface.grid import CORNERS, EDGES, Grid, GridShape, bit_index, has_bit
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 NO_LABEL = 15
 """Label of an edge that belongs to no polygon, or to no vertex."""

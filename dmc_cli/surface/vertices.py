@@ -19,7 +19,7 @@ from dmc_cli.surface.placement import crossed_edges, place_vertex
 from dmc_cli.surface.polygons import Polygons, SpecialCells, polygon_of_vertex
 from dmc_cli.surface.trilinear import single_precision
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
 @dataclass(frozen=True)
