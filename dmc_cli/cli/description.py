@@ -85,7 +85,7 @@ def _devices() -> list[dict[str, Any]]:
     """All devices that Warp sees, the CPU first."""
     import warp as wp
 
-    wp.config.quiet = True
+    wp.config.log_level = wp.LOG_WARNING
     wp.init()
     found = [{"alias": "cpu", "name": platform.processor() or platform.machine(), "memory_bytes": None}]
     found.extend(
@@ -104,7 +104,7 @@ def _devices() -> list[dict[str, Any]]:
 def _codecs() -> dict[str, bool]:
     """DICOM's compressed pixel data: which kinds the installed packages decode."""
     from pydicom import uid
-    from pydicom.pixels.decoders import get_decoder
+    from pydicom.pixels.decoders.base import get_decoder
 
     kinds = {
         "RLE": uid.RLELossless,
