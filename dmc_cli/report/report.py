@@ -1,0 +1,176 @@
+"""The report of a run: everything that was found, under the keys that scripts rely on.
+
+The order of the keys is fixed, no value is NaN or infinity, and a section that was not measured is null.
+`docs/report-schema.json` describes every key.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from dmc_cli.report.deviation import Deviation
+from dmc_cli.report.plain_values import plain
+from dmc_cli.report.quality import Quality
+from dmc_cli.report.topology import Topology
+from dmc_cli.settings import ConvertSettings
+from dmc_cli.surface.surface import SurfaceCounts
+from dmc_cli.volume.volume import Volume
+
+SCHEMA = 1
+"""Version of the report; it grows when a key changes its meaning or goes."""
+
+HASH_BLOCK = 1 << 22
+"""Bytes read at a time for the input's checksum."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """What is measured only if a report, a requirement or a check asks for it."""
+
+    topology: Topology
+    quality: Quality
+    deviation: Deviation
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFacts:
+    """What a conversion knows at its end.
+
+    Attributes:
+        volume: The input.
+        settings: What was asked for.
+        resolved: Settings by name that took a value of their own, for example the device behind `auto`.
+        stored_isovalue: The level that was cut, in stored values.
+        counts: What the surface stage found.
+        vertex_count: Vertices of the mesh as it is written.
+        quad_count: Its quads.
+        measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
+        simplification: What simplification did, or None if there was none.
+        warnings: Further sentences for the user, after the volume's own.
+        timings_ms: Milliseconds by stage.
+        memory: As `measure_memory` returns it.
+        versions: As `collect_versions` returns it.
+    """
+
+    volume: Volume
+    settings: ConvertSettings
+    resolved: Mapping[str, Any]
+    stored_isovalue: float
+    counts: SurfaceCounts
+    vertex_count: int
+    quad_count: int
+    measures: Measures | None
+    simplification: Mapping[str, Any] | None = None
+    warnings: tuple[str, ...] = ()
+    timings_ms: Mapping[str, float]
+    memory: Mapping[str, int | None]
+    versions: Mapping[str, str]
+
+
+def build_report(facts: RunFacts) -> dict[str, Any]:
+    """Return the report as plain dicts, lists, strings and numbers, keys in a fixed order."""
+    measures = facts.measures
+    report = {
+        "schema": SCHEMA,
+        "warnings": [*facts.volume.warnings, *_own_warnings(facts.counts), *facts.warnings],
+        "input": _input_section(facts.volume, facts.counts.no_data_nodes, with_hash=measures is not None),
+        "settings": _settings_section(facts.settings, facts.resolved),
+        "surface": _surface_section(facts),
+        "mesh": _mesh_section(facts.vertex_count, facts.quad_count, measures),
+        "topology": topology_section(measures.topology) if measures else None,
+        "quality": quality_section(measures.quality) if measures else None,
+        "deviation": asdict(measures.deviation) if measures else None,
+        "simplification": facts.simplification,
+        "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
+        "memory": facts.memory,
+        "versions": facts.versions,
+    }
+    return {key: plain(section) for key, section in report.items()}
+
+
+def report_text(report: Mapping[str, Any]) -> str:
+    """Return a report as JSON, indented, with a newline at its end."""
+    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def topology_section(topology: Topology) -> dict[str, Any]:
+    """Return the section `topology`: every field, in the order of the class."""
+    return asdict(topology)
+
+
+def quality_section(quality: Quality) -> dict[str, Any]:
+    """Return the section `quality`: every field but those that belong to the section `mesh`."""
+    return {
+        key: value for key, value in asdict(quality).items() if key not in ("area", "signed_volume", "bounds")
+    }
+
+
+def extent_section(quality: Quality, topology: Topology) -> dict[str, Any]:
+    """Return area, enclosed volume and bounds; the volume is None if the mesh has a boundary."""
+    encloses = topology.is_closed and topology.components > 0
+    return {
+        "area": quality.area,
+        "volume": quality.signed_volume if encloses else None,
+        "bounds": quality.bounds,
+    }
+
+
+def _mesh_section(vertices: int, quads: int, measures: Measures | None) -> dict[str, Any]:
+    section: dict[str, Any] = {"vertices": vertices, "quads": quads}
+    if measures is None:
+        return section | {"area": None, "volume": None, "bounds": None}
+    return section | extent_section(measures.quality, measures.topology)
+
+
+def _input_section(volume: Volume, no_data_nodes: int, with_hash: bool) -> dict[str, Any]:
+    return {
+        "path": volume.path,
+        "files": [str(file) for file in volume.files],
+        "format": volume.format,
+        "shape": volume.shape,
+        "dtype": volume.values.dtype.name,
+        "spacing_mm": volume.spacing,
+        "space": volume.space,
+        "affine": volume.affine,
+        "no_data_nodes": no_data_nodes,
+        "sha256": _sha256(volume) if with_hash else None,
+    }
+
+
+def _sha256(volume: Volume) -> str | None:
+    """Return the checksum of the input if it is a single regular file."""
+    if len(volume.files) != 1 or not volume.files[0].is_file():
+        return None
+    digest = hashlib.sha256()
+    with volume.files[0].open("rb") as file:
+        while block := file.read(HASH_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _settings_section(settings: ConvertSettings, resolved: Mapping[str, Any]) -> dict[str, Any]:
+    """Return every setting under the name of its option, in one level."""
+    output = asdict(settings.output)
+    section = {"input": settings.input, "output": output.pop("path")}
+    section |= asdict(settings.surface) | asdict(settings.read) | output
+    section |= {"device": settings.device, "threads": settings.threads}
+    return section | dict(resolved)
+
+
+def _surface_section(facts: RunFacts) -> dict[str, Any]:
+    counts = asdict(facts.counts)
+    del counts["no_data_nodes"]
+    isovalue = facts.settings.surface.isovalue
+    return {"isovalue": isovalue, "stored_isovalue": facts.stored_isovalue, **counts}
+
+
+def _own_warnings(counts: SurfaceCounts) -> list[str]:
+    """Return what a user should know about the surface."""
+    warnings = []
+    if counts.no_data_nodes:
+        warnings.append(
+            f"{counts.no_data_nodes} nodes hold no data (NaN, infinity or padding); the surface ends there"
+        )
+    return warnings

@@ -1,0 +1,73 @@
+"""What `--require` asks of a mesh."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from dmc_cli.errors import RequirementError
+from dmc_cli.settings import Requirement
+
+ON_SURFACE = 1e-5
+"""Largest deviation, as a share of the value range, of a vertex that is on the surface: a hundred times what
+float32 local coordinates cost, and far below what a picture or a measurement could show."""
+
+Section = Mapping[str, Any]
+
+
+def check_requirements(report: Section, names: Iterable[Requirement]) -> None:
+    """Raise unless the mesh is everything that is asked.
+
+    Args:
+        report: A report with its measured sections: mesh, topology and deviation.
+        names: Requirements; one that is named twice counts once.
+
+    Raises:
+        RequirementError: Names every requirement that is not met, what was found, and what may help.
+    """
+    failures = [failure for name in dict.fromkeys(names) if (failure := CHECKS[name](report))]
+    if failures:
+        raise RequirementError("the mesh is not what --require asks for: " + "; ".join(failures))
+
+
+def _manifold(report: Section) -> str | None:
+    topology = report["topology"]
+    counts = {
+        "vertices whose faces form several fans": topology["non_manifold_vertices"],
+        "edges with more than two faces": topology["non_manifold_edges"],
+        "edges that both faces run the same way": topology["misoriented_edges"],
+    }
+    found = [f"{count} {what}" for what, count in counts.items() if count]
+    if not found:
+        return None
+    return f"manifold: {', '.join(found)} were found; expected none (--topology manifold)"
+
+
+def _closed(report: Section) -> str | None:
+    edges, loops = report["topology"]["boundary_edges"], report["topology"]["boundary_loops"]
+    if not edges:
+        return None
+    return f"closed: {edges} boundary edges in {loops} loop(s) were found; expected none (--border closed)"
+
+
+def _all_quads(report: Section) -> str | None:
+    triangles = report["mesh"].get("triangles", 0)
+    return f"all-quads: {triangles} triangles were found; expected none" if triangles else None
+
+
+def _on_surface(report: Section) -> str | None:
+    if report["deviation"] is None:
+        return "on-surface: the deviation is not known; name the volume that the mesh was made from"
+    found = report["deviation"]["max_relative"]
+    if found is None or found <= ON_SURFACE:
+        return None
+    return (
+        f"on-surface: the largest deviation is {found:.3g} of the value range;"
+        f" expected at most {ON_SURFACE:g} (--placement exact)"
+    )
+
+
+CHECKS: dict[str, Callable[[Section], str | None]] = {
+    "manifold": _manifold,
+    "closed": _closed,
+    "all-quads": _all_quads,
+    "on-surface": _on_surface,
+}
