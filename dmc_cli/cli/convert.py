@@ -32,20 +32,15 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
       dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 600
       dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
     """
-    from dmc_cli import pipeline
-
     read = options.gather(ReadSettings, values)
+    output = options.gather(OutputSettings, values)
+    if values["isovalue"] is None:
+        raise missing_isovalue(input, read)
+    surface = options.gather(SurfaceSettings, values)
+    settings = options.gather(ConvertSettings, values, input=input, read=read, surface=surface, output=output)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
-        if values["isovalue"] is None:
-            raise missing_isovalue(input, read)
-        settings = options.gather(
-            ConvertSettings,
-            values,
-            input=input,
-            read=read,
-            surface=options.gather(SurfaceSettings, values),
-            output=options.gather(OutputSettings, values),
-        )
+        with progress.stage("loading"):
+            from dmc_cli import pipeline
         result = pipeline.convert(settings, progress)
     if not quiet:
         echo_summary(result.report)

@@ -1,0 +1,70 @@
+"""Errors become messages and exit status in one place."""
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from dmc_cli import errors
+from dmc_cli.cli.group import DmcGroup
+from dmc_cli.cli.signals import Stopped
+
+STATUS = {
+    "SettingsError": 2,
+    "VolumeError": 3,
+    "UnsupportedFormatError": 3,
+    "DamagedVolumeError": 3,
+    "AmbiguousVolumeError": 4,
+    "EmptySurfaceError": 5,
+    "RequirementError": 6,
+    "DeviceError": 7,
+    "MemoryBudgetError": 7,
+    "BatchError": 8,
+    "WriteError": 9,
+}
+
+
+def outcome(error):
+    @click.group(cls=DmcGroup)
+    def group():
+        pass
+
+    @group.command()
+    def fail():
+        raise error
+
+    return CliRunner().invoke(group, ["fail"])
+
+
+@pytest.mark.parametrize("name", STATUS)
+def test_each_error_has_its_status_and_one_message(name):
+    result = outcome(getattr(errors, name)("found this; expected that; do so"))
+    assert result.exit_code == STATUS[name]
+    assert result.stderr == "Error: found this; expected that; do so\n"
+    assert result.stdout == ""
+
+
+def test_no_error_class_is_forgotten():
+    classes = {name for name, value in vars(errors).items() if isinstance(value, type) and name != "DmcError"}
+    assert classes - {"MeshInvariantError"} == set(STATUS)
+
+
+def test_a_broken_invariant_is_a_bug_of_ours():
+    assert errors.MeshInvariantError.exit_status == 1
+
+
+def test_no_memory_ends_with_status_7():
+    result = outcome(MemoryError("Unable to allocate 9 TiB"))
+    assert result.exit_code == 7
+    assert "Unable to allocate 9 TiB" in result.stderr
+
+
+@pytest.mark.parametrize(("number", "status"), [(2, 130), (15, 143)])
+def test_a_signal_has_the_status_that_shells_use(number, status):
+    result = outcome(Stopped(number))
+    assert result.exit_code == status
+    assert "no output was left incomplete" in result.stderr
+
+
+def test_a_bug_of_ours_keeps_its_traceback():
+    result = outcome(ZeroDivisionError("oops"))
+    assert isinstance(result.exception, ZeroDivisionError)

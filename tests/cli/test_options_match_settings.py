@@ -1,0 +1,76 @@
+"""Every setting has an option of the same name, default and choices, and the reverse."""
+
+from dataclasses import MISSING, fields
+from typing import get_args, get_type_hints
+
+import click
+import pytest
+
+from dmc_cli import settings
+from dmc_cli.cli import dmc
+
+OF_COMMAND = {
+    "convert": {
+        settings.ReadSettings,
+        settings.SurfaceSettings,
+        settings.OutputSettings,
+        settings.ConvertSettings,
+    },
+    "info": {settings.ReadSettings},
+    "synth": {settings.SynthSettings},
+}
+NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json"}
+GATHERED = {"read", "surface", "output"}  # fields that are settings themselves
+PAIRS = [
+    (command, owner, field)
+    for command, owners in OF_COMMAND.items()
+    for owner in owners
+    for field in fields(owner)
+]
+
+
+def parameters(command):
+    return {parameter.name: parameter for parameter in dmc.commands[command].params}
+
+
+@pytest.mark.parametrize(
+    ("command", "owner", "field"), PAIRS, ids=[f"{c}-{o.__name__}-{f.name}" for c, o, f in PAIRS]
+)
+def test_every_setting_has_its_option(command, owner, field):
+    if field.name in GATHERED:
+        return
+    option = parameters(command)[field.name]
+    if isinstance(option, click.Argument):
+        return
+    default = None if field.default is MISSING else field.default
+    assert option.default == default or (default is None and option.get_default(click.Context(dmc)) is None)
+    if isinstance(option.type, click.Choice):
+        hint = get_type_hints(owner)[field.name]
+        choices = (
+            get_args(hint) if all(isinstance(c, str) for c in get_args(hint)) else get_args(get_args(hint)[0])
+        )
+        assert tuple(option.type.choices) == choices
+
+
+@pytest.mark.parametrize("command", OF_COMMAND)
+def test_every_option_fills_a_setting(command):
+    known = {field.name for owner in OF_COMMAND[command] for field in fields(owner)} | NOT_SETTINGS
+    assert set(parameters(command)) <= known
+
+
+def test_the_synthetic_fields_are_those_that_can_be_made():
+    from dmc_cli.volume.synthetic import FIELD_NAMES
+
+    assert get_args(settings.SyntheticField) == FIELD_NAMES
+
+
+def test_the_volume_formats_are_those_that_can_be_written():
+    from dmc_cli.writers.volume_file import SUFFIXES
+
+    assert set(get_args(settings.VolumeFormat)) == set(SUFFIXES.values())
+
+
+def test_the_mesh_formats_are_those_that_can_be_written():
+    from dmc_cli.writers.write import FORMATS
+
+    assert get_args(settings.OutputFormat) == tuple(FORMATS)

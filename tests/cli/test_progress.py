@@ -1,0 +1,67 @@
+"""Bars only on a terminal, lines only on request, nothing on standard output."""
+
+import io
+import re
+
+import pytest
+
+from dmc_cli.cli.progress import BarProgress, LineProgress, shown_progress
+from dmc_cli.progress import SILENT
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def use(progress):
+    with progress.stage("reading"):
+        progress.advance(0.25)
+        with progress.stage("compiling kernels"):
+            progress.note("a fact")
+        progress.advance(1.0)
+
+
+@pytest.mark.parametrize(("quiet", "verbose"), [(True, 0), (True, 2), (False, 0)])
+def test_without_a_terminal_silence_is_the_default(quiet, verbose):
+    with shown_progress(quiet=quiet, verbose=verbose) as progress:
+        assert progress is SILENT
+
+
+def test_verbose_lines_tell_stages_and_notes(capsys):
+    with shown_progress(quiet=False, verbose=1) as progress:
+        assert isinstance(progress, LineProgress)
+        use(progress)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert [line.split(":")[0] for line in captured.err.splitlines()] == [
+        "a fact",
+        "compiling kernels",
+        "reading",
+    ]
+
+
+@pytest.mark.parametrize("verbose", [0, 1])
+def test_a_terminal_gets_a_bar_that_names_the_stage(monkeypatch, verbose):
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with shown_progress(quiet=False, verbose=verbose) as progress:
+        assert isinstance(progress, BarProgress)
+        use(progress)
+    assert ("a fact" in terminal.getvalue()) == bool(verbose)
+
+
+def test_no_color_is_honoured(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setenv("NO_COLOR", "1")
+    with shown_progress(quiet=False, verbose=1) as progress:
+        use(progress)
+    assert not re.search(r"\x1b\[(\d+;)*[39]\d(;\d+)*m", terminal.getvalue())
+
+
+def test_a_stage_that_fails_leaves_the_bar_usable():
+    with pytest.raises(ValueError, match="broken"), LineProgress().stage("reading"):
+        raise ValueError("broken")

@@ -1,0 +1,52 @@
+"""Wrong words on the command line end with status 2 and say what was expected."""
+
+import pytest
+
+CONVERT = ["convert", "synth:sphere:8", "out.ply", "-i", "0"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["convert", "synth:sphere:8"], "Missing argument 'OUTPUT'"),
+        ([*CONVERT, "--shape", "4,4"], "'4,4' has 2 part(s); expected three integers"),
+        ([*CONVERT, "--shape", "4,4,x"], "expected three integers with commas between"),
+        ([*CONVERT, "--spacing", "1,1,-1"], "spacing is (1.0, 1.0, -1.0); expected three positive lengths"),
+        ([*CONVERT, "--memory", "lots"], "'lots' is no size; expected a number of bytes, as in 4G"),
+        ([*CONVERT, "--require", "closed,pretty"], "'pretty' is not one of manifold, closed"),
+        ([*CONVERT, "--topology", "weird"], "'weird' is not one of 'manifold', 'asymptotic'"),
+        ([*CONVERT, "--device", "tpu"], "device is 'tpu'; expected auto, cpu, cuda or cuda:N"),
+        ([*CONVERT, "--threads", "0"], "threads is 0; expected 1 or more"),
+        ([*CONVERT, "--simplify", "all"], "No such option"),
+        (["convert", "synth:sphere:8", "out.ply", "-i", "nan"], "isovalue is nan; expected a finite number"),
+        (["convert", "synth:cone:8", "out.ply", "-i", "0"], "expected synth:FIELD:N"),
+        (["synth", "cone", "cone.nrrd"], "'cone' is not one of 'genus_two', 'iwp'"),
+        (["synth", "iwp", "iwp.xyz"], "iwp.xyz has no suffix that is known; expected one of .nii"),
+        (["synth", "iwp", "iwp.nrrd", "-n", "1"], "nodes is 1; expected at least 2"),
+        (["frobnicate"], "No such command"),
+    ],
+)
+def test_usage_errors(run, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    result = run(*words)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_an_isovalue_the_value_range_is_named(run, tmp_path):
+    result = run("convert", "synth:sphere:9", tmp_path / "out.ply")
+    assert result.exit_code == 2
+    assert (
+        "synth:sphere:9 has values from -0.982051 to 0.75; choose one in that range with -i" in result.stderr
+    )
+
+
+@pytest.mark.parametrize(
+    ("word", "size"), [("4G", 4 << 30), ("500M", 500 << 20), ("1.5GiB", 3 << 29), ("123", 123)]
+)
+def test_sizes_have_units(word, size):
+    from dmc_cli.cli.parameters import Size
+
+    assert Size()(word) == size
