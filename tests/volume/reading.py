@@ -1,7 +1,7 @@
 """What the readers' tests share: small volumes, an independent reader, hand-written headers."""
 
 import numpy as np
-import SimpleITK as sitk
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import read_volume

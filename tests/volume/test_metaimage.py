@@ -2,7 +2,7 @@ import zlib
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -33,7 +33,8 @@ def test_both_byte_orders(tmp_path, order, key):
 
 
 def test_each_triple_of_the_matrix_is_the_direction_of_one_axis(tmp_path):
-    extra = "TransformMatrix = 0 1 0 0 0 1 1 0 0\nElementSpacing = 2 3 4\nOffset = 5 6 7\nAnatomicalOrientation = RAI\n"
+    extra = "TransformMatrix = 0 1 0 0 0 1 1 0 0\nElementSpacing = 2 3 4\nOffset = 5 6 7\n"
+    extra += "AnatomicalOrientation = RAI\n"
     path = write(tmp_path / "a.mha", header(extra=extra), VALUES.tobytes())
     volume = read(path)
     np.testing.assert_array_equal(volume.affine, [[0, 0, 4, 5], [2, 0, 0, 6], [0, 3, 0, 7], [0, 0, 0, 1]])

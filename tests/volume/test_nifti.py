@@ -117,7 +117,7 @@ def test_a_pair_without_its_data_is_refused(tmp_path):
 def test_a_volume_of_several_is_chosen_by_its_index(tmp_path, suffix):
     values = counting((6, 3, 4, 5))
     path = write(tmp_path / f"a{suffix}", values)
-    with pytest.raises(AmbiguousVolumeError, match="6 volumes found.*--volume-index"):
+    with pytest.raises(AmbiguousVolumeError, match=r"6 volumes found.*--volume-index"):
         read(path)
     for index in (0, 4, 5):
         np.testing.assert_array_equal(read(path, volume_index=index).values, values[index])

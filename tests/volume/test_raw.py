@@ -56,7 +56,7 @@ def test_the_size_must_fit_shape_and_type(tmp_path):
     path = write(tmp_path / "a.raw")
     with pytest.raises(DamagedVolumeError, match=r"120 bytes found, 100 expected.*--skip-bytes 20"):
         read(path, shape=(5, 5, 2), dtype="int16")
-    with pytest.raises(DamagedVolumeError, match="120 bytes found, 240 expected.*check --shape and --dtype"):
+    with pytest.raises(DamagedVolumeError, match=r"120 bytes found, 240 expected.*check --shape and --dtype"):
         read(path, shape=SHAPE, dtype="float32")
 
 
