@@ -5,11 +5,10 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
 TESTS := $(PY) -m pytest
-DEMO_INPUT ?= sample_data/nifti
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help setup format lint types test test-all test-gpu test-faults cov golden bench bench-gpu demo smoke ci clean
+.PHONY: help demo setup format lint types test test-all test-gpu cov smoke ci clean
 
 # The first Python that is new enough, whatever it is called
 FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
@@ -59,6 +58,15 @@ test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no d
 
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term
+
+smoke: $(VENV)/.installed-dev ## the wheel works where nothing else is installed
+	rm -rf build/smoke && mkdir -p build/smoke
+	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/smoke .
+	$(PY) -m venv build/smoke/venv
+	build/smoke/venv/bin/python -m pip install --quiet --disable-pip-version-check build/smoke/*.whl
+	cd build/smoke && venv/bin/dmc --version && venv/bin/dmc convert synth:torus:32 torus.ply -i 0 --require closed,manifold
+
+ci: lint types test smoke ## what has to pass before a change goes in
 
 clean: ## remove build products and caches; the environment stays
 	rm -rf build dist demo .cache .pytest_cache .ruff_cache .mypy_cache .import_linter_cache .hypothesis .coverage
