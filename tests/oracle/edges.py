@@ -1,19 +1,29 @@
-"""How quads share edges and vertices, counted from their indices alone."""
+"""How quads share sides and vertices, counted from their indices alone."""
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tests.oracle.surface import OracleSurface
 
 
 def vertex_pairs(quads: np.ndarray) -> np.ndarray:
-    """The four sides of every quad as sorted vertex pairs, shape (4Q, 2)."""
-    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)
-    return np.sort(sides.reshape(-1, 2), axis=1)
+    """One number for the vertex pair of each side of each quad, shape (4Q,), whatever its direction."""
+    ends = quads.astype(np.int64)
+    after = np.roll(ends, -1, axis=1)
+    return (np.minimum(ends, after) * (ends.max(initial=0) + 1) + np.maximum(ends, after)).ravel()
 
 
 def pair_use(quads: np.ndarray) -> np.ndarray:
     """How many quads each vertex pair has."""
-    return np.unique(vertex_pairs(quads), axis=0, return_counts=True)[1]
+    return np.unique(vertex_pairs(quads), return_counts=True)[1]
+
+
+def pair_valences(quads: np.ndarray, vertex_count: int) -> np.ndarray:
+    """How many vertex pairs each vertex is in, shape (vertex_count,)."""
+    pairs = np.unique(vertex_pairs(quads))
+    size = int(quads.max(initial=0)) + 1
+    return np.bincount(np.concatenate([pairs // size, pairs % size]), minlength=vertex_count)
 
 
 def edge_use(surface: OracleSurface) -> np.ndarray:
@@ -28,27 +38,21 @@ def pinched_vertex_count(surface: OracleSurface) -> int:
 
 
 def pinched_vertices(quads: np.ndarray, vertex_count: int) -> np.ndarray:
-    """Whether the quads of each vertex form more than one ring or fan; vertex pairs tell neighbours.
+    """Whether the quads of each vertex form more than one ring or fan, shape (vertex_count,).
 
-    Quads round a vertex are neighbours if they share a side there. Counted as components by
-    uniting corners that share a side, for meshes without sides of three or more quads.
+    Quads round a vertex are neighbours if they share a side there; rings and fans are the components
+    of the quads' corners under this. For meshes without a side of more than two quads.
     """
-    corner = np.arange(quads.size).reshape(quads.shape)
-    parent = np.arange(quads.size)
-
-    def root(c: int) -> int:
-        while parent[c] != c:
-            parent[c] = parent[parent[c]]
-            c = parent[c]
-        return c
-
-    owner: dict[tuple[int, int], int] = {}
-    for q, vertices in enumerate(quads.tolist()):
-        for side in range(4):
-            ends = [(vertices[side], corner[q, side]), (vertices[(side + 1) % 4], corner[q, (side + 1) % 4])]
-            for (v, at), (other, _) in (ends, ends[::-1]):
-                first = owner.setdefault((v, other), at)
-                parent[root(at)] = root(first)
-    roots = np.array([root(c) for c in range(quads.size)], dtype=np.int64)
-    groups = np.unique(np.stack([quads.ravel(), roots], axis=1), axis=0)[:, 0]
-    return np.bincount(groups, minlength=vertex_count) > 1
+    corners = np.arange(quads.size).reshape(quads.shape)
+    origin, corner = quads.astype(np.int64).ravel(), corners.ravel()
+    head, head_corner = np.roll(quads, -1, axis=1).ravel(), np.roll(corners, -1, axis=1).ravel()
+    _, side = np.unique(vertex_pairs(quads), return_inverse=True)
+    # a side has one node at either end; a corner is joined to its two sides' nodes at its vertex
+    at_low, at_high = quads.size + 2 * side, quads.size + 2 * side + 1
+    ends = np.where(origin < head, [at_low, at_high], [at_high, at_low])
+    rows, columns = np.concatenate([corner, head_corner]), np.concatenate(list(ends))
+    size = 3 * quads.size + 1
+    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
+    _, component = connected_components(graph, directed=False)
+    fans = np.unique(origin * size + component[: quads.size]) // size
+    return np.bincount(fans, minlength=vertex_count) > 1

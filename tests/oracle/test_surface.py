@@ -14,7 +14,7 @@ from tests.fields import (
     volume_of,
     white_noise,
 )
-from tests.oracle.edges import edge_use, pinched_vertex_count
+from tests.oracle.edges import edge_use, pinched_vertex_count, pinched_vertices
 from tests.oracle.faces import joins_inside
 from tests.oracle.quads import polygon_fans
 from tests.oracle.surface import extract_oracle_surface
@@ -177,3 +177,13 @@ def test_each_flip_adds_one_polygon_in_both_cells():
 
 def test_a_closed_border_makes_every_edge_shared_by_two_quads():
     assert set(edge_use(extract(white_noise(10), border="closed"))) == {2}
+
+
+def test_a_vertex_between_two_boxes_is_pinched():
+    box = extract(one_inside_node()).indexed_quads()[1]
+    other = np.where(box == 0, 0, box + 7)
+    assert np.flatnonzero(pinched_vertices(np.concatenate([box, other]), 15)).tolist() == [0]
+
+
+def test_no_vertex_of_a_box_is_pinched():
+    assert not pinched_vertices(extract(one_inside_node()).indexed_quads()[1], 8).any()

@@ -1,0 +1,43 @@
+"""Every kernel module compiles ahead of time for CUDA, without a GPU."""
+
+import importlib
+import pkgutil
+
+import pytest
+import warp as wp
+
+import dmc_cli
+
+ARCHITECTURES = [75, 90]
+
+
+def kernel_modules() -> list[str]:
+    """Names of the package's modules that hold Warp kernels."""
+    found = []
+    for module in pkgutil.walk_packages(dmc_cli.__path__, "dmc_cli."):
+        if module.name.endswith("__main__") or not imports_warp(module):
+            continue
+        importlib.import_module(module.name)
+        if wp.get_module(module.name).kernels:
+            found.append(module.name)
+    return found
+
+
+def imports_warp(module: pkgutil.ModuleInfo) -> bool:
+    """Whether a module's source imports Warp: the others need not be imported."""
+    source = module.module_finder.find_spec(module.name).loader.get_source(module.name)
+    return "import warp as wp" in source
+
+
+def test_the_surface_stage_has_kernel_modules():
+    assert any(name.startswith("dmc_cli.surface.") for name in kernel_modules())
+
+
+@pytest.mark.parametrize("name", kernel_modules())
+def test_every_kernel_is_in_the_module_compiled_for_cuda(name, tmp_path):
+    module = wp.get_module(name)
+    paths = wp.compile_aot_module(module, arch=ARCHITECTURES, module_dir=tmp_path, use_ptx=True)
+    assert len(paths) == len(ARCHITECTURES)
+    sources = "".join(path.read_text() for path in tmp_path.rglob("*.cu"))
+    missing = [key for key in module.kernels if f"{key}_" not in sources]
+    assert missing == []
