@@ -15,7 +15,7 @@ import warp as wp
 
 from dmc_cli.device import Device
 from dmc_cli.report.faces import flat_corners
-from dmc_cli.report.shape import blank_shape, quad_shape, splits_along_02, triangle_shape
+from dmc_cli.report.shape import blank_shape, chooses_02, quad_shape, triangle_shape, turn_angle
 
 wp.set_module_options({"enable_backward": False})
 
@@ -87,7 +87,7 @@ def measure_faces_kernel(
     """Sum the shapes of a block of faces. One thread a block.
 
     Sums: quality, ratio, area, volume. Extremes: least quality, scaled Jacobian and angle, largest angle and
-    warpage.
+    angle between normals, in radians.
     """
     block = first + wp.tid()
     total = blank_shape()
@@ -97,8 +97,10 @@ def measure_faces_kernel(
         a = point_at(points, corners[4 * face], origin)
         b = point_at(points, corners[4 * face + 1], origin)
         c = point_at(points, corners[4 * face + 2], origin)
-        shape = triangle_shape(a, b, c)
-        if corners[4 * face + 3] >= 0:
+        shape = blank_shape()
+        if corners[4 * face + 3] < 0:
+            shape = triangle_shape(a, b, c)
+        else:
             shape = quad_shape(a, b, c, point_at(points, corners[4 * face + 3], origin))
             total.quality += shape.quality
             bin = wp.clamp(wp.int32(shape.quality * BINS_PER_UNIT), 0, BINS - 1)
@@ -108,18 +110,18 @@ def measure_faces_kernel(
         total.area += shape.area
         total.volume += shape.volume
         total.scaled_jacobian = wp.min(total.scaled_jacobian, shape.scaled_jacobian)
-        total.min_angle = wp.min(total.min_angle, shape.min_angle)
-        total.max_angle = wp.max(total.max_angle, shape.max_angle)
-        total.warpage = wp.max(total.warpage, shape.warpage)
+        total.min_turn = wp.min(total.min_turn, shape.min_turn)
+        total.max_turn = wp.max(total.max_turn, shape.max_turn)
+        total.warp_turn = wp.max(total.warp_turn, shape.warp_turn)
     sums_out[block, 0] = total.quality
     sums_out[block, 1] = total.ratio
     sums_out[block, 2] = total.area
     sums_out[block, 3] = total.volume
     extremes_out[block, 0] = least_quality
     extremes_out[block, 1] = total.scaled_jacobian
-    extremes_out[block, 2] = total.min_angle
-    extremes_out[block, 3] = total.max_angle
-    extremes_out[block, 4] = total.warpage
+    extremes_out[block, 2] = turn_angle(total.min_turn)
+    extremes_out[block, 3] = turn_angle(total.max_turn)
+    extremes_out[block, 4] = turn_angle(total.warp_turn)
 
 
 @wp.kernel
@@ -162,7 +164,7 @@ def choose_diagonals_kernel(
     c = point_at(points, corners[4 * q + 2], origin)
     d = point_at(points, corners[4 * q + 3], origin)
     diagonal = int(1)
-    if splits_along_02(a, b, c, d):
+    if chooses_02(a, b, c, d):
         diagonal = 0
     diagonals_out[q] = wp.uint8(diagonal)
 

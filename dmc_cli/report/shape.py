@@ -4,7 +4,10 @@
 
 Grosso & Zint 2021, section 5.3: equation 8 (mean ratio of a triangle), equation 9 (shape of a quad), and the
 MaxMin-angle split of a quad into two triangles. Scaled Jacobian as in Verdict (Stimpson et al. 2007).
-All arithmetic is in double precision; angles are in radians.
+
+Conventions: double precision throughout. An angle is kept as its turn, a number from 0 to 4 that grows with
+it and costs no arc tangent: 1 is a right angle, 2 a straight one. At a corner, `before` is the edge that
+runs into it and `after` the one that runs out; they and their sum, the chord, bound a triangle.
 """
 
 import warp as wp
@@ -15,9 +18,13 @@ TIE = wp.constant(wp.float64(1e-6))
 """How much larger, in cosine, the smallest angle must be for the split along corners 1 and 3: coordinates in
 float32 blur the angles of a symmetric quad by a tenth of that, and a tie goes along corners 0 and 2."""
 
-PI = wp.constant(wp.float64(3.141592653589793))
-
+ZERO = wp.constant(wp.float64(0.0))
+ONE = wp.constant(wp.float64(1.0))
 TWO = wp.constant(wp.float64(2.0))
+FULL_TURN = wp.constant(wp.float64(4.0))
+HALF_PI = wp.constant(wp.float64(1.5707963267948966))
+EQUILATERAL = wp.constant(wp.float64(3.4641016151377544))
+"""Sum of the squared sides over twice the area of an equilateral triangle: 2 sqrt(3)."""
 
 
 @wp.struct
@@ -25,16 +32,17 @@ class FaceShape:
     """What is measured on one face.
 
     `quality` is equation 9 and `scaled_jacobian` Verdict's, both 1 on a square; `ratio` is equation 8,
-    summed over the face's triangles; `warpage` is the largest angle between the normals at opposite
-    corners. On a triangle `quality` and `scaled_jacobian` are 1 and `warpage` is 0.
+    summed over the face's triangles; `min_turn` and `max_turn` are its least and largest angle; `warp_turn`
+    is the largest angle between the normals at opposite corners. On a triangle `quality` and
+    `scaled_jacobian` are 1 and `warp_turn` is 0.
     """
 
     quality: wp.float64
     scaled_jacobian: wp.float64
     ratio: wp.float64
-    min_angle: wp.float64
-    max_angle: wp.float64
-    warpage: wp.float64
+    min_turn: wp.float64
+    max_turn: wp.float64
+    warp_turn: wp.float64
     area: wp.float64
     volume: wp.float64
 
@@ -42,77 +50,117 @@ class FaceShape:
 @wp.func
 def quotient(a: wp.float64, b: wp.float64) -> wp.float64:
     """Return a / b, or 0 where b is 0: a face without extent has the worst shape."""
-    result = wp.float64(0.0)
-    if b != wp.float64(0.0):
+    result = ZERO
+    if b != ZERO:
         result = a / b
     return result
 
 
 @wp.func
-def angle_between(a: wp.vec3d, b: wp.vec3d) -> wp.float64:
-    """Return the angle between two vectors, 0 if one of them is 0."""
-    return wp.atan2(wp.length(wp.cross(a, b)), wp.dot(a, b))
+def turn_between(cosine: wp.float64, sine: wp.float64) -> wp.float64:
+    """Return the turn of an angle up to 180 degrees from multiples of its cosine and sine, 0 from zeros."""
+    turn = quotient(sine, wp.abs(cosine) + sine)
+    if cosine < ZERO:
+        turn = TWO - turn
+    return turn
 
 
 @wp.func
-def largest_cosine(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.float64:
-    """Return the cosine of a triangle's smallest angle, 1 if it has no area."""
-    ab = b - a
-    bc = c - b
-    ca = a - c
-    lengths = wp.vec3d(wp.length(ab), wp.length(bc), wp.length(ca))
-    cosine = wp.float64(1.0)
-    if lengths[0] * lengths[1] * lengths[2] > wp.float64(0.0):
-        cosine = -wp.dot(ca, ab) / (lengths[2] * lengths[0])
-        cosine = wp.max(cosine, -wp.dot(ab, bc) / (lengths[0] * lengths[1]))
-        cosine = wp.max(cosine, -wp.dot(bc, ca) / (lengths[1] * lengths[2]))
+def turn_angle(turn: wp.float64) -> wp.float64:
+    """Return the angle of a turn in radians, 0 to 2 pi."""
+    angle = ZERO
+    half = turn
+    if turn > TWO:
+        half = FULL_TURN - turn
+    if half > ONE:
+        angle = TWO * HALF_PI - wp.atan2(TWO - half, half - ONE)
+    else:
+        angle = wp.atan2(half, ONE - half)
+    if turn > TWO:
+        angle = FULL_TURN * HALF_PI - angle
+    return angle
+
+
+@wp.func
+def largest_cosine(before: wp.vec3d, after: wp.vec3d, sides: wp.vec3d) -> wp.float64:
+    """Return the cosine of the smallest angle of the triangle at a corner, 1 if a side is 0.
+
+    `sides` are the lengths of `before`, `after` and the chord.
+    """
+    chord = before + after
+    cosine = ONE
+    if sides[0] * sides[1] * sides[2] > ZERO:
+        cosine = -wp.dot(before, after) / (sides[0] * sides[1])
+        cosine = wp.max(cosine, wp.dot(before, chord) / (sides[0] * sides[2]))
+        cosine = wp.max(cosine, wp.dot(after, chord) / (sides[1] * sides[2]))
     return cosine
 
 
 @wp.func
-def splits_along_02(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d) -> wp.bool:
-    """Return whether a quad's MaxMin-angle split runs between its corners 0 and 2; ties do."""
-    along_02 = wp.max(largest_cosine(a, b, c), largest_cosine(a, c, d))
-    along_13 = wp.max(largest_cosine(a, b, d), largest_cosine(b, c, d))
+def splits_along_02(
+    ab: wp.vec3d, bc: wp.vec3d, cd: wp.vec3d, da: wp.vec3d, sides: wp.vec4d, ac: wp.float64, bd: wp.float64
+) -> wp.bool:
+    """Return whether a quad's MaxMin-angle split runs between its corners 0 and 2; ties do.
+
+    `sides` are the lengths of the edges, `ac` and `bd` those of the diagonals.
+    """
+    along_02 = wp.max(
+        largest_cosine(ab, bc, wp.vec3d(sides[0], sides[1], ac)),
+        largest_cosine(cd, da, wp.vec3d(sides[2], sides[3], ac)),
+    )
+    along_13 = wp.max(
+        largest_cosine(bc, cd, wp.vec3d(sides[1], sides[2], bd)),
+        largest_cosine(da, ab, wp.vec3d(sides[3], sides[0], bd)),
+    )
     return along_13 > along_02 - TIE
 
 
 @wp.func
-def triangle_ratio(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.float64:
-    """Return the mean ratio of a triangle, 1 if equilateral: equation 8."""
+def chooses_02(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d) -> wp.bool:
+    """Return whether the MaxMin-angle split of the quad a b c d runs from a to c."""
     ab = b - a
     bc = c - b
-    ca = a - c
-    squares = wp.dot(ab, ab) + wp.dot(bc, bc) + wp.dot(ca, ca)
-    return quotient(TWO * wp.sqrt(wp.float64(3.0)) * wp.length(wp.cross(ab, ca)), squares)
+    cd = d - c
+    da = a - d
+    sides = wp.vec4d(wp.length(ab), wp.length(bc), wp.length(cd), wp.length(da))
+    return splits_along_02(ab, bc, cd, da, sides, wp.length(c - a), wp.length(d - b))
 
 
 @wp.func
-def add_triangle(shape: FaceShape, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> FaceShape:
-    """Return `shape` with a triangle's area, mean ratio and signed volume to the origin added."""
-    shape.area += wp.length(wp.cross(b - a, c - a)) / TWO
-    shape.ratio += triangle_ratio(a, b, c)
-    shape.volume += wp.dot(a, wp.cross(b, c)) / wp.float64(6.0)
+def add_triangle(shape: FaceShape, before: wp.vec3d, after: wp.vec3d, apex: wp.vec3d) -> FaceShape:
+    """Return `shape` with area, mean ratio and signed volume to the origin of a corner's triangle added.
+
+    `apex` is the position of the corner.
+    """
+    normal = wp.cross(before, after)
+    chord = before + after
+    twice_area = wp.length(normal)
+    squares = wp.dot(before, before) + wp.dot(after, after) + wp.dot(chord, chord)
+    shape.area += twice_area / TWO
+    shape.ratio += EQUILATERAL * quotient(twice_area, squares)
+    shape.volume += wp.dot(apex, normal) / wp.float64(6.0)
     return shape
 
 
 @wp.func
-def add_corner(shape: FaceShape, before: wp.vec3d, after: wp.vec3d, normal: wp.vec3d) -> FaceShape:
+def add_corner(
+    shape: FaceShape, before: wp.vec3d, after: wp.vec3d, sides: wp.float64, cross: wp.vec3d, normal: wp.vec3d
+) -> FaceShape:
     """Return `shape` with one corner's angle and quality added.
 
-    `before` runs into the corner and `after` out of it; `normal` is the unit normal at the quad's centre. A
-    corner that turns against it is a reflex one, over 180 degrees and with a negative Jacobian.
+    `sides` is the product of both edges' lengths, `cross` their cross product, `normal` the unit normal at
+    the quad's centre. A corner that turns against it is reflex: over 180 degrees, with a negative Jacobian.
     """
-    jacobian = wp.dot(normal, wp.cross(before, after))
-    angle = angle_between(-before, after)
-    if jacobian < wp.float64(0.0):
-        angle = TWO * PI - angle
-    shape.min_angle = wp.min(shape.min_angle, angle)
-    shape.max_angle = wp.max(shape.max_angle, angle)
+    sine = wp.length(cross)
+    turn = turn_between(-wp.dot(before, after), sine)
+    jacobian = wp.dot(normal, cross)
+    if jacobian < ZERO:
+        turn = FULL_TURN - turn
+    shape.min_turn = wp.min(shape.min_turn, turn)
+    shape.max_turn = wp.max(shape.max_turn, turn)
     squares = wp.dot(before, before) + wp.dot(after, after)
-    shape.quality = wp.min(shape.quality, quotient(TWO * wp.length(wp.cross(before, after)), squares))
-    lengths = wp.length(before) * wp.length(after)
-    shape.scaled_jacobian = wp.min(shape.scaled_jacobian, quotient(jacobian, lengths))
+    shape.quality = wp.min(shape.quality, quotient(TWO * sine, squares))
+    shape.scaled_jacobian = wp.min(shape.scaled_jacobian, quotient(jacobian, sides))
     return shape
 
 
@@ -120,9 +168,9 @@ def add_corner(shape: FaceShape, before: wp.vec3d, after: wp.vec3d, normal: wp.v
 def blank_shape() -> FaceShape:
     """Return the shape that corners and triangles are added to."""
     shape = FaceShape()
-    shape.quality = wp.float64(1.0)
-    shape.scaled_jacobian = wp.float64(1.0)
-    shape.min_angle = TWO * PI
+    shape.quality = ONE
+    shape.scaled_jacobian = ONE
+    shape.min_turn = FULL_TURN
     return shape
 
 
@@ -133,29 +181,43 @@ def quad_shape(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d) -> FaceShape:
     bc = c - b
     cd = d - c
     da = a - d
+    at_a = wp.cross(da, ab)
+    at_b = wp.cross(ab, bc)
+    at_c = wp.cross(bc, cd)
+    at_d = wp.cross(cd, da)
+    sides = wp.vec4d(wp.length(ab), wp.length(bc), wp.length(cd), wp.length(da))
     normal = wp.normalize(wp.cross(ab - cd, bc - da))
     shape = blank_shape()
-    shape = add_corner(shape, da, ab, normal)
-    shape = add_corner(shape, ab, bc, normal)
-    shape = add_corner(shape, bc, cd, normal)
-    shape = add_corner(shape, cd, da, normal)
-    shape.warpage = wp.max(
-        angle_between(wp.cross(da, ab), wp.cross(bc, cd)), angle_between(wp.cross(ab, bc), wp.cross(cd, da))
+    shape = add_corner(shape, da, ab, sides[3] * sides[0], at_a, normal)
+    shape = add_corner(shape, ab, bc, sides[0] * sides[1], at_b, normal)
+    shape = add_corner(shape, bc, cd, sides[1] * sides[2], at_c, normal)
+    shape = add_corner(shape, cd, da, sides[2] * sides[3], at_d, normal)
+    shape.warp_turn = wp.max(
+        turn_between(wp.dot(at_a, at_c), wp.length(wp.cross(at_a, at_c))),
+        turn_between(wp.dot(at_b, at_d), wp.length(wp.cross(at_b, at_d))),
     )
-    if splits_along_02(a, b, c, d):
-        shape = add_triangle(shape, a, b, c)
-        shape = add_triangle(shape, a, c, d)
+    if splits_along_02(ab, bc, cd, da, sides, wp.length(c - a), wp.length(d - b)):
+        shape = add_triangle(shape, ab, bc, b)
+        shape = add_triangle(shape, cd, da, d)
     else:
-        shape = add_triangle(shape, a, b, d)
-        shape = add_triangle(shape, b, c, d)
+        shape = add_triangle(shape, bc, cd, c)
+        shape = add_triangle(shape, da, ab, a)
     return shape
 
 
 @wp.func
 def triangle_shape(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> FaceShape:
     """Measure a triangle."""
+    ab = b - a
+    bc = c - b
+    ca = a - c
+    sine = wp.length(wp.cross(ab, bc))
+    turns = wp.vec3d(
+        turn_between(-wp.dot(ca, ab), sine),
+        turn_between(-wp.dot(ab, bc), sine),
+        turn_between(-wp.dot(bc, ca), sine),
+    )
     shape = blank_shape()
-    angles = wp.vec3d(angle_between(b - a, c - a), angle_between(a - b, c - b), angle_between(a - c, b - c))
-    shape.min_angle = wp.min(angles)
-    shape.max_angle = wp.max(angles)
-    return add_triangle(shape, a, b, c)
+    shape.min_turn = wp.min(turns)
+    shape.max_turn = wp.max(turns)
+    return add_triangle(shape, ab, bc, b)

@@ -27,6 +27,11 @@ ON_BOUNDARY = wp.constant(wp.uint32(0x80000000))
 LARGEST_WALK = wp.constant(64)
 """Faces round a vertex up to which its edges are compared pair by pair; the time grows with the square."""
 
+FEW_EDGES = wp.constant(8)
+"""Edges that fit into the registers in which they are compared at once; hardly a vertex has more."""
+
+Ends = wp.types.vector(length=8, dtype=wp.int32)
+
 UNLISTED = -1
 """Valence of a vertex that the walk leaves to the sorting."""
 
@@ -85,6 +90,31 @@ def edge_end(
 
 
 @wp.func
+def has_distinct_ends(
+    corners: wp.array[wp.int32],
+    twins: wp.array[wp.int32],
+    vertex: wp.int32,
+    start: wp.int32,
+    count: wp.int32,
+    edges: wp.int32,
+) -> wp.bool:
+    """Return whether a fan's few edges lead to as many vertices: no pair of them is the same edge."""
+    ends = Ends()
+    h = start
+    distinct = bool(True)
+    for e in range(edges):
+        ends[e] = edge_end(corners, twins, h, e == count)
+        if ends[e] == vertex:
+            distinct = False
+        for f in range(e):
+            if ends[f] == ends[e]:
+                distinct = False
+        if e + 1 < count:
+            h = turn(corners, twins, h)
+    return distinct
+
+
+@wp.func
 def inspect_fan(
     corners: wp.array[wp.int32],
     twins: wp.array[wp.int32],
@@ -101,6 +131,9 @@ def inspect_fan(
     edges = count
     if is_open:
         edges = count + 1
+    if edges <= FEW_EDGES:
+        if has_distinct_ends(corners, twins, vertex, start, count, edges):
+            return wp.vec2i(edges, 0)
     valence = int(0)
     crowded = int(0)
     h = start
