@@ -14,6 +14,8 @@ from dmc_cli.errors import SettingsError
 InputFormat = Literal["raw", "nifti", "nrrd", "meta", "dicom"]
 OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]
+SliceGaps = Literal["refuse", "keep"]
+Duplicates = Literal["refuse", "first"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Placement = Literal["exact"]
@@ -51,6 +53,8 @@ class ReadSettings:
     spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     series: str | None = None
+    slice_gaps: SliceGaps = "refuse"
+    duplicates: Duplicates = "refuse"
     volume_index: int | None = None
     seed: int = 0
     sigma: float = 0.0
@@ -66,7 +70,11 @@ class ReadSettings:
             raise SettingsError(f"origin is {self.origin}; expected three finite coordinates in mm")
         if self.skip_bytes < 0:
             raise SettingsError(f"skip_bytes is {self.skip_bytes}; expected 0 or more")
+        if not (math.isfinite(self.sigma) and self.sigma >= 0):
+            raise SettingsError(f"sigma is {self.sigma}; expected 0 or a number of nodes")
         check_choice("byte_order", self.byte_order, ByteOrder)
+        check_choice("slice_gaps", self.slice_gaps, SliceGaps)
+        check_choice("duplicates", self.duplicates, Duplicates)
         if self.input_format is not None:
             check_choice("input_format", self.input_format, InputFormat)
 

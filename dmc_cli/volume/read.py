@@ -16,7 +16,8 @@ from pathlib import Path
 from dmc_cli.errors import UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
-from dmc_cli.volume.layout import Layout, check_affine, check_file, check_shape
+from dmc_cli.volume.dicom import dicom_entries, dicom_volume
+from dmc_cli.volume.layout import Layout, check_file
 from dmc_cli.volume.metaimage import metaimage_layout
 from dmc_cli.volume.nifti import nifti_layout
 from dmc_cli.volume.nrrd import nrrd_layout
@@ -34,6 +35,9 @@ LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
 """Formats whose header tells where the values lie."""
 
 SUFFIXES = {
+    ".dcm": "dicom",
+    ".zip": "dicom",
+    ".ima": "dicom",
     ".hdr": "nifti",
     ".hdr.gz": "nifti",
     ".img": "nifti",
@@ -86,6 +90,8 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
         field, count = parse_synthetic(path)
         return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
     format_name = input_format(Path(path), path, settings)
+    if format_name == "dicom":
+        return dicom_entries(Path(path), path)
     layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=0))
     count = layout.components * layout.volumes
     several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
@@ -120,10 +126,9 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
 
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
     format_name = input_format(path, name, settings)
-    volume = load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
-    check_shape(name, volume.shape)
-    check_affine(name, volume.affine)
-    return volume
+    if format_name == "dicom":
+        return dicom_volume(path, name, settings, progress)
+    return load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
 
 
 def _read_stream(settings: ReadSettings, progress: Progress) -> Volume:
@@ -148,10 +153,13 @@ def _format_of_content(path: Path, name: str) -> str | None:
                 start = stream.read(4096)
     except (OSError, EOFError, zlib.error) as error:
         raise VolumeError(f"{name}: cannot be read ({error}); check the file") from error
+    if start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04"):
+        return "dicom"
     if start.startswith(b"NRRD0"):
         return "nrrd"
     if start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"):
         return "nifti"
     if b"NDims" in start and b"DimSize" in start:
         return "meta"
-    return None
+    # DICOM without its preamble begins with an element of group 2 or 8
+    return "dicom" if start[:2] in (b"\x02\x00", b"\x08\x00") else None

@@ -105,11 +105,10 @@ def synthetic_volume(name: str, settings: ReadSettings, progress: Progress = SIL
     field, count = parse_synthetic(name)
     check_shape(name, (count, count, count))
     values = allocate_values(name, (count, count, count), np.float32)
-    with progress.stage("synthesising"):
-        if field == "noise":
-            _fill_noise(values, settings.seed, settings.sigma, progress)
-        else:
-            _fill_formula(values, FIELDS[field], progress)
+    if field == "noise":
+        _fill_noise(values, settings.seed, settings.sigma, progress)
+    else:
+        _fill_formula(values, FIELDS[field], progress)
     step = 2 / (count - 1)
     return Volume(
         values=values,

@@ -38,10 +38,9 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
     check_affine(layout.name, layout.affine)
     storable_type(layout.name, layout.dtype)
     _check_sizes(layout)
-    with progress.stage("reading"):
-        values = _mapped(layout)
-        if values is None:
-            values = _copied(layout, progress)
+    values = _mapped(layout)
+    if values is None:
+        values = _copied(layout, progress)
     return Volume(
         values=values,
         affine=layout.affine,

@@ -1,0 +1,87 @@
+"""DICOM: a folder tree, a zip of one, or a file with many frames, to one volume; world axes LPS.
+
+Steps: find the files, read their headers, turn them into frames, the frames into stacks, choose one,
+lay out its slices, read their values.
+"""
+
+from pathlib import Path
+
+from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.dicom_elements import read_header
+from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
+from dmc_cli.volume.dicom_geometry import slice_geometry
+from dmc_cli.volume.dicom_pixels import read_slices
+from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, stacks_of
+from dmc_cli.volume.dicom_source import dicom_files
+from dmc_cli.volume.layout import check_affine, check_shape
+from dmc_cli.volume.volume import Volume, VolumeEntry
+
+NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's own, lengths may be unknown"
+
+
+def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """The volume of the series `settings.series`, or of the only one.
+
+    Raises:
+        VolumeError: No slices of a volume; its subclasses tell of damaged or unsupported ones.
+        AmbiguousVolumeError: Several series, duplicates or missing slices.
+        SettingsError: No series of that number or UID.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    with progress.stage("scanning"):
+        stacks, notes = _stacks(path, name, progress)
+    stack = choose_stack(stacks, settings.series, name)
+    geometry = slice_geometry(stack, settings, name)
+    is_placed = all(frame.is_placed for frame in geometry.frames)
+    columns, rows = geometry.frames[0].pixels.shape
+    check_shape(name, (columns, rows, len(geometry.frames)))
+    check_affine(name, geometry.affine)
+    with progress.stage("reading slices"):
+        slices = read_slices(geometry.frames, settings.threads, name, progress)
+    return Volume(
+        values=slices.values,
+        affine=geometry.affine,
+        space="LPS" if is_placed else "none",
+        slope=slices.slope,
+        intercept=slices.intercept,
+        padding=slices.padding,
+        slice_positions=geometry.slice_positions,
+        path=name,
+        files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
+        format="dicom",
+        warnings=(*notes, *geometry.warnings, *(() if is_placed else (NO_POSITIONS,))),
+    )
+
+
+def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
+    """Every volume that `--series` can choose, in the order of their numbers.
+
+    Raises:
+        VolumeError: There is none.
+    """
+    stacks, _ = _stacks(path, name, SILENT)
+    return [stack.entry(number) for number, stack in enumerate(stacks, 1)]
+
+
+def _stacks(path: Path, name: str, progress: Progress) -> tuple[list[Stack], list[str]]:
+    """The stacks of an input, and warnings."""
+    frames: list[Frame] = []
+    reasons: list[str] = []
+    damaged: list[VolumeError] = []
+    files = dicom_files(path, name)
+    for number, file in enumerate(files):
+        try:
+            header = read_header(file)
+            if header is not None:
+                frames += read_frames(header)
+        except NoSlice as reason:
+            reasons.append(f"{file.name}: {reason}")
+        except DamagedVolumeError as error:
+            damaged.append(error)
+        progress.advance((number + 1) / len(files))
+    stacks = stacks_of(frames)
+    if not stacks:
+        raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
+    return stacks, [f"a file was left out: {error}" for error in damaged[:3]]

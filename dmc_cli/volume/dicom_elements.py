@@ -1,0 +1,253 @@
+"""Single elements of a DICOM header, from the bytes that pydicom found, without its conversions.
+
+A slice needs some twenty of hundreds of elements. Converting them here costs a tenth of pydicom's own
+conversion and gives no warnings on values that break the standard's rules but are clear.
+"""
+
+import math
+import struct
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.volume.dicom_source import DicomFile
+
+PIXEL_DATA = 0x7FE00010
+FLOAT_PIXEL_DATA = 0x7FE00008
+DOUBLE_PIXEL_DATA = 0x7FE00009
+
+FLAT_BYTES = 1 << 16
+"""How much of a file is looked at before pydicom is asked; most headers have a tenth of it."""
+
+WANTED = frozenset(
+    (
+        *(0x00020010, 0x00080008, 0x00080032, 0x00080033, 0x00080060, 0x0008103E, 0x00180050, 0x00180081),
+        *(0x00180088, 0x00181060, 0x00181210, 0x00189087, 0x0020000E, 0x00200011, 0x00200012, 0x00200032),
+        *(0x00200037, 0x00200100, 0x00280002, 0x00280004, 0x00280008, 0x00280010, 0x00280011, 0x00280030),
+        *(0x00280100, 0x00280101, 0x00280103, 0x00280120, 0x00280121, 0x00281052, 0x00281053, 0x3004000E),
+    )
+)
+"""Every element that a single-frame image is asked for."""
+
+_ENHANCED = frozenset([0x52009229, 0x52009230, 0x00540022, 0x3004000C])
+
+_LONG_FORM = frozenset(
+    [b"OB", b"OD", b"OF", b"OL", b"OV", b"OW", b"SQ", b"SV", b"UC", b"UN", b"UR", b"UT", b"UV"]
+)
+
+_BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
+
+
+@dataclass(frozen=True, eq=False)
+class Header:
+    """A file's elements before its pixel data.
+
+    Attributes:
+        file: The file.
+        dataset: pydicom's data set, unconverted.
+        syntax: UID of the transfer syntax.
+        pixel_start: Where the pixel data's element begins in the file, or None where there is none.
+    """
+
+    file: DicomFile
+    dataset: Any
+    syntax: str
+    pixel_start: int | None
+
+
+def read_header(file: DicomFile) -> Header | None:
+    """The header of a DICOM file, or None for a file of another kind.
+
+    Raises:
+        DamagedVolumeError: It is DICOM, but its header cannot be read.
+    """
+    failure: Exception | None = None
+    for head in file.heads():
+        with head:
+            start = head.read(132)
+            has_preamble = start[128:132] == b"DICM"
+            if not has_preamble and not _is_plausible(start):
+                return None
+            try:
+                flat = _flat_header(file, start + head.read(FLAT_BYTES)) if has_preamble else None
+                if flat is not None:
+                    return flat
+                head.seek(0)
+                return _parsed(file, head, force=not has_preamble)
+            except Exception as error:
+                # pydicom raises whatever its parsing runs into: struct.error, KeyError, EOFError, ...
+                failure = error
+    if not has_preamble:
+        return None
+    raise DamagedVolumeError(
+        f"{file.name}: the DICOM header cannot be read ({failure}); get the file again"
+    ) from failure
+
+
+def _is_plausible(start: bytes) -> bool:
+    """Whether a file without preamble begins with an element of the first groups."""
+    if len(start) < 12 or start[:2] not in (b"\x02\x00", b"\x08\x00", b"\x00\x08"):
+        return False
+    has_type = start[4:6].isalpha() and start[4:6].isupper()
+    return has_type or int.from_bytes(start[4:8], "little") < 128
+
+
+@dataclass(frozen=True)
+class _FlatElement:
+    """An element that was found without pydicom."""
+
+    value: bytes
+    VR: str | None
+    is_little_endian: bool = True
+
+
+class _FlatDataset(dict[int, _FlatElement]):
+    """The wanted elements of a plain header, looked up as in pydicom's data set."""
+
+    get_item = dict.get
+
+
+def _flat_header(file: DicomFile, start: bytes) -> Header | None:
+    """The header of a plain image: little endian, one frame, no sequence of unknown length before its pixels.
+
+    Nearly every slice is one, and this takes a tenth of pydicom's time; anything else is left to pydicom.
+    """
+    meta, position = _flat_elements(start, 132, explicit=True)
+    syntax = text(meta, 0x00020010)
+    if syntax not in ("1.2.840.10008.1.2", "1.2.840.10008.1.2.1"):
+        return None
+    found, position = _flat_elements(start, position, explicit=syntax != "1.2.840.10008.1.2")
+    if not 0 <= position < file.size - 8 or position > len(start) or text(found, 0x00280008) not in ("", "1"):
+        return None
+    return Header(file, found, syntax, position)
+
+
+def _flat_elements(data: bytes, position: int, explicit: bool) -> tuple[_FlatDataset, int]:
+    """The wanted elements before the end of group 2 or the pixel data, and where that is; else -1."""
+    found = _FlatDataset()
+    is_meta = data[position : position + 2] == b"\x02\x00"
+    while position + 12 <= len(data):
+        group, element = struct.unpack_from("<HH", data, position)
+        if (is_meta and group != 2) or (group << 16 | element) >= FLOAT_PIXEL_DATA:
+            return found, position
+        kind = data[position + 4 : position + 6]
+        if explicit and kind not in _LONG_FORM:
+            begin, length = position + 8, int.from_bytes(data[position + 6 : position + 8], "little")
+            if not kind.isalpha():
+                break
+        else:
+            begin = position + (12 if explicit else 8)
+            length = int.from_bytes(data[begin - 4 : begin], "little")
+        tag = group << 16 | element
+        if length == 0xFFFFFFFF or tag in _ENHANCED:
+            break
+        if tag in WANTED:
+            found[tag] = _FlatElement(
+                data[begin : begin + length], kind.decode("ascii", "replace") if explicit else None
+            )
+        position = begin + length
+    return found, -1
+
+
+def _parsed(file: DicomFile, head: Any, force: bool) -> Header:
+    import pydicom
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        dataset = pydicom.dcmread(head, stop_before_pixels=True, force=force)
+        meta = getattr(dataset, "file_meta", None)
+        found = meta.get("TransferSyntaxUID") if meta is not None else None
+    if found is None:
+        found = "1.2.840.10008.1.2.1" if dataset.original_encoding[0] is False else "1.2.840.10008.1.2"
+    syntax = str(found)
+    position: int | None = head.tell()
+    if syntax == "1.2.840.10008.1.2.1.99" or position is None or position >= file.size - 8:
+        position = None if syntax != "1.2.840.10008.1.2.1.99" else 0
+    return Header(file, dataset, syntax, position)
+
+
+def text(dataset: Any, tag: int) -> str:
+    """A text element's first value; empty where the element is absent."""
+    values = texts(dataset, tag)
+    return values[0] if values else ""
+
+
+def texts(dataset: Any, tag: int) -> list[str]:
+    """A text element's values."""
+    value = _value(dataset, tag)
+    if isinstance(value, bytes):
+        try:
+            value = value.decode("utf-8")
+        except UnicodeDecodeError:
+            value = value.decode("latin-1")
+        return [word.strip(" \0") for word in value.split("\\")] if value else []
+    if value is None:
+        return []
+    if isinstance(value, (list, tuple)) or type(value).__name__ == "MultiValue":
+        return [str(word).strip() for word in value]
+    return [str(value).strip()]
+
+
+def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | None:
+    """A decimal or binary element's numbers; None where the element is absent or empty.
+
+    Raises:
+        DamagedVolumeError: They are no finite numbers, or not `count` of them.
+    """
+    element = _element(dataset, tag)
+    if element is None or element.value is None or len(_as_bytes_or_list(element.value)) == 0:
+        return None
+    kind = _BINARY.get(str(element.VR)) if element.VR is not None else None
+    try:
+        if kind is not None and isinstance(element.value, bytes):
+            order = "<" if element.is_little_endian else ">"
+            found = [float(v[0]) for v in struct.iter_unpack(order + kind, element.value)]
+        else:
+            found = [float(word) for word in texts(dataset, tag)]
+    except (ValueError, OverflowError, struct.error) as error:
+        raise DamagedVolumeError(
+            f"element {tag:08x} holds {element.value!r:.60}; expected numbers"
+        ) from error
+    if not all(math.isfinite(v) for v in found) or (count is not None and len(found) != count):
+        wanted = "finite numbers" if count is None else f"{count} finite numbers"
+        raise DamagedVolumeError(f"element {tag:08x} holds {element.value!r:.60}; expected {wanted}")
+    return found
+
+
+def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
+    """A binary 16 or 32 bit integer's value."""
+    element = _element(dataset, tag)
+    value = None if element is None else element.value
+    if isinstance(value, bytes):
+        if len(value) not in (2, 4):
+            return default
+        return int.from_bytes(value, "little" if element.is_little_endian else "big", signed=signed)
+    if isinstance(value, int):
+        if signed and value >= 0x8000 and str(element.VR) == "US":
+            return value - 0x10000
+        return value
+    return default
+
+
+def items(dataset: Any, tag: int) -> list[Any]:
+    """A sequence's items; empty where it is absent."""
+    if dataset is None or tag not in dataset:
+        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        value = dataset[tag].value
+    return list(value) if type(value).__name__ == "Sequence" else []
+
+
+def _element(dataset: Any, tag: int) -> Any:
+    return dataset.get_item(tag) if dataset is not None and tag in dataset else None
+
+
+def _value(dataset: Any, tag: int) -> Any:
+    element = _element(dataset, tag)
+    return None if element is None else element.value
+
+
+def _as_bytes_or_list(value: Any) -> Any:
+    return value if isinstance(value, (bytes, list, tuple, str)) else [value]

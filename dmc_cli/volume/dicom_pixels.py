@@ -1,0 +1,239 @@
+"""The slices' values in one array: read or decoded in threads, straight to where they belong."""
+
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.progress import Progress
+from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.dicom_elements import DOUBLE_PIXEL_DATA, FLOAT_PIXEL_DATA, PIXEL_DATA, Header
+from dmc_cli.volume.dicom_frames import Frame, Pixels
+
+_Array = np.ndarray[Any, np.dtype[Any]]
+
+IMPLICIT = "1.2.840.10008.1.2"
+EXPLICIT = "1.2.840.10008.1.2.1"
+DEFLATED = "1.2.840.10008.1.2.1.99"
+BIG_ENDIAN = "1.2.840.10008.1.2.2"
+UNCOMPRESSED = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)
+
+PLUGINS = {
+    "1.2.840.10008.1.2.4.50": "python-gdcm",
+    "1.2.840.10008.1.2.4.51": "python-gdcm",
+    "1.2.840.10008.1.2.4.57": "python-gdcm",
+    "1.2.840.10008.1.2.4.70": "python-gdcm",
+    "1.2.840.10008.1.2.4.80": "pyjpegls",
+    "1.2.840.10008.1.2.4.81": "pyjpegls",
+}
+"""Transfer syntax to the package that decodes it; the JPEG 2000 family is `JPEG_2000`."""
+
+JPEG_2000 = "pylibjpeg pylibjpeg-openjpeg"
+
+LARGE_FRAME = 1 << 26
+LARGEST_RATIO = 5000
+"""A frame beyond LARGE_FRAME bytes must have a stored byte for every LARGEST_RATIO of them: a damaged size
+must not make a decoder fill the memory."""
+
+LEAST_RLE_RATIO = 64
+"""RLE needs two bytes for 128 equal ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class SliceValues:
+    """Stored values [k, j, i] and what they mean."""
+
+    values: _Array
+    slope: float
+    intercept: float
+    padding: tuple[float, float] | None
+
+
+def read_slices(frames: list[Frame], threads: int | None, name: str, progress: Progress) -> SliceValues:
+    """Values of the frames, in their order.
+
+    They stay in their stored type, unless slope, intercept or padding differ between them: then they
+    become physical values in float32 and padding becomes NaN.
+
+    Raises:
+        DamagedVolumeError: A file ends early, or cannot be decoded.
+        UnsupportedFormatError: A compressed transfer syntax whose package is not installed.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    for frame in frames:
+        _check_size(frame)
+    meanings = {(frame.slope, frame.intercept, frame.padding) for frame in frames}
+    columns, rows = frames[0].pixels.shape
+    uniform = len(meanings) == 1
+    stored = _stored_type(frames[0])
+    values = allocate_values(name, (columns, rows, len(frames)), stored if uniform else np.dtype(np.float32))
+    tasks = list(_tasks(frames, threads))
+    done = 0
+    with ThreadPoolExecutor(_thread_count(threads)) as pool:
+        futures = [pool.submit(_read_task, task, values, uniform) for task in tasks]
+        try:
+            for future in as_completed(futures):
+                done += future.result()
+                progress.advance(done / len(frames))
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    if uniform:
+        return SliceValues(values, frames[0].slope, frames[0].intercept, frames[0].padding)
+    return SliceValues(values, 1.0, 0.0, None)
+
+
+def _thread_count(threads: int | None) -> int:
+    return threads or os.cpu_count() or 1
+
+
+def _stored_type(frame: Frame) -> np.dtype[Any]:
+    """Type of the stored values; of Float Pixel Data that of its element."""
+    tag = _pixel_tag(frame.header)
+    return np.dtype({FLOAT_PIXEL_DATA: "f4", DOUBLE_PIXEL_DATA: "f8"}.get(tag, frame.pixels.dtype))
+
+
+def _pixel_tag(header: Header) -> int:
+    if header.syntax == DEFLATED:
+        return PIXEL_DATA
+    with header.file.open() as file:
+        file.seek(header.pixel_start or 0)
+        start = file.read(4)
+    order: Any = "big" if header.syntax == BIG_ENDIAN else "little"
+    return int.from_bytes(start[:2], order) << 16 | int.from_bytes(start[2:], order)
+
+
+def _check_size(frame: Frame) -> None:
+    """Refuse a frame whose file cannot hold it."""
+    pixels, file, syntax = frame.pixels, frame.header.file, frame.header.syntax
+    expected = pixels.frame_bytes * pixels.frames
+    if syntax in (IMPLICIT, EXPLICIT, BIG_ENDIAN):
+        found = file.size - (frame.header.pixel_start or 0) - 8
+        if found < expected:
+            raise DamagedVolumeError(
+                f"{file.name}: {found} bytes of pixel data found, {expected} expected for "
+                f"{pixels.frames} x {pixels.shape[0]} x {pixels.shape[1]} pixels; get the file again"
+            )
+        return
+    ratio = LEAST_RLE_RATIO if syntax == "1.2.840.10008.1.2.5" else LARGEST_RATIO
+    if pixels.frame_bytes > LARGE_FRAME and pixels.frame_bytes > ratio * file.size:
+        raise DamagedVolumeError(
+            f"{file.name}: {file.size} bytes found for {pixels.shape[0]} x {pixels.shape[1]} pixels; "
+            "expected more even if packed at its best; the header is damaged; get the file again"
+        )
+
+
+def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int, Frame]]]:
+    """Slices to read together: those of one file, in as many parts as there are threads."""
+    numbered = sorted(enumerate(frames), key=lambda pair: (pair[1].header.file.name, pair[1].index))
+    for _, group in groupby(numbered, key=lambda pair: id(pair[1].header)):
+        slices = list(group)
+        step = -(-len(slices) // _thread_count(threads))
+        for begin in range(0, len(slices), step):
+            yield slices[begin : begin + step]
+
+
+def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> int:
+    """Read the slices of one file; returns how many."""
+    header, pixels = task[0][1].header, task[0][1].pixels
+    direct = header.syntax in (IMPLICIT, EXPLICIT) and sys.byteorder == "little"
+    decoded = _read_direct(task, values, uniform) if direct else _decode(task)
+    for (k, frame), plane in zip(task, decoded, strict=True):
+        _clear_unused_bits(plane, pixels)
+        if not uniform:
+            values[k] = _physical(plane, frame)
+        elif plane.base is not values:
+            values[k] = plane
+    return len(task)
+
+
+def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> Iterator[_Array]:
+    """Uncompressed slices, read into their place in the volume where their type is kept."""
+    header, pixels = task[0][1].header, task[0][1].pixels
+    with header.file.open() as file:
+        file.seek(header.pixel_start or 0)
+        start = file.read(12)
+        explicit = header.syntax == EXPLICIT
+        if start[:2] != b"\xe0\x7f":
+            raise DamagedVolumeError(
+                f"{header.file.name}: no pixel data found where they should begin; get the file again"
+            )
+        long_form = start[4:6] in (b"OB", b"OW", b"OF", b"OD", b"OV", b"OL", b"UN")
+        begin = (header.pixel_start or 0) + (12 if explicit and long_form else 8)
+        dtype = _stored_type(task[0][1])
+        for k, frame in task:
+            plane = values[k] if uniform else np.empty(pixels.shape[::-1], dtype)
+            size = plane.nbytes
+            file.seek(begin + frame.index * size)
+            found = file.readinto(plane.data.cast("B"))  # type: ignore[attr-defined]
+            if found != size:
+                raise DamagedVolumeError(
+                    f"{frame.name}: {found} bytes of pixel data found, {size} expected; get the file again"
+                )
+            yield plane
+
+
+def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
+    """Compressed or otherwise unusual slices, through pydicom and its plugins."""
+    import pydicom
+    from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
+
+    header, pixels = task[0][1].header, task[0][1].pixels
+    try:
+        decoder = get_decoder(header.syntax)  # type: ignore[arg-type]
+    except NotImplementedError as error:
+        raise UnsupportedFormatError(
+            f"{header.file.name}: transfer syntax {header.syntax} found; expected images, not video or "
+            "references"
+        ) from error
+    if not decoder.is_available:
+        raise _plugin_missing(header, str(decoder.UID.name))
+    try:
+        with header.file.open() as file:
+            dataset = pydicom.dcmread(file, force=True)
+            wanted = [frame.index for _, frame in task]
+            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False):
+                if plane.shape != pixels.shape[::-1]:
+                    raise DamagedVolumeError(
+                        f"{header.file.name}: an image of {plane.shape[::-1]} pixels found, {pixels.shape} "
+                        "expected"
+                    )
+                yield np.array(plane)
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # plugins raise whatever they like on damaged data
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
+        ) from error
+
+
+def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:
+    package = PLUGINS.get(header.syntax, JPEG_2000)
+    return UnsupportedFormatError(
+        f"{header.file.name}: pixel data compressed as {syntax_name} found, but no package here decodes it; "
+        f"pip install {package}"
+    )
+
+
+def _clear_unused_bits(plane: _Array, pixels: Pixels) -> None:
+    """Make the bits above BitsStored what they count for: copies of the sign, or zero."""
+    unused = pixels.dtype.itemsize * 8 - pixels.bits_stored
+    if unused and plane.dtype.kind in "iu":
+        np.left_shift(plane, unused, out=plane)
+        np.right_shift(plane, unused, out=plane)
+
+
+def _physical(plane: _Array, frame: Frame) -> _Array:
+    """Physical values in float32, padding as NaN."""
+    values = (plane * frame.slope + frame.intercept).astype(np.float32)
+    if frame.padding is not None:
+        values[(plane >= frame.padding[0]) & (plane <= frame.padding[1])] = np.nan
+    return values

@@ -1,0 +1,140 @@
+"""Where DICOM files come from: a folder tree, a zip of one, a DICOMDIR, a single file.
+
+Links are followed, but no folder is entered twice. A zip is read entry by entry and never unpacked;
+an entry that claims to be larger than its packed bytes can hold is not touched.
+"""
+
+import io
+import os
+import stat
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from dmc_cli.errors import DamagedVolumeError, VolumeError
+
+MAX_RATIO = 1040
+"""Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
+
+HEAD_BYTES = (1 << 18, 1 << 26)
+"""How much of a zip entry is unpacked to read its header; the second where the first is not enough."""
+
+MAX_ENTRY = 1 << 32
+"""Largest zip entry that is read."""
+
+
+@dataclass(frozen=True, eq=False)
+class DicomFile:
+    """A file that may hold DICOM: on disk, or an entry of an open zip.
+
+    Attributes:
+        name: Its name inside the input, for messages and for the order.
+        path: The file on disk: itself, or the zip.
+        size: Its bytes when unpacked.
+        archive: The zip that holds it, or None.
+    """
+
+    name: str
+    path: Path
+    size: int
+    archive: zipfile.ZipFile | None = None
+
+    def open(self) -> BinaryIO:
+        """The whole file, seekable; a zip entry is unpacked into memory.
+
+        Raises:
+            DamagedVolumeError: It cannot be read.
+        """
+        try:
+            if self.archive is None:
+                return self.path.open("rb")
+            return io.BytesIO(self._unpacked(self.size))
+        except (OSError, RuntimeError, NotImplementedError, EOFError, zipfile.BadZipFile) as error:
+            raise self._unreadable(error) from error
+        except Exception as error:
+            # zlib.error, lzma.LZMAError: what the packers raise has no common base
+            raise self._unreadable(error) from error
+
+    def heads(self) -> Iterator[BinaryIO]:
+        """The beginning of the file, then more of it, for a reader that stops when it has enough."""
+        if self.archive is None:
+            yield self.open()
+            return
+        for limit in HEAD_BYTES:
+            try:
+                yield io.BytesIO(self._unpacked(min(limit, self.size)))
+            except Exception as error:
+                # whatever an unpacker raises
+                raise self._unreadable(error) from error
+            if limit >= self.size:
+                return
+
+    def _unpacked(self, count: int) -> bytes:
+        assert self.archive is not None
+        with self.archive.open(self.name) as stream:
+            return stream.read(count)
+
+    def _unreadable(self, error: Exception) -> DamagedVolumeError:
+        return DamagedVolumeError(f"{self.name}: cannot be read ({error}); get the file again")
+
+
+def dicom_files(path: Path, name: str) -> list[DicomFile]:
+    """Every regular file of a folder tree or a zip, or the file itself, in the order of their names.
+
+    Raises:
+        VolumeError: The folder or file cannot be read.
+        DamagedVolumeError: The zip is damaged.
+    """
+    if path.name.upper() == "DICOMDIR" and path.is_file():
+        # the index of a file set; the set is the folder that it stands in
+        path = path.parent
+    if path.is_dir():
+        if not os.access(path, os.R_OK | os.X_OK):
+            raise VolumeError(f"{name}: no permission to read the folder; check its access rights")
+        return sorted(_walked(path), key=lambda file: file.name)
+    if zipfile.is_zipfile(path):
+        return _zipped(path, name)
+    return [DicomFile(path.name, path, path.stat().st_size)]
+
+
+def _walked(folder: Path) -> Iterator[DicomFile]:
+    """The regular files below a folder, each folder entered once."""
+    seen: set[tuple[int, int]] = set()
+    for parent, folders, names in os.walk(folder, followlinks=True):
+        status = os.stat(parent)  # noqa: PTH116 -- os.walk's own strings, thousands of them
+        identity = (status.st_dev, status.st_ino)
+        if identity in seen:
+            folders.clear()
+            continue
+        seen.add(identity)
+        for file_name in names:
+            path = Path(parent, file_name)
+            try:
+                status = path.stat()
+            except OSError:
+                continue
+            if stat.S_ISREG(status.st_mode) and status.st_size and (status.st_dev, status.st_ino) not in seen:
+                seen.add((status.st_dev, status.st_ino))
+                yield DicomFile(str(path.relative_to(folder)), path, status.st_size)
+
+
+def _zipped(path: Path, name: str) -> list[DicomFile]:
+    """The entries of a zip that can be what they claim."""
+    try:
+        archive = zipfile.ZipFile(path)
+        entries = archive.infolist()
+    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile) as error:
+        raise DamagedVolumeError(f"{name}: the zip cannot be read ({error}); get the file again") from error
+    honest = [
+        entry
+        for entry in entries
+        if not entry.is_dir() and 0 < entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
+    ]
+    if any(entry.flag_bits & 1 for entry in honest):
+        raise VolumeError(f"{name}: the zip is encrypted; unpack it and give the folder")
+    if not honest and entries:
+        raise DamagedVolumeError(f"{name}: no entry of the zip can hold what it claims; get the file again")
+    files = {entry.filename: DicomFile(entry.filename, path, entry.file_size, archive) for entry in honest}
+    return sorted(files.values(), key=lambda file: file.name)
