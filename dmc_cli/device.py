@@ -7,16 +7,20 @@ works on never shows in the result: no kernel hands out slots by atomics.
 """
 
 import os
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from dmc_cli.errors import DeviceError
+from dmc_cli.progress import SILENT, Progress
 
 SLABS_PER_THREAD = 4
 """Slabs a thread on CPU: enough to even out where the surface is dense, few enough that the cost of a
@@ -97,6 +101,47 @@ class Device:
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
 
 
+def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progress = SILENT) -> None:
+    """Load the kernels of modules, compiling those that the cache does not hold, and say so.
+
+    Args:
+        device: Where they will run.
+        modules: Python modules with kernels.
+        progress: Who listens.
+    """
+    block_dim = 1 if device.is_cpu else None
+    missing = [module for module in modules if not _is_compiled(module)]
+    for module in modules:
+        if module not in missing:
+            wp.load_module(module, device=device.name, block_dim=block_dim)
+    if missing:
+        with progress.stage(f"compiling {len(missing)} kernel modules, once for this version"):
+            for done, module in enumerate(missing):
+                progress.advance(done / len(missing))
+                wp.load_module(module, device=device.name, block_dim=block_dim)
+
+
+def _is_compiled(module: ModuleType) -> bool:
+    """Return whether the kernel cache holds a module, for whichever device."""
+    name = wp.get_module(module.__name__).get_module_identifier()
+    return (Path(wp.config.kernel_cache_dir) / name).is_dir()
+
+
+def initialize_warp() -> None:
+    """Start Warp without its greeting and its remark, on the terminal, that there is no GPU driver."""
+    wp.config.log_level = wp.LOG_WARNING
+    sys.stderr.flush()
+    kept = os.dup(2)
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 2)  # the remark comes from native code
+    try:
+        wp.init()
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(silence)
+
+
 def select_device(name: str = "auto", threads: int | None = None) -> Device:
     """Return the device that `name` asks for: auto, cpu, cuda or cuda:N.
 
@@ -105,8 +150,7 @@ def select_device(name: str = "auto", threads: int | None = None) -> Device:
     Raises:
         DeviceError: There is no such device.
     """
-    wp.config.quiet = True
-    wp.init()
+    initialize_warp()
     cuda = wp.is_cuda_available()
     count = threads or len(os.sched_getaffinity(0))
     if name == "cpu" or (name == "auto" and not cuda):

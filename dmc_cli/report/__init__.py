@@ -1,1 +1,10 @@
 """What can be said of a mesh: topology, quality, deviation, and the report that gathers it."""
+
+from types import ModuleType
+
+
+def kernel_modules() -> list[ModuleType]:
+    """Return the modules whose kernels a report needs, for loading them ahead of time."""
+    from dmc_cli.report import components, deviation, quality, vertex_fans
+
+    return [components, deviation, quality, vertex_fans]

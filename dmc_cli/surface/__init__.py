@@ -9,9 +9,28 @@
     vertices    vertices of all cells
     quads       one quad a crossed edge
     surface     the stages in order
+    normals     vertex normals by central differences
 """
 
+from types import ModuleType
+
+from dmc_cli.surface import cells, inside, normals, polygons, quads, vertices
 from dmc_cli.surface.field import DeviceVolume, upload_volume
+from dmc_cli.surface.normals import compute_normals
 from dmc_cli.surface.surface import Surface, SurfaceCounts, extract_surface
 
-__all__ = ["DeviceVolume", "Surface", "SurfaceCounts", "extract_surface", "upload_volume"]
+__all__ = [
+    "DeviceVolume",
+    "Surface",
+    "SurfaceCounts",
+    "compute_normals",
+    "extract_surface",
+    "kernel_modules",
+    "upload_volume",
+]
+
+
+def kernel_modules(*, normals_too: bool = True) -> list[ModuleType]:
+    """Return the modules whose kernels a surface needs, for loading them ahead of time."""
+    modules = [inside, cells, polygons, vertices, quads]
+    return [*modules, normals] if normals_too else modules

@@ -53,7 +53,8 @@ class Field:
 
     Arrays are [row, i] over the volume's own nodes. `padding_low` and `padding_high` bound the stored
     values that mean no data (low > high: there are none). `outside` is the sign of F at virtual nodes.
-    `absent` is F of a node without data under a closed border; 0 says that such nodes have no value.
+    `has_absent` is 1 if there are nodes without data; `absent` is their F under a closed border, where they
+    count as nodes outside the object (with an open border no cell has such a corner).
     """
 
     kind: wp.int32
@@ -68,6 +69,7 @@ class Field:
     isovalue: wp.float64
     sign: wp.float64
     outside: wp.float64
+    has_absent: wp.int32
     absent: wp.float64
     padding_low: wp.float64
     padding_high: wp.float64
@@ -153,7 +155,6 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field.sign = -1.0 if source.slope < 0 else 1.0
     field.outside = -1.0 if settings.inside == "above" else 1.0
     field.padding_low, field.padding_high = padding_range(source)
-    field.absent = 0.0
     return field
 
 
@@ -209,7 +210,7 @@ def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) 
     vz = wp.clamp(k - grid.border, 0, grid.nz - 1 - 2 * grid.border)
     value = stored_value(field, vy + (grid.ny - 2 * grid.border) * vz, vx)
     f = field.sign * (value - field.isovalue)
-    if field.absent != wp.float64(0.0):
+    if field.has_absent == 1 and grid.border == 1:
         if not is_data(field, value):
             f = field.absent
     if grid.border == 1:
@@ -261,8 +262,14 @@ def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32)
     """Return F at the corners of cell (i, j, k) of the grid."""
     f = CornerValues64()
     b = grid.border
-    if field.absent != wp.float64(0.0) or (
-        b == 1 and (i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2)
+    if b == 1 and (
+        field.has_absent == 1
+        or i == 0
+        or j == 0
+        or k == 0
+        or i == grid.nx - 2
+        or j == grid.ny - 2
+        or k == grid.nz - 2
     ):
         for c in range(8):
             f[c] = node_value(field, grid, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))

@@ -1,5 +1,6 @@
 """From a volume to vertices and quads: the stages of this folder in the order they run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,7 +70,10 @@ class Surface:
 
 
 def extract_surface(
-    volume: DeviceVolume, settings: SurfaceSettings, affine: np.ndarray[Any, Any] | None = None
+    volume: DeviceVolume,
+    settings: SurfaceSettings,
+    affine: np.ndarray[Any, Any] | None = None,
+    reserve: Callable[[int, int], None] | None = None,
 ) -> Surface:
     """Extract the isosurface of a volume as quads.
 
@@ -77,6 +81,7 @@ def extract_surface(
         volume: Values on the device.
         settings: Isovalue, side, topology, border, orientation.
         affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
+        reserve: Called with the numbers of vertices and quads before memory for them is taken; it may raise.
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
@@ -86,10 +91,13 @@ def extract_surface(
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     field = make_field(volume, settings)
     nodes = find_inside(volume, field, grid)
-    if nodes.no_data_count and settings.border == "closed":
+    if nodes.no_data_count:
+        field.has_absent = 1
         field.absent = absent_value(volume.volume, field)
     cells = find_cells(nodes, grid, device)
     polygons = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
+    if reserve is not None:
+        reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
     vertices = place_vertices(cells, polygons, field, grid, target, device)
     quads = connect_quads(cells, polygons, grid, _is_reversed(settings, target), device)
     counts = SurfaceCounts(

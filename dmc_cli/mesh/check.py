@@ -1,0 +1,53 @@
+"""Every invariant of a finished mesh, checked in plain NumPy for the day one of them fails."""
+
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import MeshInvariantError
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface import Surface
+
+UNIT_TOLERANCE = 1e-4
+"""How far the length of a normal may be from 1: some float32 roundings."""
+
+DEVIATION_TOLERANCE = 1e-5
+"""Largest deviation of a vertex from the trilinear surface, as a share of the value range."""
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def check_mesh(surface: Surface, normals: Any | None, report: dict[str, Any], settings: SurfaceSettings) -> None:
+    """Raise MeshInvariantError with the first offender unless the mesh is what it is meant to be."""
+    vertices, quads = surface.vertices.numpy(), surface.quads.numpy()
+    local = surface.vertex_local.numpy()
+    _require("vertex {} is not finite", np.isfinite(vertices).all(axis=1))
+    _require("vertex {} lies outside its cell", ((local >= 0) & (local <= 1)).all(axis=1))
+    _require("quad {} names a vertex that is not there", ((quads >= 0) & (quads < len(vertices))).all(axis=1))
+    corners = np.sort(quads, axis=1)
+    _require("quad {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1))
+    used = np.zeros(len(vertices), bool)
+    used[quads] = True
+    _require("vertex {} is in no quad", used)
+    if normals is not None:
+        length = np.linalg.norm(normals.numpy(), axis=1)
+        _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE)
+    deviation = (report["deviation"] or {}).get("max_relative")
+    if deviation is not None and deviation > DEVIATION_TOLERANCE:
+        raise MeshInvariantError(
+            f"a vertex deviates by {deviation:.3g} of the value range from the surface; expected at most"
+            f" {DEVIATION_TOLERANCE:g}; please report this"
+        )
+    topology = report["topology"]
+    if settings.topology == "manifold":
+        for key in ("non_manifold_edges", "non_manifold_vertices"):
+            if topology[key]:
+                raise MeshInvariantError(
+                    f"{topology[key]} {key.replace('_', ' ')} were found; expected none; please report this"
+                )
+
+
+def _require(message: str, holds: Array) -> None:
+    """Raise with the index of the first item for which the condition does not hold."""
+    if not holds.all():
+        raise MeshInvariantError(message.format(int(np.argmin(holds))) + "; please report this")

@@ -1,0 +1,183 @@
+"""The conversion, stage by stage: the table of contents of the package.
+
+    volume -> cells -> polygons -> vertices -> quads -> halfedges -> report -> files
+
+Each stage is one call; its time goes to the report under its name.
+"""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from dmc_cli.device import Device, load_kernels, select_device
+from dmc_cli.errors import EmptySurfaceError, VolumeError
+from dmc_cli.memory import reserve_cells, reserve_mesh
+from dmc_cli.mesh.check import check_mesh
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.report import kernel_modules as report_kernels
+from dmc_cli.report.measures import measure_surface
+from dmc_cli.report.memory import measure_memory
+from dmc_cli.report.report import RunFacts, build_report, report_text
+from dmc_cli.report.requirements import check_requirements
+from dmc_cli.report.versions import collect_versions
+from dmc_cli.settings import ConvertSettings
+from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
+from dmc_cli.surface import kernel_modules as surface_kernels
+from dmc_cli.volume.read import read_volume
+from dmc_cli.volume.space import output_affine
+from dmc_cli.volume.volume import Volume
+from dmc_cli.writers.atomic import check_output, write_output
+from dmc_cli.writers.mesh_file import MeshFile
+from dmc_cli.writers.write import choose_format, write_mesh
+
+
+@dataclass(frozen=True)
+class ConvertResult:
+    """What a conversion leaves: the mesh as it was written, and the report."""
+
+    mesh: MeshFile
+    report: dict[str, Any]
+
+
+class Stopwatch:
+    """Times the stages of a run and tells their names to whoever listens."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.milliseconds: dict[str, float] = {}
+        self._progress = progress
+        self._start = time.perf_counter()
+
+    @contextmanager
+    def stage(self, name: str, shown: str) -> Iterator[None]:
+        """Time a stage; `shown` is its name for people."""
+        start = time.perf_counter()
+        with self._progress.stage(shown):
+            yield
+        self.milliseconds[name] = self.milliseconds.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
+
+    def total(self) -> None:
+        """Note the time since the start."""
+        self.milliseconds["total"] = 1e3 * (time.perf_counter() - self._start)
+
+
+def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertResult:
+    """Turn a volume into a quad mesh file, as `dmc convert` does.
+
+    Raises:
+        DmcError: What went wrong, by class; nothing was written then but a report that was asked for
+            together with `require`.
+    """
+    output = settings.output
+    watch = Stopwatch(progress)
+    choose_format(output.path, output.output_format)
+    check_output(output.path, force=output.force)
+    if output.report is not None:
+        check_output(output.report, force=True)
+    device = select_device(settings.device, settings.threads)
+    with watch.stage("compile", "loading kernels"):
+        modules = [*surface_kernels(normals_too=output.normals), *(report_kernels() if _measures(settings) else [])]
+        load_kernels(device, modules, progress)
+    with watch.stage("read", "reading"):
+        volume = read_volume(settings.input, settings.read, progress)
+    affine, space = output_affine(volume, output.space)
+    reserve_cells(volume, settings)
+    with watch.stage("surface", "extracting the surface"):
+        uploaded = upload_volume(volume, device)
+        surface = extract_surface(
+            uploaded, settings.surface, affine, reserve=lambda v, q: reserve_mesh(v, q, volume, settings)
+        )
+    _refuse_empty(surface, volume, settings)
+    normals = None
+    if output.normals:
+        with watch.stage("normals", "computing normals"):
+            normals = compute_normals(surface, settings.surface)
+    report = _measured(settings, volume, surface, watch)
+    if output.check:
+        check_mesh(surface, normals, report, settings.surface)
+    mesh = MeshFile(
+        vertices=surface.vertices.numpy(),
+        quads=surface.quads.numpy(),
+        normals=None if normals is None else normals.numpy(),
+        space=space,
+    )
+    _finish(settings, mesh, report, watch)
+    return ConvertResult(mesh, report)
+
+
+def compile_kernels(progress: Progress = SILENT) -> None:
+    """Compile every kernel for the CPU and, if there is one, for the first GPU."""
+    names = {select_device("cpu").name, select_device("auto").name}
+    for name in sorted(names):
+        load_kernels(select_device(name), [*surface_kernels(), *report_kernels()], progress)
+
+
+def _measures(settings: ConvertSettings) -> bool:
+    """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
+    output = settings.output
+    return output.report is not None or bool(output.require) or output.check
+
+
+def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
+    """Raise on a surface without a quad, unless that is allowed."""
+    if surface.quads.shape[0] or settings.output.allow_empty:
+        return
+    ends = volume.value_range()
+    if ends is None:
+        raise VolumeError(
+            f"{settings.input} holds no value that is data: all are NaN, infinite or padding; expected a"
+            " volume with finite values"
+        )
+    isovalue = settings.surface.isovalue
+    if ends[0] == ends[1]:
+        found = f"every value is {ends[0]:g}"
+        advice = "a constant volume has no surface; check that the right file was read"
+    else:
+        found = f"the values run from {ends[0]:g} to {ends[1]:g}"
+        advice = "choose an isovalue inside that range with -i, or allow an empty mesh with --allow-empty"
+    raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
+
+
+def _measured(
+    settings: ConvertSettings, volume: Volume, surface: Surface, watch: Stopwatch
+) -> dict[str, Any]:
+    """Return the report, with the mesh's measures if they are needed."""
+    measures = None
+    if _measures(settings):
+        with watch.stage("report", "measuring"):
+            measures = measure_surface(surface, volume)
+    device = surface.device
+    facts = RunFacts(
+        volume=volume,
+        settings=settings,
+        resolved={"device": device.name, "threads": device.threads},
+        stored_isovalue=surface.stored_isovalue,
+        counts=surface.counts,
+        vertex_count=surface.vertices.shape[0],
+        quad_count=surface.quads.shape[0],
+        measures=measures,
+        timings_ms=watch.milliseconds,
+        memory=measure_memory(device.name),
+        versions=collect_versions(device.name),
+    )
+    return build_report(facts)
+
+
+def _finish(settings: ConvertSettings, mesh: MeshFile, report: dict[str, Any], watch: Stopwatch) -> None:
+    """Check what is required, then write the mesh and the report."""
+    output = settings.output
+    try:
+        check_requirements(report, output.require)
+        if not output.dry_run:
+            with watch.stage("write", "writing"):
+                written = write_mesh(
+                    output.path, mesh, output_format=output.output_format, ascii=output.ascii, force=output.force
+                )
+            report["warnings"] += written.warnings
+    finally:
+        watch.total()
+        report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
+        report["memory"] = measure_memory(report["settings"]["device"])
+        if output.report is not None:
+            write_output(output.report, [report_text(report).encode()], force=True)
