@@ -95,6 +95,18 @@ read_options = stack(
         help="The DICOM series: its UID, or its number as `dmc info` lists it.",
     ),
     setting(
+        ReadSettings,
+        "slice_gaps",
+        section="Input",
+        help="What to do where slices of a DICOM series are missing: refuse, or span the gap.",
+    ),
+    setting(
+        ReadSettings,
+        "duplicates",
+        section="Input",
+        help="What to do where several DICOM slices share a position: refuse, or take the first.",
+    ),
+    setting(
         ReadSettings, "volume_index", section="Input", type=int, help="Which volume of a 4-D file, from 0."
     ),
     setting(ReadSettings, "shape", section="Raw input", type=Triple(int), help="Number of nodes."),

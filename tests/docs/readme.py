@@ -1,0 +1,82 @@
+"""The README's generated parts: what its commands print, and the tables of options.
+
+`make docs` writes them anew (python -m tests.docs.readme); the tests fail where they are stale.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import click
+
+from dmc_cli.cli import dmc
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+README = ROOT / "README.md"
+CONSOLE = re.compile(r"(?<=```console\n)(.*?)(?=```)", re.DOTALL)
+TABLE = re.compile(r"(?<=<!-- options of (\w+) -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
+CHANGES = re.compile(r"^time .*|\d+(\.\d+)? (ms|s)\b", re.MULTILINE)
+
+
+def refreshed(text, folder):
+    """Return the README with its outputs and tables as they are now; commands run in `folder`."""
+    (folder / "sample_data").symlink_to(ROOT / "sample_data")
+    text = CONSOLE.sub(lambda match: console(match[0], folder), text)
+    return TABLE.sub(lambda match: option_table(match[1]), text)
+
+
+def timeless(text):
+    """Return the text without what differs from run to run and from machine to machine."""
+    return CHANGES.sub("", text)
+
+
+def console(block, folder):
+    """Run the commands of a block, the lines with a `$`, and return it with what they print now."""
+    commands = [line for line in block.splitlines() if line.startswith("$ ")]
+    return "".join(f"{command}\n{output_of(command[2:], folder)}" for command in commands)
+
+
+def output_of(command, folder):
+    """Return what a `dmc` command prints on both streams; it has to succeed."""
+    program, *words = shlex.split(command)
+    if program != "dmc":
+        raise ValueError(f"{command}: only dmc commands stand in the README's console blocks")
+    run = subprocess.run(
+        [sys.executable, "-m", "dmc_cli", *words],
+        cwd=folder,
+        env=os.environ | {"CUDA_VISIBLE_DEVICES": ""},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=200,
+    )
+    if run.returncode:
+        raise RuntimeError(f"{command} ended with status {run.returncode}:\n{run.stdout}")
+    return run.stdout
+
+
+def option_table(command):
+    """Return the options of a command as a Markdown table, in the order of its help."""
+    lines = ["| option | default | what it does |", "| --- | --- | --- |"]
+    context = click.Context(dmc.commands[command], info_name=command)
+    for option in dmc.commands[command].params:
+        if not isinstance(option, click.Option):
+            continue
+        record = option.get_help_record(context)
+        names, words = record[0].replace("|", " \\| "), " ".join(record[1].split())
+        what, _, default = (
+            words.partition("  [default: ") if "  [default: " in words else words.partition("[default: ")
+        )
+        default = default.rstrip("]")
+        lines.append(f"| `{names}` | {f'`{default}`' if default else ''} | {what.strip()} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        README.write_text(refreshed(README.read_text("utf-8"), Path(folder)), "utf-8")

@@ -1,0 +1,34 @@
+"""Each command's help ends with examples, and the examples run."""
+
+import re
+import shlex
+
+import click
+import pytest
+
+from dmc_cli.cli import dmc
+from tests.docs.readme import ROOT, output_of
+
+
+def examples(command):
+    text = dmc.commands[command].help
+    return re.findall(r"^\s+(dmc .*)$", text.partition("Examples:")[2], re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", dmc.commands)
+def test_help_has_two_examples(command):
+    found = examples(command)
+    assert len(found) >= 2
+    assert all(shlex.split(example)[1] == command for example in found)
+
+
+@pytest.mark.parametrize("command", dmc.commands)
+def test_every_option_has_help(command):
+    assert all(option.help for option in dmc.commands[command].params if isinstance(option, click.Option))
+
+
+@pytest.mark.parametrize("command", dmc.commands)
+def test_the_examples_run(command, tmp_path):
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    for example in examples(command):
+        output_of(example, tmp_path)

@@ -1,0 +1,38 @@
+"""The README tells the truth: its commands run and print what it shows, its tables are the options."""
+
+import re
+
+import pytest
+
+from dmc_cli.cli import dmc
+from tests.docs.readme import CONSOLE, README, ROOT, TABLE, console, option_table, timeless
+
+TEXT = README.read_text("utf-8")
+
+
+def test_the_commands_print_what_is_shown(tmp_path):
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    blocks = [match[0] for match in CONSOLE.finditer(TEXT)]
+    assert blocks
+    for block in blocks:
+        assert timeless(console(block, tmp_path)) == timeless(block), "run `make docs`"
+
+
+@pytest.mark.parametrize("command", dmc.commands)
+def test_every_command_is_mentioned(command):
+    assert f"dmc {command}" in TEXT
+
+
+@pytest.mark.parametrize("table", TABLE.findall(TEXT), ids=lambda table: table[0])
+def test_the_tables_are_the_options(table):
+    assert option_table(table[0]) == table[1], "run `make docs`"
+
+
+@pytest.mark.parametrize("target", sorted(set(re.findall(r"\bmake ([a-z-]+)\b", TEXT))))
+def test_the_make_targets_exist(target):
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+
+
+@pytest.mark.parametrize("path", sorted(set(re.findall(r"\]\((?!http)([^)#]+)\)", TEXT))))
+def test_the_links_lead_somewhere(path):
+    assert (ROOT / path).exists()
