@@ -81,10 +81,12 @@ def close_border(
             return np.abs(distance)
         return np.where(distance == 0, next_lower, -np.abs(distance))
 
-    end = np.min if object_is_inside else np.max
     filled = distance.copy()
     if data.any():
-        filled[~data] = off_object(end(distance[data]))
+        end = distance[data].min() if object_is_inside else distance[data].max()
+        filled[~data] = off_object(end)
+    else:
+        filled[:] = off_object(np.ones(1))
     padded = off_object(np.pad(filled, 1, mode="edge"))
     padded[1:-1, 1:-1, 1:-1] = filled
     return Grid(padded, np.ones(padded.shape, dtype=bool), padded=True)

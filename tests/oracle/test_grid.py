@@ -105,3 +105,9 @@ def test_nodes_without_data_are_outside_even_if_every_finite_value_is_inside():
 
 def test_a_negative_slope_turns_distances_round():
     assert cut(row(-3, 2, 5), slope=-1.0).distance[0, 0].tolist() == [3, -2, -5]
+
+
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_a_volume_without_data_has_no_surface_behind_a_closed_border(inside):
+    grid = cut(row(np.nan, np.nan, np.nan), border="closed", inside=inside)
+    assert len(set(grid.inside.ravel().tolist())) == 1
