@@ -20,15 +20,13 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.device import Device
+from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.trilinear import CornerValues64
 from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-LEAST_DISTANCE = 1.0e-30
-"""|F| of a virtual node whose nearest node lies on the isovalue: the next lower number, in effect."""
 
 STORED_TYPES: dict[str, Any] = {
     "uint8": wp.uint8,
@@ -53,6 +51,7 @@ class Field:
 
     Arrays are [row, i] over the volume's own nodes. `padding_low` and `padding_high` bound the stored
     values that mean no data (low > high: there are none). `outside` is the sign of F at virtual nodes.
+    `least` is |F| of a virtual node whose nearest node lies on the isovalue: the step to the next number.
     `has_absent` is 1 if there are nodes without data; `absent` is their F under a closed border, where they
     count as nodes outside the object (with an open border no cell has such a corner).
     """
@@ -69,6 +68,7 @@ class Field:
     isovalue: wp.float64
     sign: wp.float64
     outside: wp.float64
+    least: wp.float64
     has_absent: wp.int32
     absent: wp.float64
     padding_low: wp.float64
@@ -135,14 +135,24 @@ def _narrowed(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def stored_isovalue(volume: Volume, isovalue: float) -> float:
-    """Return the isovalue to cut the stored values at, by the tie rules above."""
+    """Return the isovalue to cut the stored values at, by the tie rules above.
+
+    Raises:
+        EmptySurfaceError: It is not a finite number of the values' type.
+    """
     stored = (isovalue - volume.intercept) / volume.slope
     if volume.values.dtype.kind in "iu":
         if stored == math.floor(stored):
             stored += 0.5 if volume.slope < 0 else -0.5
         return stored
     with np.errstate(over="ignore"):
-        return float(volume.values.dtype.type(stored))
+        rounded = float(volume.values.dtype.type(stored))
+    if not math.isfinite(rounded):
+        raise EmptySurfaceError(
+            f"there is no surface at isovalue {isovalue:g}: it is beyond every {volume.values.dtype.name} number;"
+            " choose an isovalue in the range that `dmc info` tells"
+        )
+    return rounded
 
 
 def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
@@ -154,8 +164,15 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field.isovalue = stored_isovalue(source, settings.isovalue)
     field.sign = -1.0 if source.slope < 0 else 1.0
     field.outside = -1.0 if settings.inside == "above" else 1.0
+    field.least = _step_below(field.isovalue, volume.dtype)
     field.padding_low, field.padding_high = padding_range(source)
     return field
+
+
+def _step_below(isovalue: float, dtype: np.dtype[Any]) -> float:
+    """Return the distance from the isovalue to the next lower number of the type (float64 for integers)."""
+    number = dtype.type(isovalue) if dtype.kind == "f" else np.float64(isovalue)
+    return float(number) - float(np.nextafter(number, -np.inf, dtype=number.dtype))
 
 
 def padding_range(volume: Volume) -> tuple[float, float]:
@@ -170,7 +187,7 @@ def absent_value(volume: Volume, field: Any) -> float:
         return float(field.outside)
     physical = ends[0] if field.outside < 0 else ends[1]
     stored = (physical - volume.intercept) / volume.slope
-    return float(field.outside * max(abs(stored - field.isovalue), LEAST_DISTANCE))
+    return float(field.outside * max(abs(stored - field.isovalue), field.least))
 
 
 @wp.func
@@ -215,7 +232,7 @@ def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) 
             f = field.absent
     if grid.border == 1:
         if vx != i - 1 or vy != j - 1 or vz != k - 1:
-            f = field.outside * wp.max(wp.abs(f), wp.float64(LEAST_DISTANCE))
+            f = field.outside * wp.max(wp.abs(f), field.least)
     return f
 
 

@@ -55,11 +55,18 @@ def _face_edges() -> list[int]:
     return edges
 
 
+def _edge_places() -> list[int]:
+    """Return the two places of each edge among `_face_edges`: place 4f + s is side s of face f."""
+    edges = _face_edges()
+    return [place for edge in range(12) for place in range(24) if edges[place] == edge]
+
+
 Vec24 = wp.types.vector(length=24, dtype=wp.int32)
 Vec12 = wp.types.vector(length=12, dtype=wp.int32)
 
 FACE_CORNERS = wp.constant(Vec24(*_face_corners()))
 FACE_EDGES = wp.constant(Vec24(*_face_edges()))
+EDGE_PLACES = wp.constant(Vec24(*_edge_places()))
 EDGE_LOW = wp.constant(Vec12(*[a for a, _ in EDGES]))
 EDGE_HIGH = wp.constant(Vec12(*[b for _, b in EDGES]))
 
@@ -238,14 +245,23 @@ def with_label(labels: wp.uint64, edge: wp.int32, label: wp.int32) -> wp.uint64:
 @wp.func
 def next_edge(case: wp.int32, joined: wp.uint32, previous: wp.int32, edge: wp.int32) -> wp.int32:
     """Return the edge that follows `edge` round its polygon; `previous` is the one before, or -1."""
-    following = int(-1)
-    for face in range(6):
-        for side in range(4):
-            if FACE_EDGES[4 * face + side] == edge:
-                other = FACE_EDGES[4 * face + segment_partner(case, joined, face, side)]
-                if other != previous and following < 0:
-                    following = other
+    place = EDGE_PLACES[2 * edge]
+    following = FACE_EDGES[place - place % 4 + segment_partner(case, joined, place / 4, place % 4)]
+    if following == previous:
+        place = EDGE_PLACES[2 * edge + 1]
+        following = FACE_EDGES[place - place % 4 + segment_partner(case, joined, place / 4, place % 4)]
     return following
+
+
+@wp.func
+def is_split(case: wp.int32) -> wp.bool:
+    """Return whether a cell may have several polygons: an ambiguous face, or two lone opposite corners."""
+    lone = case == 0x81 or case == 0x42 or case == 0x24 or case == 0x18
+    outside = 255 - case
+    lone = lone or outside == 0x81 or outside == 0x42 or outside == 0x24 or outside == 0x18
+    for face in range(6):
+        lone = lone or is_ambiguous(case, face)
+    return lone
 
 
 @wp.func
@@ -253,19 +269,24 @@ def trace_cell(case: wp.int32, joined: wp.uint32) -> wp.uint64:
     """Return the label of each edge: the number of its polygon, in the order of their lowest edges."""
     labels = NO_LABELS
     polygon = int(0)
-    for start in range(12):
-        if is_crossed(case, start) and label_of(labels, start) == NO_LABEL:
-            previous = int(-1)
-            edge = int(start)
-            running = int(1)
-            while running == 1:
-                labels = with_label(labels, edge, polygon)
-                following = next_edge(case, joined, previous, edge)
-                previous = edge
-                edge = following
-                if edge == start:
-                    running = 0
-            polygon += 1
+    if is_split(case):
+        for start in range(12):
+            if is_crossed(case, start) and label_of(labels, start) == NO_LABEL:
+                previous = int(-1)
+                edge = int(start)
+                running = int(1)
+                while running == 1:
+                    labels = with_label(labels, edge, polygon)
+                    following = next_edge(case, joined, previous, edge)
+                    previous = edge
+                    edge = following
+                    if edge == start:
+                        running = 0
+                polygon += 1
+    else:
+        for edge in range(12):
+            if is_crossed(case, edge):
+                labels = with_label(labels, edge, 0)
     return labels
 
 

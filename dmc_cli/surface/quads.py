@@ -57,7 +57,7 @@ def quad_edges(grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int
     here = bits.active[row, w]
     if here != wp.uint32(0):
         inside = bits.inside[row, w]
-        before_here = here_shifted(bits.active, row, w)
+        before_here = active_before(bits.active, row, w)
         if j > 0:
             below = bits.active[row - 1, w]
             if k > 0:
@@ -66,16 +66,16 @@ def quad_edges(grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int
                 crossed = inside ^ next_node(inside, load_word(bits.inside, row, w + 1, grid.words))
                 edges.x = crossed & here & below & front & both
             crossed = inside ^ bits.inside[row + grid.ny, w]
-            edges.z = crossed & here & before_here & below & here_shifted(bits.active, row - 1, w)
+            edges.z = crossed & here & before_here & below & active_before(bits.active, row - 1, w)
         if k > 0:
             front = bits.active[row - grid.ny, w]
             crossed = inside ^ bits.inside[row + 1, w]
-            edges.y = crossed & here & before_here & front & here_shifted(bits.active, row - grid.ny, w)
+            edges.y = crossed & here & before_here & front & active_before(bits.active, row - grid.ny, w)
     return edges
 
 
 @wp.func
-def here_shifted(active: wp.array2d(dtype=wp.uint32), row: wp.int32, w: wp.int32) -> wp.uint32:
+def active_before(active: wp.array2d(dtype=wp.uint32), row: wp.int32, w: wp.int32) -> wp.uint32:
     """Return a bit for each cell of a word: whether the cell before it along x is active."""
     before = wp.uint32(0)
     if w > 0:
@@ -121,12 +121,43 @@ def vertex_at(
 
 
 @wp.func
-def oriented(a: wp.int32, b: wp.int32, c: wp.int32, d: wp.int32, forward: wp.bool) -> wp.vec4i:
+def ordinary_vertex(bits: CellBits, row: wp.int32, w: wp.int32, b: wp.int32) -> wp.int32:
+    """Return what `vertex_at` does for an ordinary cell; any number for another one."""
+    return bits.rank[row, w] + wp.int32(wp.bit_count(bits.ordinary[row, w] & low_bits(b)))
+
+
+@wp.func
+def oriented(quad: wp.vec4i, forward: wp.bool) -> wp.vec4i:
     """Return a quad with its normal along the axis (forward) or against it."""
-    quad = wp.vec4i(a, b, c, d)
-    if not forward:
-        quad = wp.vec4i(a, d, c, b)
-    return quad
+    return wp.vec4i(
+        quad[0], wp.where(forward, quad[1], quad[3]), quad[2], wp.where(forward, quad[3], quad[1])
+    )
+
+
+@wp.func
+def surely_ordinary(grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32) -> wp.uint32:
+    """Return a bit for each node of a word: whether all active cells that its edges could need are ordinary."""
+    special = bits.active[row, w] & ~bits.ordinary[row, w]
+    behind = special_before(bits, row, w)
+    if j > 0:
+        special |= bits.active[row - 1, w] & ~bits.ordinary[row - 1, w]
+        behind |= special_before(bits, row - 1, w)
+        if k > 0:
+            both = row - 1 - grid.ny
+            special |= bits.active[both, w] & ~bits.ordinary[both, w]
+    if k > 0:
+        special |= bits.active[row - grid.ny, w] & ~bits.ordinary[row - grid.ny, w]
+        behind |= special_before(bits, row - grid.ny, w)
+    return ~(special | behind)
+
+
+@wp.func
+def special_before(bits: CellBits, row: wp.int32, w: wp.int32) -> wp.uint32:
+    """Return a bit for each cell of a word: whether the cell before it along x is special."""
+    before = wp.uint32(0)
+    if w > 0:
+        before = bits.active[row, w - 1] & ~bits.ordinary[row, w - 1]
+    return previous_node(bits.active[row, w] & ~bits.ordinary[row, w], before)
 
 
 @wp.kernel
@@ -142,46 +173,66 @@ def connect_quads_kernel(
     # Out:
     quads_out: wp.array(dtype=wp.vec4i),
 ):
-    """Connect the vertices round each edge with a quad. One thread a row of nodes."""
+    """Connect the vertices round each edge with a quad. One thread a row of nodes.
+
+    Where all cells are ordinary, the cell before another one along x has the number before its.
+    """
     row = first + wp.tid()
-    if starts[row] < starts[row + 1]:
-        j = row % grid.ny
-        k = row // grid.ny
-        q = starts[row]
-        for w in range(grid.words):
-            edges = quad_edges(grid, bits, row, j, k, w)
-            inside = bits.inside[row, w]
-            left = edges.x | edges.y | edges.z
+    q = starts[row]
+    if q == starts[row + 1]:
+        return
+    j = row % grid.ny
+    k = row // grid.ny
+    row_y = wp.max(row - 1, 0)
+    row_z = wp.max(row - grid.ny, 0)
+    row_yz = wp.max(row - grid.ny - 1, 0)
+    for w in range(grid.words):
+        edges = quad_edges(grid, bits, row, j, k, w)
+        left = edges.x | edges.y | edges.z
+        if left != wp.uint32(0):
+            forward_nodes = bits.inside[row, w]  # the normal away from the inside is along the axis
+            if is_reversed == 1:
+                forward_nodes = ~forward_nodes
+            plain = surely_ordinary(grid, bits, row, j, k, w)
             while left != wp.uint32(0):
                 b = bit_index(left)
                 left &= left - wp.uint32(1)
                 i = 32 * w + b
-                # an inside lower node: the normal away from the inside is along the axis
-                forward = has_bit(inside, b) != (is_reversed == 1)
+                forward = has_bit(forward_nodes, b)
+                is_plain = has_bit(plain, b)
+                v = ordinary_vertex(bits, row, w, b)
+                v_y = ordinary_vertex(bits, row_y, w, b)
+                v_z = ordinary_vertex(bits, row_z, w, b)
                 if has_bit(edges.x, b):
-                    quads_out[q] = oriented(
-                        vertex_at(bits, special, ordinary_count, row - grid.ny - 1, i, 6),
-                        vertex_at(bits, special, ordinary_count, row - grid.ny, i, 4),
-                        vertex_at(bits, special, ordinary_count, row, i, 0),
-                        vertex_at(bits, special, ordinary_count, row - 1, i, 2),
-                        forward,
-                    )
+                    quad = wp.vec4i(ordinary_vertex(bits, row_yz, w, b), v_z, v, v_y)
+                    if not is_plain:
+                        quad = wp.vec4i(
+                            vertex_at(bits, special, ordinary_count, row_yz, i, 6),
+                            vertex_at(bits, special, ordinary_count, row_z, i, 4),
+                            vertex_at(bits, special, ordinary_count, row, i, 0),
+                            vertex_at(bits, special, ordinary_count, row_y, i, 2),
+                        )
+                    quads_out[q] = oriented(quad, forward)
                     q += wp.int64(1)
                 if has_bit(edges.y, b):
-                    quads_out[q] = oriented(
-                        vertex_at(bits, special, ordinary_count, row - grid.ny, i - 1, 5),
-                        vertex_at(bits, special, ordinary_count, row, i - 1, 1),
-                        vertex_at(bits, special, ordinary_count, row, i, 3),
-                        vertex_at(bits, special, ordinary_count, row - grid.ny, i, 7),
-                        forward,
-                    )
+                    quad = wp.vec4i(v_z - 1, v - 1, v, v_z)
+                    if not is_plain:
+                        quad = wp.vec4i(
+                            vertex_at(bits, special, ordinary_count, row_z, i - 1, 5),
+                            vertex_at(bits, special, ordinary_count, row, i - 1, 1),
+                            vertex_at(bits, special, ordinary_count, row, i, 3),
+                            vertex_at(bits, special, ordinary_count, row_z, i, 7),
+                        )
+                    quads_out[q] = oriented(quad, forward)
                     q += wp.int64(1)
                 if has_bit(edges.z, b):
-                    quads_out[q] = oriented(
-                        vertex_at(bits, special, ordinary_count, row - 1, i - 1, 10),
-                        vertex_at(bits, special, ordinary_count, row - 1, i, 11),
-                        vertex_at(bits, special, ordinary_count, row, i, 8),
-                        vertex_at(bits, special, ordinary_count, row, i - 1, 9),
-                        forward,
-                    )
+                    quad = wp.vec4i(v_y - 1, v_y, v, v - 1)
+                    if not is_plain:
+                        quad = wp.vec4i(
+                            vertex_at(bits, special, ordinary_count, row_y, i - 1, 10),
+                            vertex_at(bits, special, ordinary_count, row_y, i, 11),
+                            vertex_at(bits, special, ordinary_count, row, i, 8),
+                            vertex_at(bits, special, ordinary_count, row, i - 1, 9),
+                        )
+                    quads_out[q] = oriented(quad, forward)
                     q += wp.int64(1)

@@ -17,18 +17,42 @@ CornerValues64 = wp.types.vector(length=8, dtype=wp.float64)
 """The same in double precision, where a deviation is measured."""
 
 
+SMALL = wp.float64(1.0e-15)
+LARGE = wp.float64(1.0e15)
+"""Between these a cell's largest value leaves room in float32 for products and for small neighbours."""
+
+LEAST_NEGATIVE = wp.float32(-1.0e-30)
+"""What stands for a negative number too small for float32, so that no corner changes its side."""
+
+
+@wp.func
+def below_zero(f: wp.float64) -> wp.float32:
+    """Return f in single precision, below zero if f is, also where f rounds to zero."""
+    rounded = wp.float32(f)
+    return wp.where(f < wp.float64(0.0), wp.min(rounded, LEAST_NEGATIVE), rounded)
+
+
 @wp.func
 def single_precision(f: CornerValues64) -> CornerValues:
-    """Return corner values rounded to float32: harmless once the isovalue is subtracted."""
+    """Return corner values in single precision: harmless once the isovalue is subtracted.
+
+    Only ratios count, so values that float32 could not hold are scaled by the largest; signs are kept.
+    """
+    a = wp.max(wp.max(wp.abs(f[0]), wp.abs(f[1])), wp.max(wp.abs(f[2]), wp.abs(f[3])))
+    b = wp.max(wp.max(wp.abs(f[4]), wp.abs(f[5])), wp.max(wp.abs(f[6]), wp.abs(f[7])))
+    largest = wp.max(a, b)
+    scaled = f
+    if largest < SMALL or largest > LARGE:
+        scaled = f / largest
     return CornerValues(
-        wp.float32(f[0]),
-        wp.float32(f[1]),
-        wp.float32(f[2]),
-        wp.float32(f[3]),
-        wp.float32(f[4]),
-        wp.float32(f[5]),
-        wp.float32(f[6]),
-        wp.float32(f[7]),
+        below_zero(scaled[0]),
+        below_zero(scaled[1]),
+        below_zero(scaled[2]),
+        below_zero(scaled[3]),
+        below_zero(scaled[4]),
+        below_zero(scaled[5]),
+        below_zero(scaled[6]),
+        below_zero(scaled[7]),
     )
 
 
