@@ -8,7 +8,7 @@ TESTS := $(PY) -m pytest
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup format lint types test test-all test-gpu cov smoke ci clean
+.PHONY: help demo setup format lint types test test-all test-gpu cov docs smoke ci clean
 
 # The first Python that is new enough, whatever it is called
 FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
@@ -31,6 +31,11 @@ $(VENV)/.installed: pyproject.toml | $(PY)
 $(VENV)/.installed-dev: pyproject.toml | $(PY)
 	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $@ $(VENV)/.installed
+
+demo: $(VENV)/.installed ## convert a real CT of a head and say where the mesh is
+	@mkdir -p demo
+	$(BIN)/dmc convert sample_data/dicom/head_ct demo/skull.ply -i 300 --border closed --report demo/skull.json --force
+	@echo "the mesh is demo/skull.ply, its report demo/skull.json; any mesh viewer opens the mesh"
 
 setup: $(VENV)/.installed-dev ## create the environment with all that development needs
 
@@ -58,6 +63,9 @@ test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no d
 
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term
+
+docs: $(VENV)/.installed-dev ## refresh what the README shows of outputs and options
+	$(PY) -m tests.docs.readme
 
 smoke: $(VENV)/.installed-dev ## the wheel works where nothing else is installed
 	rm -rf build/smoke && mkdir -p build/smoke

@@ -54,7 +54,8 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
         yield "affine    " + _matrix(description["affine"])
     if len(description["series"]) > 1:
         yield "series    choose one with --series"
-    for entry in description["series"]:
+    dicom = len(description["series"]) > 1 or any(entry["uid"] for entry in description["series"])
+    for entry in description["series"] if dicom else ():
         size = " x ".join(str(count) for count in entry["size"])
         words = [f"{entry['number']:<4}", entry["modality"], size, entry["description"], entry["uid"]]
         yield "  " + "  ".join(word for word in words if word)

@@ -18,7 +18,7 @@ from dmc_cli.cli import dmc
 ROOT = Path(__file__).resolve().parent.parent.parent
 README = ROOT / "README.md"
 CONSOLE = re.compile(r"(?<=```console\n)(.*?)(?=```)", re.DOTALL)
-TABLE = re.compile(r"(?<=<!-- options of (\w+) -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
+TABLE = re.compile(r"(<!-- options of (\w+) -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
 CHANGES = re.compile(r"^time .*|\d+(\.\d+)? (ms|s)\b", re.MULTILINE)
 
 
@@ -26,7 +26,7 @@ def refreshed(text, folder):
     """Return the README with its outputs and tables as they are now; commands run in `folder`."""
     (folder / "sample_data").symlink_to(ROOT / "sample_data")
     text = CONSOLE.sub(lambda match: console(match[0], folder), text)
-    return TABLE.sub(lambda match: option_table(match[1]), text)
+    return TABLE.sub(lambda match: match[1] + option_table(match[2]), text)
 
 
 def timeless(text):
@@ -65,16 +65,24 @@ def option_table(command):
     lines = ["| option | default | what it does |", "| --- | --- | --- |"]
     context = click.Context(dmc.commands[command], info_name=command)
     for option in dmc.commands[command].params:
-        if not isinstance(option, click.Option):
-            continue
-        record = option.get_help_record(context)
-        names, words = record[0].replace("|", " \\| "), " ".join(record[1].split())
-        what, _, default = (
-            words.partition("  [default: ") if "  [default: " in words else words.partition("[default: ")
-        )
-        default = default.rstrip("]")
-        lines.append(f"| `{names}` | {f'`{default}`' if default else ''} | {what.strip()} |")
+        if isinstance(option, click.Option):
+            names, words = option.get_help_record(context)
+            what = " ".join(words.partition("[default:")[0].split())
+            lines.append(f"| `{names.replace('|', ' \\| ')}` | {shown_default(option)} | {what} |")
     return "\n".join(lines) + "\n"
+
+
+def shown_default(option):
+    """Return the default as a user would type it, empty where there is none."""
+    default = option.default
+    if default is None or default == () or option.count:
+        return ""
+    if isinstance(default, bool):
+        on, off = option.opts[0], (option.secondary_opts or [""])[0]
+        return f"`{on if default else off}`" if off else ""
+    if isinstance(default, tuple):
+        return f"`{','.join(f'{item:g}' for item in default)}`"
+    return f"`{default}`"
 
 
 if __name__ == "__main__":

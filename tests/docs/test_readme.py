@@ -18,14 +18,22 @@ def test_the_commands_print_what_is_shown(tmp_path):
         assert timeless(console(block, tmp_path)) == timeless(block), "run `make docs`"
 
 
+def test_the_python_code_runs(tmp_path, monkeypatch, capsys):
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    monkeypatch.chdir(tmp_path)
+    for code in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL):
+        exec(code, {})
+    assert capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", dmc.commands)
 def test_every_command_is_mentioned(command):
     assert f"dmc {command}" in TEXT
 
 
-@pytest.mark.parametrize("table", TABLE.findall(TEXT), ids=lambda table: table[0])
-def test_the_tables_are_the_options(table):
-    assert option_table(table[0]) == table[1], "run `make docs`"
+@pytest.mark.parametrize(("command", "table"), [match.group(2, 3) for match in TABLE.finditer(TEXT)])
+def test_the_tables_are_the_options(command, table):
+    assert option_table(command) == table, "run `make docs`"
 
 
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"\bmake ([a-z-]+)\b", TEXT))))
