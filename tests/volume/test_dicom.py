@@ -1,0 +1,473 @@
+import os
+import warnings
+import zipfile
+
+import numpy as np
+import pydicom
+import pytest
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
+from pydicom import uid
+
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.read import list_volumes
+from tests.volume.reading import physical, read
+from tests.volume.scanner import axial, make_slice, plane_values, save, save_stack
+
+STACK = np.array([plane_values(k) for k in range(4)])
+
+
+def world(volume, k, i=0, j=0):
+    """Where node (i, j, k) lies, by the definition of `Volume.slice_positions`."""
+    if volume.slice_positions is not None:
+        k = volume.slice_positions[k] / volume.spacing[2]
+    return (volume.affine @ [i, j, k, 1])[:3]
+
+
+def test_slices_are_sorted_by_position_whatever_their_names(tmp_path):
+    volume = read(save_stack(tmp_path, axial()))
+    np.testing.assert_array_equal(volume.values, STACK)
+    np.testing.assert_array_equal(
+        volume.affine, [[0.75, 0, 0, 10], [0, 0.5, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]]
+    )
+    assert (volume.space, volume.slope, volume.intercept) == ("LPS", 1, -1024)
+    assert volume.slice_positions is None
+    assert len(volume.files) == 4
+    assert volume.warnings == ()
+
+
+@pytest.mark.parametrize(
+    "orientation", [(1, 0, 0, 0, 1, 0), (0, 1, 0, 0, 0, -1), (0.6, 0.8, 0, 0, 0, -1), (-1, 0, 0, 0, -1, 0)]
+)
+def test_every_orientation_stacks_along_its_own_normal(tmp_path, orientation):
+    normal = np.cross(orientation[:3], orientation[3:])
+    positions = [np.array([5, 6, 7]) + 1.5 * k * normal for k in range(4)]
+    volume = read(save_stack(tmp_path, positions, orientation=orientation))
+    np.testing.assert_array_equal(volume.values, STACK)
+    assert np.linalg.det(volume.affine) > 0
+    for k, position in enumerate(positions):
+        np.testing.assert_allclose(world(volume, k), position, atol=1e-9)
+    x = np.array(orientation[:3]) * 0.75
+    np.testing.assert_allclose(world(volume, 0, i=1) - world(volume, 0), x, atol=1e-9)
+
+
+def test_other_files_in_the_folder_are_passed_over(tmp_path):
+    save_stack(tmp_path, axial())
+    (tmp_path / "notes.txt").write_text("nothing of the kind")
+    (tmp_path / "empty").touch()
+    (tmp_path / "broken").write_bytes(b"\x08\x00\x05\x00CS\x0a\x00ISO")
+    save(make_slice((0, 0, 0), 0, PixelData=b"", Rows=None), tmp_path / "report")
+    np.testing.assert_array_equal(read(tmp_path).values, STACK)
+
+
+def test_files_in_subfolders_and_links_that_loop(tmp_path):
+    save_stack(tmp_path / "a" / "b", axial())
+    os.symlink(tmp_path, tmp_path / "a" / "loop")
+    os.symlink(tmp_path / "a" / "b", tmp_path / "again")
+    np.testing.assert_array_equal(read(tmp_path).values, STACK)
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "<u2", "<i2", "<u4", "<i4"])
+def test_signed_and_unsigned_of_every_size(tmp_path, dtype):
+    planes = [(plane_values(k, "<i8") - 200).astype(dtype) for k in range(4)]
+    for k, position in enumerate(axial()):
+        save(make_slice(position, k, values=planes[k]), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    assert volume.values.dtype == np.dtype(dtype)
+    np.testing.assert_array_equal(volume.values, planes)
+
+
+@pytest.mark.parametrize("signed", [0, 1])
+def test_bits_above_bits_stored_do_not_count(tmp_path, signed):
+    for k, position in enumerate(axial()):
+        values = plane_values(k, "<u2") - np.uint16(signed * 300)
+        junk = (values & 0x0FFF) | 0xA000
+        elements = {"BitsStored": 12, "HighBit": 11, "PixelRepresentation": signed}
+        save(make_slice(position, k, values=junk, **elements), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values.astype(int), STACK.astype(int) - signed * 300)
+
+
+def test_monochrome1_does_not_change_the_values(tmp_path):
+    save_stack(tmp_path, axial(), PhotometricInterpretation="MONOCHROME1")
+    np.testing.assert_array_equal(read(tmp_path).values, STACK)
+
+
+def test_padding_is_a_range_of_stored_values(tmp_path):
+    volume = read(save_stack(tmp_path / "one", axial(), PixelPaddingValue=-2000))
+    assert volume.padding == (-2000, -2000)
+    volume = read(
+        save_stack(tmp_path / "two", axial(), PixelPaddingValue=-2000, PixelPaddingRangeLimit=-1900)
+    )
+    assert volume.padding == (-2000, -1900)
+
+
+def test_rescale_that_differs_between_slices_gives_float32(tmp_path):
+    for k, position in enumerate(axial()):
+        elements = {"RescaleSlope": str(1 + k), "RescaleIntercept": str(-k), "PixelPaddingValue": 3}
+        save(make_slice(position, k, **elements), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    expected = np.array([plane_values(k) * (1.0 + k) - k for k in range(4)])
+    expected[STACK == 3] = np.nan
+    assert (volume.values.dtype, volume.slope, volume.intercept) == (np.float32, 1, 0)
+    np.testing.assert_array_equal(volume.values, expected)
+
+
+@pytest.mark.parametrize(
+    "syntax",
+    [
+        uid.ImplicitVRLittleEndian,
+        uid.ExplicitVRLittleEndian,
+        uid.ExplicitVRBigEndian,
+        uid.DeflatedExplicitVRLittleEndian,
+    ],
+)
+def test_uncompressed_transfer_syntaxes(tmp_path, syntax):
+    for k, position in enumerate(axial()):
+        values = plane_values(k, ">i2" if syntax == uid.ExplicitVRBigEndian else "<i2")
+        save(make_slice(position, k, values=values, syntax=syntax, PixelPaddingValue=-7), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values, STACK)
+    assert volume.values.dtype == np.int16
+    assert volume.padding == (-7, -7)
+
+
+COMPRESSED = {
+    "RLE": (uid.RLELossless, None),
+    "JPEG-LS": (uid.JPEGLSLossless, "jpeg_ls"),
+    "JPEG 2000": (uid.JPEG2000Lossless, "openjpeg"),
+}
+
+
+@pytest.mark.parametrize("name", COMPRESSED)
+@pytest.mark.parametrize("signed", [False, True])
+def test_compressed_transfer_syntaxes(tmp_path, name, signed):
+    syntax, module = COMPRESSED[name]
+    if module:
+        pytest.importorskip(module)
+    planes = [plane_values(k, "<i2" if signed else "<u2", (64, 80)) - 200 * signed for k in range(4)]
+    for k, position in enumerate(axial()):
+        dataset = make_slice(position, k, values=planes[k])
+        dataset.compress(syntax)
+        save(dataset, tmp_path / f"{k}")
+    np.testing.assert_array_equal(read(tmp_path).values, planes)
+
+
+def test_a_missing_package_is_named_with_its_pip_line(tmp_path, monkeypatch):
+    for k, position in enumerate(axial()):
+        dataset = make_slice(position, k)
+        dataset.compress(uid.RLELossless)
+        dataset.file_meta.TransferSyntaxUID = uid.JPEGLSLossless
+        save(dataset, tmp_path / f"{k}")
+
+    class Absent:
+        is_available = False
+        UID = uid.JPEGLSLossless
+
+    monkeypatch.setattr("pydicom.pixels.get_decoder", lambda _: Absent)
+    with pytest.raises(UnsupportedFormatError, match=r"JPEG-LS.*pip install pyjpegls"):
+        read(tmp_path)
+
+
+def test_files_without_preamble(tmp_path):
+    for k, position in enumerate(axial()):
+        for syntax in (uid.ImplicitVRLittleEndian, uid.ExplicitVRLittleEndian):
+            dataset = make_slice(position, k, syntax=syntax)
+            del dataset.file_meta
+            path = tmp_path / syntax / f"{k}"
+            path.parent.mkdir(exist_ok=True)
+            pydicom.dcmwrite(
+                path, dataset, implicit_vr=syntax == uid.ImplicitVRLittleEndian, little_endian=True
+            )
+    for folder in tmp_path.iterdir():
+        np.testing.assert_array_equal(read(folder).values, STACK)
+
+
+def two_series(folder):
+    save_stack(folder / "one", axial(), series="1.2.7")
+    save_stack(folder / "two", axial(5, 3), series="1.2.9")
+    return folder
+
+
+def test_two_series_are_listed_with_the_option_that_chooses(tmp_path):
+    with pytest.raises(
+        AmbiguousVolumeError, match=r"(?s)2 series.*--series 1: CT.*--series 2.*1\.2\.9"
+    ) as caught:
+        read(two_series(tmp_path))
+    assert caught.value.exit_status == 4
+    first, second = list_volumes(str(tmp_path), ReadSettings())
+    assert (first.number, first.uid, first.modality, first.size) == (1, "1.2.7", "CT", (5, 4, 4))
+    assert (second.number, second.description, second.slices) == (2, "series 1.2.9", 5)
+
+
+def test_a_series_is_chosen_by_number_or_uid(tmp_path):
+    two_series(tmp_path)
+    assert read(tmp_path, series="2").shape == read(tmp_path, series="1.2.9").shape == (5, 4, 5)
+    assert read(tmp_path, series="1").shape == (5, 4, 4)
+    with pytest.raises(SettingsError, match=r"(?s)series is '3'.*--series 1"):
+        read(tmp_path, series="3")
+
+
+def test_single_images_and_localizers_are_dropped(tmp_path):
+    save_stack(tmp_path / "ct", axial())
+    save(make_slice((0, 0, 0), 0, orientation=(0, 1, 0, 0, 0, -1)), tmp_path / "scout")
+    save_stack(tmp_path / "loc", axial(3, 50), series="1.2.1", ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"])
+    np.testing.assert_array_equal(read(tmp_path).values, STACK)
+
+
+def test_orientations_of_one_series_are_stacks_to_choose_from(tmp_path):
+    save_stack(tmp_path / "axial", axial())
+    sagittal = [(30.0 + k, 0, 0) for k in range(3)]
+    save_stack(tmp_path / "sagittal", sagittal, orientation=(0, 1, 0, 0, 0, -1))
+    with pytest.raises(AmbiguousVolumeError, match="2 series"):
+        read(tmp_path)
+    assert {read(tmp_path, series=n).shape[2] for n in "12"} == {3, 4}
+
+
+def test_echoes_at_the_same_places_are_stacks_to_choose_from(tmp_path):
+    save_stack(tmp_path / "a", axial(), EchoTime="20")
+    save_stack(tmp_path / "b", axial(), EchoTime="80")
+    with pytest.raises(AmbiguousVolumeError, match=r"(?s)echo time 20.*echo time 80"):
+        read(tmp_path)
+    assert read(tmp_path, series="2").shape == (5, 4, 4)
+
+
+def test_gantry_tilt_is_a_shear(tmp_path):
+    positions = [(10, 20 - 0.9 * k, 30 + 2 * k) for k in range(4)]
+    volume = read(save_stack(tmp_path, positions))
+    assert volume.slice_positions is None
+    for k, position in enumerate(positions):
+        np.testing.assert_allclose(world(volume, k), position, atol=1e-9)
+    np.testing.assert_allclose(world(volume, 2, i=3, j=1) - world(volume, 2), [2.25, 0.5, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize("tilt", [0, 0.4])
+def test_uneven_slices_keep_their_positions(tmp_path, tilt):
+    heights = [0, 2, 4.5, 8, 9.1]
+    positions = [(10, 20 + tilt * z, 30 + z) for z in heights]
+    volume = read(save_stack(tmp_path, positions))
+    np.testing.assert_allclose(volume.slice_positions, np.array(heights) * np.hypot(1, tilt))
+    for k, position in enumerate(positions):
+        np.testing.assert_allclose(world(volume, k), position, atol=1e-9)
+    assert "vary from 1.100 to 3.500 mm" in volume.warnings[0]
+
+
+def test_jitter_within_one_percent_is_even(tmp_path):
+    positions = [(0, 0, z) for z in (0, 2.01, 4, 6.005, 8)]
+    assert read(save_stack(tmp_path, positions)).slice_positions is None
+
+
+@pytest.mark.parametrize("heights", [(0, 2, 4, 8, 10), (0, 4, 6, 8), (0, 2, 4, 8)])
+def test_a_missing_slice_is_refused_or_bridged(tmp_path, heights):
+    save_stack(tmp_path, [(0, 0, z) for z in heights], names=[f"slice{n}" for n in range(len(heights))])
+    with pytest.raises(
+        AmbiguousVolumeError, match=r"4\.000 mm between slice\d and slice\d.*--slice-gaps keep"
+    ):
+        read(tmp_path)
+    volume = read(tmp_path, slice_gaps="keep")
+    np.testing.assert_allclose(volume.slice_positions, heights)
+    assert "missing" in volume.warnings[0]
+
+
+def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
+    save_stack(tmp_path, axial(), names="abcd")
+    save(make_slice(axial()[1], 7), tmp_path / "z")
+    with pytest.raises(AmbiguousVolumeError, match=r"first b and z.*--duplicates first"):
+        read(tmp_path)
+    volume = read(tmp_path, duplicates="first")
+    np.testing.assert_array_equal(volume.values, STACK)
+
+
+def test_slices_beside_the_line_are_refused(tmp_path):
+    positions = [(10 + (k == 2), 20, 30 + k) for k in range(5)]
+    with pytest.raises(UnsupportedFormatError, match=r"1\.000 mm beside the line"):
+        read(save_stack(tmp_path, positions))
+
+
+def test_a_zip_is_read_without_unpacking(tmp_path):
+    save_stack(tmp_path / "in", axial())
+    with zipfile.ZipFile(tmp_path / "scan.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in (tmp_path / "in").iterdir():
+            archive.write(path, f"../../{path.name}")
+        archive.writestr("readme.txt", "nothing")
+    volume = read(tmp_path / "scan.zip")
+    np.testing.assert_array_equal(volume.values, STACK)
+    assert volume.files == (tmp_path / "scan.zip",)
+
+
+def test_a_zip_entry_that_claims_too_much_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a", b"tiny")
+    content = (tmp_path / "bomb.zip").read_bytes()
+    claim = (4).to_bytes(4, "little")
+    (tmp_path / "bomb.zip").write_bytes(content.replace(claim + b"\x01\0", b"\xff\xff\xff\x7f" + b"\x01\0"))
+    with pytest.raises(VolumeError) as caught:
+        read(tmp_path / "bomb.zip")
+    assert caught.value.exit_status == 3
+
+
+def test_a_dicomdir_stands_for_its_folder(tmp_path):
+    save_stack(tmp_path / "IMAGES", axial())
+    (tmp_path / "DICOMDIR").write_bytes(bytes(128) + b"DICM")
+    np.testing.assert_array_equal(read(tmp_path / "DICOMDIR").values, STACK)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda folder: None, "no DICOM image found"),
+        (lambda folder: (folder / "notes").write_text("x" * 200), "no DICOM image found"),
+        (lambda folder: save(make_slice((0, 0, 0), 0), folder / "a"), "no two slices of one volume"),
+        (
+            lambda folder: save(make_slice((0, 0, 0), 0, ImagePositionPatient=None), folder / "a"),
+            "no position",
+        ),
+        (lambda folder: save_stack(folder, axial(), SamplesPerPixel=3), "colour"),
+        (lambda folder: save_stack(folder, axial(), PixelSpacing=[0, 0]), "positive lengths"),
+        (lambda folder: save_stack(folder, axial(), orientation=(1, 0, 0, 1, 0, 0)), "perpendicular"),
+        (lambda folder: save_stack(folder, axial(), orientation=(1, 0, 0, 0, 1)), "6 finite numbers"),
+    ],
+)
+def test_folders_without_a_volume_tell_what_they_hold(tmp_path, make, told):
+    make(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(VolumeError, match=told) as caught:
+            read(tmp_path)
+    assert caught.value.exit_status == 3
+
+
+@pytest.mark.parametrize("lost", [1, 30])
+def test_a_truncated_slice_is_refused(tmp_path, lost):
+    save_stack(tmp_path, axial(), names="abcd")
+    content = (tmp_path / "c").read_bytes()
+    (tmp_path / "c").write_bytes(content[:-lost])
+    with pytest.raises(DamagedVolumeError, match=r"c: .*bytes of pixel data found"):
+        read(tmp_path)
+
+
+def test_an_absurd_size_is_not_trusted(tmp_path):
+    for k, position in enumerate(axial()):
+        dataset = make_slice(position, k)
+        dataset.compress(uid.RLELossless)
+        dataset.Rows = dataset.Columns = 65535
+        save(dataset, tmp_path / f"{k}")
+    with pytest.raises(DamagedVolumeError, match="header is damaged"):
+        read(tmp_path)
+
+
+def read_series_with_itk(folder):
+    reader = sitk.ImageSeriesReader()
+    reader.SetFileNames(reader.GetGDCMSeriesFileNames(str(folder)))
+    image = reader.Execute()
+    affine = np.eye(4)
+    affine[:3, :3] = np.array(image.GetDirection()).reshape(3, 3) * np.array(image.GetSpacing())
+    affine[:3, 3] = image.GetOrigin()
+    return sitk.GetArrayFromImage(image), affine
+
+
+def test_the_sample_head_agrees_with_simpleitk(sample_data):
+    volume = read(sample_data / "dicom/head_ct")
+    values, affine = read_series_with_itk(sample_data / "dicom/head_ct")
+    np.testing.assert_array_equal(physical(volume), values)
+    np.testing.assert_allclose(volume.affine, affine)
+
+
+def test_real_slices_are_the_same_in_two_compressed_syntaxes(shared_data):
+    pytest.importorskip("openjpeg")
+    folder = shared_data / "dicom_compressed_4slices"
+    one, two = read(folder / "j2k"), read(folder / "rle")
+    np.testing.assert_array_equal(one.values, two.values)
+    np.testing.assert_array_equal(one.affine, two.affine)
+    np.testing.assert_array_equal(one.affine, read(folder / "uncompressed").affine)
+
+
+@pytest.mark.parametrize("name", ["RLE", "big_endian", "jpeg_2k_lossless", "jpeg_ls_lossless"])
+def test_one_enhanced_file_in_every_syntax(shared_data, name):
+    if "jpeg" in name:
+        pytest.importorskip("openjpeg" if "2k" in name else "jpeg_ls")
+    folder = shared_data / "dicom_emri_syntaxes"
+    plain, other = read(folder / "emri_small.dcm"), read(folder / f"emri_small_{name}.dcm")
+    np.testing.assert_array_equal(plain.values, pydicom.dcmread(folder / "emri_small.dcm").pixel_array)
+    np.testing.assert_array_equal(other.values, plain.values)
+    assert plain.space == "none"
+    assert "no positions" in plain.warnings[0]
+
+
+def test_a_truncated_enhanced_file_is_refused(shared_data):
+    pytest.importorskip("openjpeg")
+    with pytest.raises(DamagedVolumeError, match="cannot be decoded"):
+        read(shared_data / "dicom_emri_syntaxes/emri_small_jpeg_2k_lossless_too_short.dcm")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "dicom_enhanced_nema/BRTUM014",
+        "dicom_enhanced_xa30/0001_1.3.12.2.1107.5.2.43.67093.2022071112080825794102791.dcm",
+    ],
+)
+def test_frames_of_enhanced_files_lie_where_their_groups_say(shared_data, name):
+    dataset = pydicom.dcmread(shared_data / name)
+    volume = read(shared_data / name)
+    frames = [
+        g.PlanePositionSequence[0].ImagePositionPatient for g in dataset.PerFrameFunctionalGroupsSequence
+    ]
+    found = np.array([world(volume, k) for k in range(volume.shape[2])])
+    pixels = dataset.pixel_array
+    for position, plane in zip(frames, pixels, strict=True):
+        k = np.linalg.norm(found - np.array(position, float), axis=1).argmin()
+        np.testing.assert_allclose(found[k], np.array(position, float), atol=1e-2)
+        np.testing.assert_array_equal(volume.values[k], plane)
+
+
+def test_the_tilted_uneven_head_lies_where_its_slices_say(shared_data):
+    folder = shared_data / "dicom_ge_tilt"
+    volume = read(folder)
+    datasets = sorted(
+        (pydicom.dcmread(p) for p in folder.glob("*.dcm")), key=lambda d: d.ImagePositionPatient[2]
+    )
+    assert volume.shape == (512, 512, 28)
+    assert volume.padding == (-1500, -1500)
+    for k, dataset in enumerate(datasets):
+        position = np.array(dataset.ImagePositionPatient, float)
+        rows = np.array(dataset.ImageOrientationPatient, float)
+        np.testing.assert_allclose(world(volume, k), position, atol=2e-3)
+        far = position + rows[:3] * 511 * dataset.PixelSpacing[1] + rows[3:] * 511 * dataset.PixelSpacing[0]
+        np.testing.assert_allclose(world(volume, k, 511, 511), far, atol=2e-3)
+        np.testing.assert_array_equal(volume.values[k], dataset.pixel_array)
+
+
+def test_the_oblique_mr_with_jitter(shared_data):
+    volume = read(shared_data / "dicom_mr_pd_axial")
+    datasets = [pydicom.dcmread(p) for p in (shared_data / "dicom_mr_pd_axial").glob("*.dcm")]
+    found = np.array([world(volume, k) for k in range(20)])
+    for dataset in datasets:
+        distances = np.linalg.norm(found - np.array(dataset.ImagePositionPatient, float), axis=1)
+        assert distances.min() < 0.1
+        np.testing.assert_array_equal(volume.values[distances.argmin()], dataset.pixel_array)
+
+
+def test_a_folder_with_plans_and_reports_has_one_volume(shared_data):
+    volume = read(shared_data / "dicom_nonimage_mix")
+    assert volume.shape == (512, 512, 2)
+
+
+def test_a_real_missing_slice(shared_data):
+    folder = shared_data / "dicom_compressed_4slices/failing_missing_slice"
+    with pytest.raises(AmbiguousVolumeError, match=r"10\.000 mm between .*0009.*0010"):
+        read(folder)
+    assert read(folder, slice_gaps="keep").slice_positions == pytest.approx([0, 5, 10, 20])
+
+
+@pytest.mark.slow
+def test_the_zip_of_the_whole_head(shared_data):
+    volume = read(shared_data / "dicom_vhf_head.zip")
+    assert volume.shape == (512, 512, 234)
+    np.testing.assert_array_equal(volume.affine[:3, 3], [0, 0, 1500])
