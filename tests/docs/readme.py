@@ -68,7 +68,8 @@ def option_table(command):
         if isinstance(option, click.Option):
             names, words = option.get_help_record(context)
             what = " ".join(words.partition("[default:")[0].split())
-            lines.append(f"| `{names.replace('|', ' \\| ')}` | {shown_default(option)} | {what} |")
+            names = names.replace("|", " \\| ")
+            lines.append(f"| `{names}` | {shown_default(option)} | {what} |")
     return "\n".join(lines) + "\n"
 
 
