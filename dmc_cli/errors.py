@@ -6,6 +6,7 @@ DmcError(Exception)                     the common root; each class knows its ex
 │  ├─ UnsupportedFormatError         3  no reader for this file or this variant of its format
 │  ├─ DamagedVolumeError             3  header and data disagree, or the data end early
 │  └─ AmbiguousVolumeError           4  several series or time points: lists them and the option to choose
+├─ MeshFileError(ValueError)         3  a mesh file that is to be measured is missing or damaged
 ├─ EmptySurfaceError(ValueError)     5  no quad at this isovalue: names the value range
 ├─ RequirementError(ValueError)      6  `--require` asks for what the mesh is not
 ├─ DeviceError(RuntimeError)         7  no such device
@@ -48,6 +49,12 @@ class AmbiguousVolumeError(VolumeError):
     """The input holds several volumes; the message lists them and the option that chooses."""
 
     exit_status = 4
+
+
+class MeshFileError(DmcError, ValueError):
+    """A mesh file that is to be measured is missing or damaged."""
+
+    exit_status = 3
 
 
 class EmptySurfaceError(DmcError, ValueError):

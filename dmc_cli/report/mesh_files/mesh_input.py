@@ -1,0 +1,89 @@
+"""A mesh as a file holds it: points, and faces of three or four corners."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+MeshSpace = Literal["RAS", "LPS", "none"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshInput:
+    """A mesh that was read.
+
+    Attributes:
+        points: Positions, (V, 3) float64, as the file has them.
+        faces: Corners, (F, 4) int32, in the file's order; a triangle has -1 as its fourth corner.
+        space: The axes that the file's comment names, else none.
+    """
+
+    points: Array
+    faces: Array
+    space: MeshSpace = "none"
+
+    @property
+    def triangle_count(self) -> int:
+        """Faces with three corners."""
+        return int(np.count_nonzero(self.faces[:, 3] < 0))
+
+
+def make_mesh(
+    path: str, points: Array, counts: Array, corners: Array, space: MeshSpace = "none"
+) -> MeshInput:
+    """Return a mesh after checking it.
+
+    Args:
+        path: The file, for messages.
+        points: Positions, (V, 3).
+        counts: Corners of each face, (F,).
+        corners: Vertices of all faces in a row, as many as `counts` adds up to.
+        space: The axes that the file's comment names.
+
+    Raises:
+        UnsupportedFormatError: A face has neither three nor four corners.
+        MeshFileError: A face names a vertex that is not there, or a coordinate is not finite.
+    """
+    odd = np.flatnonzero((counts < 3) | (counts > 4))
+    if odd.size:
+        raise UnsupportedFormatError(
+            f"{path}: face {odd[0]} has {int(counts[odd[0]])} corners; expected 3 or 4;"
+            " triangulate larger faces"
+        )
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if bad.size:
+        raise MeshFileError(
+            f"{path}: vertex {bad[0]} is at {points[bad[0]].tolist()}; expected finite numbers"
+        )
+    outside = np.flatnonzero((corners < 0) | (corners >= len(points)))
+    if outside.size:
+        raise MeshFileError(
+            f"{path}: a face names vertex {int(corners[outside[0]])}; expected 0 to {len(points) - 1},"
+            f" since the file has {len(points)} vertices"
+        )
+    return MeshInput(points=points, faces=_rows_of_four(counts, corners), space=space)
+
+
+def find_space(comments: bytes) -> MeshSpace:
+    """Return the axes that comments of a mesh file name, as 3D Slicer writes and reads them."""
+    if b"SPACE=RAS" in comments:
+        return "RAS"
+    return "LPS" if b"SPACE=LPS" in comments else "none"
+
+
+def _rows_of_four(counts: Array, corners: Array) -> Array:
+    """Return the faces as rows of four, -1 after the corners of a triangle."""
+    if (counts == 4).all():
+        return corners.astype(np.int32).reshape(-1, 4)
+    starts = np.cumsum(counts) - counts
+    faces = np.full((len(counts), 4), -1, dtype=np.int32)
+    for c in range(3):
+        faces[:, c] = corners[starts + c]
+    is_quad = counts == 4
+    faces[is_quad, 3] = corners[starts[is_quad] + 3]
+    return faces

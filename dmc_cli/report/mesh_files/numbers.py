@@ -1,0 +1,74 @@
+"""Numbers out of text, many at a time."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import MeshFileError
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+SPACE, NEWLINE = 32, 10
+
+
+@dataclass(frozen=True)
+class NumberLines:
+    """The numbers of the lines that have any.
+
+    Attributes:
+        values: All numbers in a row, float64.
+        counts: Numbers of each line, int64.
+    """
+
+    values: Array
+    counts: Array
+
+    @property
+    def starts(self) -> Array:
+        """Index in `values` of each line's first number."""
+        return np.cumsum(self.counts) - self.counts
+
+
+def parse_numbers(path: str, text: bytes) -> Array:
+    """Return the numbers of a text that has nothing else, float64.
+
+    Raises:
+        MeshFileError: Something is no number.
+    """
+    if not text or text.isspace():
+        return np.zeros(0)
+    try:
+        return np.fromstring(text, sep=" ")
+    except ValueError:
+        word = next((w for w in text.split() if not _is_number(w)), b"")
+        shown = word[:40].decode("ascii", "replace")
+        raise MeshFileError(f"{path}: {shown!r} was found where a number was expected") from None
+
+
+def parse_lines(path: str, text: Array) -> NumberLines:
+    """Return the numbers of a text line by line.
+
+    Args:
+        path: The file, for messages.
+        text: Characters, uint8.
+
+    Raises:
+        MeshFileError: Something is no number.
+    """
+    begins = text > SPACE
+    begins[1:] &= text[:-1] <= SPACE
+    lines = np.searchsorted(np.flatnonzero(text == NEWLINE), np.flatnonzero(begins))
+    counts = np.bincount(lines) if lines.size else np.zeros(0, dtype=np.int64)
+    values = parse_numbers(path, text.tobytes())
+    if values.size != counts.sum():
+        raise MeshFileError(f"{path}: {counts.sum()} words were found, but {values.size} numbers in them")
+    return NumberLines(values, counts[counts > 0])
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
