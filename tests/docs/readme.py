@@ -76,7 +76,7 @@ def option_table(command):
 def shown_default(option):
     """Return the default as a user would type it, empty where there is none."""
     default = option.default
-    if default is None or default == () or option.count:
+    if not isinstance(default, (str, int, float, tuple)) or default == () or option.count:
         return ""
     if isinstance(default, bool):
         on, off = option.opts[0], (option.secondary_opts or [""])[0]
