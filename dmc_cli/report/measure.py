@@ -17,7 +17,7 @@ from dmc_cli.report.plain_values import plain
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
 from dmc_cli.report.topology import measure_topology
-from dmc_cli.report.twins import pair_halfedges
+from dmc_cli.report.twins import find_twins
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.field import absent_value, make_field, upload_volume
@@ -48,7 +48,7 @@ def measure_mesh(
     """
     points = wp.array(mesh.points.astype(np.float32), dtype=wp.vec3f, device=device.name)
     faces = wp.array(mesh.faces, dtype=wp.int32, device=device.name)
-    twins = wp.array(pair_halfedges(mesh.faces), dtype=wp.int32, device=device.name)
+    twins = find_twins(device, faces, len(mesh.points))
     topology = measure_topology(device, faces, twins, len(mesh.points))
     quality = measure_quality(device, points, faces)
     warnings: list[str] = []

@@ -1,12 +1,10 @@
 """All measures of a surface in one call: topology, quality, deviation."""
 
-import warp as wp
-
 from dmc_cli.report.deviation import measure_deviation
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import Measures
 from dmc_cli.report.topology import measure_topology
-from dmc_cli.report.twins import pair_halfedges
+from dmc_cli.report.twins import find_twins
 from dmc_cli.surface import Surface
 from dmc_cli.volume.volume import Volume
 
@@ -14,7 +12,7 @@ from dmc_cli.volume.volume import Volume
 def measure_surface(surface: Surface, volume: Volume) -> Measures:
     """Measure the mesh of a surface against itself and against the volume that it comes from."""
     device = surface.device
-    twins = wp.array(pair_halfedges(surface.quads.numpy()), dtype=wp.int32, device=device.name)
+    twins = find_twins(device, surface.quads, surface.vertices.shape[0])
     return Measures(
         topology=measure_topology(device, surface.quads, twins, surface.vertices.shape[0]),
         quality=measure_quality(device, surface.vertices, surface.quads),

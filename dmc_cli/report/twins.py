@@ -4,15 +4,142 @@ A pair of twins runs between the same two vertices in opposite directions. Where
 halfedges than two, the mesh alone does not tell which belong together; then the first one that runs one
 way is the twin of the first that runs the other way, the second of the second, in the order of their
 numbers. What is left over, and a halfedge between a vertex and itself, stays without a twin.
+
+Both functions give the same twins. `find_twins` lists the halfedges of each lower vertex on the device and
+searches these short lists; `pair_halfedges` sorts, which is plainer, and does not mind a vertex with very
+many faces.
 """
 
 from typing import Any
 
 import numpy as np
+import warp as wp
 
-from dmc_cli.report.faces import NO_TWIN
+from dmc_cli.device import Device
+from dmc_cli.report.faces import NO_TWIN, flat_corners, next_halfedge
+
+wp.set_module_options({"enable_backward": False})
 
 IntArray = np.ndarray[Any, np.dtype[Any]]
+
+LONGEST_LIST = 1024
+"""Halfedges at a lower vertex up to which lists are searched; the time grows with the square."""
+
+
+@wp.func
+def lower_vertex(corners: wp.array[wp.int32], h: wp.int32) -> wp.int32:
+    """Return the lower end of halfedge `h`, or -1 if it is none or leads to its own start."""
+    tail = corners[h]
+    vertex = int(-1)
+    if tail >= 0:
+        head = corners[next_halfedge(corners, h)]
+        if head != tail:
+            vertex = wp.min(tail, head)
+    return vertex
+
+
+@wp.kernel
+def count_halfedges_kernel(
+    first: wp.int32,
+    # In:
+    corners: wp.array[wp.int32],
+    # In/out:
+    counts_inout: wp.array[wp.int64],
+) -> None:
+    """Count the halfedges of each lower vertex. One thread a corner.
+
+    Sums of integers: the order of the threads does not show. Not to be cut into slabs, since atomics on CPU
+    are none.
+    """
+    vertex = lower_vertex(corners, first + wp.tid())
+    if vertex >= 0:
+        wp.atomic_add(counts_inout, vertex, wp.int64(1))
+
+
+@wp.kernel
+def list_halfedges_kernel(
+    first: wp.int32,
+    # In:
+    corners: wp.array[wp.int32],
+    # In/out:
+    cursors_inout: wp.array[wp.int64],
+    # Out:
+    listed_out: wp.array[wp.int32],
+) -> None:
+    """List the halfedges of each lower vertex, in any order. One thread a corner; not for slabs."""
+    h = first + wp.tid()
+    vertex = lower_vertex(corners, h)
+    if vertex >= 0:
+        slot = wp.atomic_add(cursors_inout, vertex, wp.int64(1))
+        listed_out[slot] = h
+
+
+@wp.kernel
+def match_halfedges_kernel(
+    first: wp.int32,
+    # In:
+    corners: wp.array[wp.int32],
+    starts: wp.array[wp.int64],
+    # In/out:
+    listed_inout: wp.array[wp.int32],
+    # Out:
+    twins_out: wp.array[wp.int32],
+) -> None:
+    """Sort a vertex's list and pair what runs up with what runs down. One thread a lower vertex."""
+    vertex = first + wp.tid()
+    start = wp.int32(starts[vertex])
+    end = wp.int32(starts[vertex + 1])
+    for i in range(start + 1, end):
+        h = listed_inout[i]
+        slot = int(i)
+        while slot > start and listed_inout[slot - 1] > h:
+            listed_inout[slot] = listed_inout[slot - 1]
+            slot -= 1
+        listed_inout[slot] = h
+    for i in range(start, end):
+        up = listed_inout[i]
+        if corners[up] == vertex:
+            head = corners[next_halfedge(corners, up)]
+            j = int(start)
+            while j < end:
+                down = listed_inout[j]
+                if corners[down] == head and twins_out[down] < 0:
+                    twins_out[up] = down
+                    twins_out[down] = up
+                    j = end
+                j += 1
+
+
+def find_twins(device: Device, faces: Any, vertex_count: int) -> Any:
+    """Return the twin of each halfedge on the device, (4F,) int32, -1 where there is none.
+
+    Args:
+        device: Where to work.
+        faces: Corners, (F, 4) int32 or (F,) vec4i; a triangle has -1 as its fourth corner.
+        vertex_count: Number of vertices.
+    """
+    corners = flat_corners(faces)
+    size = corners.shape[0]
+    counts = device.zeros(vertex_count, wp.int64)
+    if size:
+        _launch_whole(device, count_halfedges_kernel, [corners], [counts])
+    if size == 0 or int(counts.numpy().max()) > LONGEST_LIST:
+        return wp.array(pair_halfedges(corners.numpy().reshape(-1, 4)), dtype=wp.int32, device=device.name)
+    starts, total = device.starts(counts)
+    cursors = wp.clone(starts)
+    listed = device.empty(total, wp.int32)
+    wp.launch(
+        list_halfedges_kernel, dim=size, inputs=[0, corners], outputs=[cursors, listed], device=device.name
+    )
+    twins = wp.full(size, NO_TWIN, dtype=wp.int32, device=device.name)
+    device.launch(match_halfedges_kernel, vertex_count, inputs=[corners, starts], outputs=[listed, twins])
+    return twins
+
+
+def _launch_whole(device: Device, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
+    """Run a kernel over all corners in one launch."""
+    dim = inputs[0].shape[0]
+    wp.launch(kernel, dim=dim, inputs=[0, *inputs], outputs=outputs, device=device.name)
 
 
 def pair_halfedges(faces: IntArray) -> IntArray:

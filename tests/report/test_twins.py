@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmc_cli.report.twins import pair_halfedges
+from dmc_cli.device import Device
+from dmc_cli.report.twins import LONGEST_LIST, find_twins, pair_halfedges
 from tests import shapes
 from tests.report.meshes import face_edges
 
@@ -56,3 +58,40 @@ def test_twins_are_an_involution_and_none_is_missed(rows):
     check(faces, twins)
     single = [(a, b) for _, a, b, h in face_edges(faces) if twins[h] < 0 and a != b]
     assert not {(b, a) for a, b in single} & set(single)
+
+
+def twins_on(device, faces, vertex_count, threads=3):
+    corners = wp.array(faces, dtype=wp.int32, device=device)
+    return find_twins(Device(device, threads), corners, vertex_count).numpy()
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        shapes.cube(),
+        shapes.torus(60, 70),
+        shapes.house(),
+        shapes.moebius_strip(),
+        shapes.edge_to_edge_cubes(),
+    ],
+)
+def test_the_device_finds_the_same_twins(device, shape):
+    points, faces = shape
+    faces = faces[np.random.default_rng(1).permutation(len(faces))]
+    assert np.array_equal(twins_on(device, faces, len(points)), pair_halfedges(faces))
+
+
+@given(st.lists(st.lists(st.integers(-1, 5), min_size=4, max_size=4), max_size=20))
+def test_the_device_finds_the_same_twins_in_any_soup(rows):
+    faces = np.array(rows, dtype=np.int32).reshape(-1, 4)
+    faces[:, :3] = np.abs(faces[:, :3])
+    assert np.array_equal(twins_on("cpu", faces, 6), pair_halfedges(faces))
+
+
+def test_a_vertex_with_very_many_faces_is_paired_too(device):
+    n = LONGEST_LIST
+    rim = np.arange(1, n + 1)
+    faces = np.column_stack([np.zeros(n), rim, np.roll(rim, -1), np.full(n, -1)]).astype(np.int32)
+    twins = twins_on(device, faces, n + 1).reshape(-1, 4)
+    assert (twins[:, [0, 2]] >= 0).all()
+    assert (twins[:, [1, 3]] == -1).all()
