@@ -11,7 +11,7 @@ from typing import Literal, get_args
 
 from dmc_cli.errors import SettingsError
 
-InputFormat = Literal["raw", "nifti", "nrrd", "meta", "dicom"]
+InputFormat = Literal["raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr"]
 OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]

@@ -219,7 +219,7 @@ def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:
     package = PLUGINS.get(header.syntax, JPEG_2000)
     return UnsupportedFormatError(
         f"{header.file.name}: pixel data compressed as {syntax_name} found, but no package here decodes it; "
-        f"pip install {package}"
+        f'pip install "dmc-cli[dicom]" or pip install {package}'
     )
 
 

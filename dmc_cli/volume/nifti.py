@@ -5,16 +5,14 @@ qform's. With both codes 0 the header tells no orientation: then x = pixdim * in
 no space (nibabel's own fallback would centre and flip the volume), with a warning.
 """
 
-import gzip
 import math
 import warnings
-import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.layout import (
     Encoding,
@@ -25,6 +23,7 @@ from dmc_cli.volume.layout import (
     scale_affine,
     storable_type,
 )
+from dmc_cli.volume.pair import is_gzip, pair_files, read_start
 from dmc_cli.volume.volume import Space
 
 _Affine = np.ndarray[Any, np.dtype[np.float64]]
@@ -47,16 +46,16 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         DamagedVolumeError: The header contradicts itself.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    header_path, data_path = nifti_files(path)
+    header_path, data_path = pair_files(path)
     check_file(header_path, name)
-    header = _parse(_read_start(header_path, name), name)
+    header = _parse(read_start(header_path, name), name)
     shape, volumes = _grid(header, name)
     dtype = storable_type(name, _value_type(header, name))
     affine, space, notes = _affine(header, name)
     slope, intercept = _scaling(header)
     single = bytes(header["magic"])[:2] == b"n+"
     offset = _offset(header, name, single)
-    encoding: Encoding = "gzip" if _is_gzip(data_path if not single else header_path, name) else "raw"
+    encoding: Encoding = "gzip" if is_gzip(data_path if not single else header_path, name) else "raw"
     return Layout(
         name=name,
         shape=shape,
@@ -73,45 +72,6 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         format="nifti",
         warnings=notes,
     )
-
-
-def nifti_files(path: Path) -> tuple[Path, Path]:
-    """Header and data file of `path`, which may be either of a pair, gzipped or not."""
-    name = path.name
-    for mine, other in ((".img", ".hdr"), (".hdr", ".img")):
-        for packed in ("", ".gz"):
-            if not name.lower().endswith(mine + packed):
-                continue
-            stem = name[: len(name) - len(mine + packed)]
-            names = (stem + suffix + gz for gz in (packed, "", ".gz") for suffix in (other, other.upper()))
-            sibling = next(
-                (path.with_name(n) for n in names if path.with_name(n).exists()), path.with_name(stem + other)
-            )
-            return (sibling, path) if mine == ".img" else (path, sibling)
-    return path, path
-
-
-def _is_gzip(path: Path, name: str) -> bool:
-    check_file(path, name if path.name == Path(name).name else f"{name} ({path.name})")
-    with path.open("rb") as file:
-        return file.read(2) == b"\x1f\x8b"
-
-
-def _read_start(path: Path, name: str) -> bytes:
-    """The first 540 decoded bytes of a file, or fewer where it ends."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(540)
-        if start[:2] == b"\x1f\x8b":
-            with gzip.open(path) as stream:
-                start = stream.read(540)
-    except (OSError, EOFError, zlib.error) as error:
-        if isinstance(error, PermissionError):
-            raise VolumeError(f"{name}: no permission to read it; check the file's access rights") from error
-        raise DamagedVolumeError(
-            f"{name}: the compressed header is damaged ({error}); get the file again"
-        ) from error
-    return start
 
 
 def _parse(start: bytes, name: str) -> Any:

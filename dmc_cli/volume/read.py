@@ -16,17 +16,23 @@ from pathlib import Path
 from dmc_cli.errors import UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
+from dmc_cli.volume.analyze import analyze_layout
 from dmc_cli.volume.dicom import dicom_entries, dicom_volume
 from dmc_cli.volume.layout import Layout, check_file
 from dmc_cli.volume.metaimage import metaimage_layout
 from dmc_cli.volume.nifti import nifti_layout
 from dmc_cli.volume.nrrd import nrrd_layout
+from dmc_cli.volume.numpy_file import numpy_entries, numpy_volume
+from dmc_cli.volume.pair import pair_files
 from dmc_cli.volume.raw import raw_layout
 from dmc_cli.volume.synthetic import PREFIX, parse_synthetic, synthetic_volume
+from dmc_cli.volume.tiff import tiff_entries, tiff_volume
 from dmc_cli.volume.values import load_volume
 from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume.zarr_store import is_zarr, zarr_entries, zarr_volume
 
 LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
+    "analyze": analyze_layout,
     "meta": metaimage_layout,
     "nifti": nifti_layout,
     "nrrd": nrrd_layout,
@@ -34,24 +40,52 @@ LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
 }
 """Formats whose header tells where the values lie."""
 
+VOLUME_READERS: dict[
+    str,
+    tuple[
+        Callable[[Path, str, ReadSettings, Progress], Volume],
+        Callable[[Path, str], list[VolumeEntry]],
+    ],
+] = {
+    "dicom": (dicom_volume, dicom_entries),
+    "numpy": (numpy_volume, numpy_entries),
+    "tiff": (tiff_volume, tiff_entries),
+    "zarr": (zarr_volume, zarr_entries),
+}
+"""Formats that put a volume together from pieces: how to read it, and how to list what there is."""
+
 SUFFIXES = {
     ".dcm": "dicom",
-    ".zip": "dicom",
     ".ima": "dicom",
-    ".hdr": "nifti",
-    ".hdr.gz": "nifti",
-    ".img": "nifti",
-    ".img.gz": "nifti",
     ".mha": "meta",
     ".mhd": "meta",
     ".nhdr": "nrrd",
     ".nii": "nifti",
     ".nii.gz": "nifti",
+    ".npy": "numpy",
+    ".npz": "numpy",
     ".nrrd": "nrrd",
     ".raw": "raw",
     ".raw.gz": "raw",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".zip": "dicom",
 }
 """The format that a suffix means; any other file is judged by its content."""
+
+
+CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
+    ("dicom", lambda start: start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04")),
+    ("nrrd", lambda start: start.startswith(b"NRRD0")),
+    ("nifti", lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2")),
+    ("analyze", lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c")),
+    ("numpy", lambda start: start.startswith(b"\x93NUMPY")),
+    ("tiff", lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")),
+    ("meta", lambda start: b"NDims" in start and b"DimSize" in start),
+    # DICOM without its preamble begins with an element of group 2 or 8
+    ("dicom", lambda start: start[:2] in (b"\x02\0", b"\x08\0")),
+)
+"""What the first bytes of a format look like, unpacked where they are gzipped."""
 
 
 def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -90,8 +124,8 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
         field, count = parse_synthetic(path)
         return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
     format_name = input_format(Path(path), path, settings)
-    if format_name == "dicom":
-        return dicom_entries(Path(path), path)
+    if format_name in VOLUME_READERS:
+        return VOLUME_READERS[format_name][1](Path(path), path)
     layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=0))
     count = layout.components * layout.volumes
     several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
@@ -108,17 +142,17 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
     if settings.input_format is not None:
         return settings.input_format
     if path.is_dir():
-        return "dicom"
+        return _format_of_folder(path, name)
     check_file(path, name)
     lower = path.name.lower()
     suffix = next((s for s in sorted(SUFFIXES, key=len, reverse=True) if lower.endswith(s)), None)
     if suffix is not None:
         return SUFFIXES[suffix]
-    found = _format_of_content(path, name)
+    found = _format_of_content(pair_files(path)[0], name)
     if found is None:
         raise UnsupportedFormatError(
             f"{name}: neither its suffix nor its content is one that is known; expected one of "
-            f"{', '.join(sorted(SUFFIXES))}, a folder with DICOM, or --input-format "
+            f"{', '.join(sorted(SUFFIXES))}, .hdr with .img, a folder with DICOM, or --input-format "
             "(raw needs --shape and --dtype too)"
         )
     return found
@@ -126,8 +160,8 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
 
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
     format_name = input_format(path, name, settings)
-    if format_name == "dicom":
-        return dicom_volume(path, name, settings, progress)
+    if format_name in VOLUME_READERS:
+        return VOLUME_READERS[format_name][0](path, name, settings, progress)
     return load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
 
 
@@ -143,6 +177,20 @@ def _read_stream(settings: ReadSettings, progress: Progress) -> Volume:
     return replace(volume, files=())
 
 
+def _format_of_folder(path: Path, name: str) -> str:
+    """A Zarr store, a folder of nothing but TIFF slices, or else DICOM."""
+    if is_zarr(path):
+        return "zarr"
+    try:
+        files = [entry.name.lower() for entry in path.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise VolumeError(
+            f"{name}: the folder cannot be read ({error.strerror}); check its access rights"
+        ) from error
+    is_stack = len(files) > 1 and all(file.endswith((".tif", ".tiff")) for file in files)
+    return "tiff" if is_stack else "dicom"
+
+
 def _format_of_content(path: Path, name: str) -> str | None:
     """The format whose first bytes the file has, or None."""
     try:
@@ -153,13 +201,4 @@ def _format_of_content(path: Path, name: str) -> str | None:
                 start = stream.read(4096)
     except (OSError, EOFError, zlib.error) as error:
         raise VolumeError(f"{name}: cannot be read ({error}); check the file") from error
-    if start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04"):
-        return "dicom"
-    if start.startswith(b"NRRD0"):
-        return "nrrd"
-    if start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"):
-        return "nifti"
-    if b"NDims" in start and b"DimSize" in start:
-        return "meta"
-    # DICOM without its preamble begins with an element of group 2 or 8
-    return "dicom" if start[:2] in (b"\x02\x00", b"\x08\x00") else None
+    return next((found for found, test in CONTENTS if test(start)), None)

@@ -1,0 +1,177 @@
+"""TIFF stacks: a file with many pages, or a folder of single ones in the order of their numbers.
+
+Read through tifffile, an extra. Spacing comes from ImageJ's or OME's metadata where the file has it,
+else from the settings; space none.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.layout import (
+    MILLIMETRES,
+    check_file,
+    check_shape,
+    chosen_index,
+    scale_affine,
+    storable_type,
+)
+from dmc_cli.volume.volume import Volume, VolumeEntry
+
+_Array = np.ndarray[Any, np.dtype[Any]]
+
+SUFFIXES = (".tif", ".tiff")
+
+MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install tifffile'
+
+LARGEST_RATIO = 5000
+"""No compression of a TIFF packs a byte into less than 1/5000 byte; a file that claims more is damaged."""
+
+
+def tiff_files(folder: Path) -> list[Path]:
+    """The TIFF files of a folder in the order of the numbers in their names."""
+
+    def key(path: Path) -> list[tuple[int, str]]:
+        return [(int(word), "") if word.isdecimal() else (-1, word) for word in re.split(r"(\d+)", path.name)]
+
+    return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=key)
+
+
+def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """The volume of a stack of pages.
+
+    Raises:
+        UnsupportedFormatError: tifffile is missing, or the pages are no stack of grey images.
+        DamagedVolumeError: A file cannot be decoded.
+        AmbiguousVolumeError: Several volumes, and none chosen.
+    """
+    files = tiff_files(path) if path.is_dir() else [path]
+    if not files:
+        raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
+    size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)
+    try:
+        import tifffile
+    except ImportError as error:
+        raise UnsupportedFormatError(f"{name}: a TIFF file found, but {MISSING}") from error
+    try:
+        if len(files) == 1:
+            values, spacing = _stack(tifffile, files[0], name, settings)
+        else:
+            values, spacing = _slices(tifffile, files, name, size, progress), None
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # tifffile raises whatever its parsing and its codecs run into
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
+    warnings = () if spacing else ("the TIFF tells no spacing; --spacing gives it",)
+    return Volume(
+        values=values,
+        affine=scale_affine(spacing or settings.spacing, settings.origin),
+        space="none",
+        path=name,
+        files=tuple(files),
+        format="tiff",
+        warnings=warnings if settings.spacing == (1.0, 1.0, 1.0) else (),
+    )
+
+
+def tiff_entries(path: Path, name: str) -> list[VolumeEntry]:
+    """The volume of the stack as one entry.
+
+    Raises:
+        VolumeError: As `tiff_volume`.
+    """
+    volume = tiff_volume(path, name, ReadSettings(volume_index=0))
+    return [VolumeEntry(description="tiff", size=volume.shape)]
+
+
+def _stack(
+    tifffile: Any, path: Path, name: str, settings: ReadSettings
+) -> tuple[_Array, tuple[float, float, float] | None]:
+    """Values and spacing of a file with many pages."""
+    with tifffile.TiffFile(path) as tiff:
+        series = tiff.series[0]
+        shape = tuple(int(n) for n in series.shape)
+        if len(shape) < 3 or "S" in series.axes:
+            raise UnsupportedFormatError(
+                f"{name}: an image of shape {shape} with axes {series.axes} found; expected a stack of grey "
+                "slices"
+            )
+        count = int(np.prod(shape[:-3], dtype=np.int64))
+        index = chosen_index(name, count, settings.volume_index)
+        nodes = shape[:-4:-1]
+        check_shape(name, nodes)
+        storable_type(name, series.dtype)
+        if series.nbytes > LARGEST_RATIO * path.stat().st_size:
+            raise DamagedVolumeError(
+                f"{name}: {path.stat().st_size} bytes found for {shape} values; get the file again"
+            )
+        whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
+        series.asarray(out=whole.reshape(shape))
+        spacing = _spacing(tiff)
+    values: _Array = whole.reshape(count, nodes[2], nodes[1], nodes[0])[index]
+    return values, spacing
+
+
+def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> _Array:
+    """Values of a folder of single pages."""
+    values: _Array | None = None
+    for k, path in enumerate(files):
+        with tifffile.TiffFile(path) as tiff:
+            page = tiff.pages[0]
+            if page.ndim != 2:
+                raise UnsupportedFormatError(
+                    f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
+                )
+            if values is None:
+                storable_type(name, page.dtype)
+                rows, columns = page.shape
+                check_shape(name, (columns, rows, len(files)))
+                if len(files) * page.nbytes > LARGEST_RATIO * size:
+                    raise DamagedVolumeError(
+                        f"{name}: {size} bytes found for {len(files)} slices of {page.shape} pixels"
+                    )
+                values = allocate_values(name, (columns, rows, len(files)), page.dtype)
+            if page.shape != values.shape[1:] or page.dtype != values.dtype:
+                raise DamagedVolumeError(
+                    f"{path.name}: {page.shape} pixels of {page.dtype} found; expected {values.shape[1:]} of "
+                    f"{values.dtype} as in {files[0].name}"
+                )
+            values[k] = page.asarray()
+        progress.advance((k + 1) / len(files))
+    assert values is not None
+    return values
+
+
+def _spacing(tiff: Any) -> tuple[float, float, float] | None:
+    """Spacing along x, y, z in millimetres from OME's or ImageJ's metadata, or None."""
+    if tiff.is_ome and tiff.ome_metadata:
+        pixels = next(
+            (e for e in ElementTree.fromstring(tiff.ome_metadata).iter() if e.tag.endswith("}Pixels")), None
+        )
+        if pixels is None or pixels.get("PhysicalSizeX") is None:
+            return None
+        x, y, z = (
+            float(pixels.get(f"PhysicalSize{axis}", "1"))
+            * MILLIMETRES.get(pixels.get(f"PhysicalSize{axis}Unit", "µm"), 1.0)
+            for axis in "XYZ"
+        )
+        return x, y, z
+    if tiff.is_imagej and tiff.imagej_metadata and "spacing" in tiff.imagej_metadata:
+        unit = str(tiff.imagej_metadata.get("unit", "mm")).replace("\\u00B5", "µ")
+        scale = MILLIMETRES.get(unit, 1.0)
+        tags = tiff.pages[0].tags
+        lengths = []
+        for tag in ("XResolution", "YResolution"):
+            count, length = tags[tag].value if tag in tags else (1, 1)
+            lengths.append(scale * length / count)
+        return lengths[0], lengths[1], scale * abs(float(tiff.imagej_metadata["spacing"]))
+    return None
