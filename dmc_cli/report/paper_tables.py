@@ -1,0 +1,135 @@
+"""Figures that Grosso & Zint 2021 print for data that anyone can make again, for `dmc reproduce`.
+
+Their data sets are the synthetic fields; rows on scans are left out, since the scans and most isovalues were
+never published. `dmc` is the mesh of dual marching cubes, `dmc_simplified` the one after 3-X-3-Y and 3-3-3-3.
+Times were taken on an RTX 2080 Ti.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+MeshKind = Literal["dmc", "dmc_simplified"]
+
+Expectation = Literal["exact", "close", "misprint", "machine"]
+"""What a found value should be: equal to the printed one; equal but for the last digit or two, where ties
+decide; different, since the printed one cannot be right (the remark says why); a time, on another machine."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataSet:
+    """A synthetic volume of the paper: its field, and the nodes along an axis."""
+
+    field: str
+    nodes: int
+
+    @property
+    def name(self) -> str:
+        """Name in the reports, for example iwp_512."""
+        return f"{self.field}_{self.nodes}"
+
+
+@dataclass(frozen=True)
+class PaperValue:
+    """A printed figure.
+
+    Attributes:
+        table: Number of the table.
+        data: The data set.
+        mesh: Which mesh.
+        quantity: What was counted or measured.
+        printed: The figure.
+        expectation: What a found value should be.
+        remark: Why, where that needs telling.
+    """
+
+    table: int
+    data: DataSet
+    mesh: MeshKind
+    quantity: str
+    printed: float
+    expectation: Expectation
+    remark: str = ""
+
+
+IWP_512 = DataSet(field="iwp", nodes=512)
+GENUS_TWO_64 = DataSet(field="genus_two", nodes=64)
+GENUS_TWO_128 = DataSet(field="genus_two", nodes=128)
+GENUS_TWO_256 = DataSet(field="genus_two", nodes=256)
+KUMMER_256 = DataSet(field="kummer", nodes=256)
+NEOVIUS_256 = DataSet(field="neovius", nodes=256)
+STEINER_512 = DataSet(field="steiner", nodes=512)
+
+DATA_SETS = (GENUS_TWO_64, GENUS_TWO_128, GENUS_TWO_256, KUMMER_256, NEOVIUS_256, IWP_512, STEINER_512)
+"""From the smallest to the largest."""
+
+MC = "the paper's vertices of marching cubes"
+COUNTED = "the paper's own irregular vertices in table 8 need 16285"
+FLAT = "mean |f| falls with the square of the spacing, 0.0152, 0.0038, 0.00096; the row does not"
+TIES = "ties in the MaxMin-angle split decide the last tenth"
+
+DMC: MeshKind = "dmc"
+DMCS: MeshKind = "dmc_simplified"
+
+PAPER_VALUES: tuple[PaperValue, ...] = (
+    PaperValue(2, IWP_512, DMC, "surface_ms", 99, "machine"),
+    PaperValue(2, GENUS_TWO_256, DMC, "surface_ms", 7, "machine"),
+    PaperValue(3, IWP_512, DMC, "vertices", 6528938, "exact"),
+    PaperValue(3, IWP_512, DMC, "quads", 6498576, "exact"),
+    PaperValue(3, IWP_512, DMC, "crossed_edges", 6558756, "exact", MC),
+    PaperValue(3, GENUS_TWO_256, DMC, "vertices", 158902, "exact"),
+    PaperValue(3, GENUS_TWO_256, DMC, "quads", 158904, "exact"),
+    PaperValue(3, GENUS_TWO_256, DMC, "crossed_edges", 158904, "exact", MC),
+    PaperValue(4, IWP_512, DMCS, "removed_3x3y", 346907, "exact"),
+    PaperValue(4, IWP_512, DMCS, "removed_3333", 384, "exact"),
+    PaperValue(4, IWP_512, DMCS, "simplify_ms", 15, "machine"),
+    PaperValue(4, GENUS_TWO_256, DMCS, "removed_3x3y", 16158, "misprint", COUNTED),
+    PaperValue(4, GENUS_TWO_256, DMCS, "removed_3333", 0, "exact"),
+    PaperValue(4, GENUS_TWO_256, DMCS, "simplify_ms", 1, "machine"),
+    PaperValue(5, IWP_512, DMC, "halfedges_ms", 73, "machine"),
+    PaperValue(5, IWP_512, DMC, "coloring_ms", 18, "machine"),
+    PaperValue(5, GENUS_TWO_256, DMC, "halfedges_ms", 2, "machine"),
+    PaperValue(5, GENUS_TWO_256, DMC, "coloring_ms", 2, "machine"),
+    PaperValue(6, IWP_512, DMC, "mean_deviation_1e4", 0.97, "close"),
+    PaperValue(6, IWP_512, DMCS, "mean_deviation_1e4", 1.06, "close"),
+    PaperValue(6, GENUS_TWO_64, DMC, "mean_deviation", 0.69, "misprint", FLAT),
+    PaperValue(6, GENUS_TWO_128, DMC, "mean_deviation", 0.70, "misprint", FLAT),
+    PaperValue(6, GENUS_TWO_256, DMC, "mean_deviation", 0.70, "misprint", FLAT),
+    PaperValue(7, IWP_512, DMC, "mean_ratio", 0.84, "close"),
+    PaperValue(7, IWP_512, DMCS, "mean_ratio", 0.82, "close"),
+    PaperValue(7, GENUS_TWO_64, DMC, "mean_ratio", 0.87, "close"),
+    PaperValue(7, GENUS_TWO_64, DMCS, "mean_ratio", 0.83, "close"),
+    PaperValue(7, GENUS_TWO_128, DMC, "mean_ratio", 0.87, "close"),
+    PaperValue(7, GENUS_TWO_128, DMCS, "mean_ratio", 0.82, "close"),
+    PaperValue(7, GENUS_TWO_256, DMC, "mean_ratio", 0.87, "close"),
+    PaperValue(7, GENUS_TWO_256, DMCS, "mean_ratio", 0.82, "close"),
+    PaperValue(7, IWP_512, DMC, "irregular_triangle_percent", 23.85, "close", TIES),
+    PaperValue(7, IWP_512, DMCS, "irregular_triangle_percent", 28.57, "close", TIES),
+    PaperValue(7, GENUS_TWO_64, DMC, "irregular_triangle_percent", 34.88, "close", TIES),
+    PaperValue(7, GENUS_TWO_64, DMCS, "irregular_triangle_percent", 48.30, "close", TIES),
+    PaperValue(7, GENUS_TWO_128, DMC, "irregular_triangle_percent", 31.86, "close", TIES),
+    PaperValue(7, GENUS_TWO_128, DMCS, "irregular_triangle_percent", 44.48, "close", TIES),
+    PaperValue(7, GENUS_TWO_256, DMC, "irregular_triangle_percent", 28.96, "close", TIES),
+    PaperValue(7, GENUS_TWO_256, DMCS, "irregular_triangle_percent", 41.01, "close", TIES),
+    PaperValue(8, IWP_512, DMC, "shape", 0.89, "close"),
+    PaperValue(8, IWP_512, DMCS, "shape", 0.90, "close"),
+    PaperValue(8, IWP_512, DMC, "irregular_percent", 23.51, "exact"),
+    PaperValue(8, IWP_512, DMCS, "irregular_percent", 4.22, "close"),
+    PaperValue(8, GENUS_TWO_64, DMC, "shape", 0.85, "close"),
+    PaperValue(8, GENUS_TWO_64, DMCS, "shape", 0.87, "close"),
+    PaperValue(8, GENUS_TWO_64, DMC, "irregular_percent", 43.37, "exact"),
+    PaperValue(8, GENUS_TWO_64, DMCS, "irregular_percent", 8.85, "exact"),
+    PaperValue(8, GENUS_TWO_128, DMC, "shape", 0.86, "close"),
+    PaperValue(8, GENUS_TWO_128, DMCS, "shape", 0.87, "close"),
+    PaperValue(8, GENUS_TWO_128, DMC, "irregular_percent", 42.60, "exact"),
+    PaperValue(8, GENUS_TWO_128, DMCS, "irregular_percent", 5.95, "exact"),
+    PaperValue(8, GENUS_TWO_256, DMC, "shape", 0.86, "close"),
+    PaperValue(8, GENUS_TWO_256, DMCS, "shape", 0.87, "close"),
+    PaperValue(8, GENUS_TWO_256, DMC, "irregular_percent", 42.28, "exact"),
+    PaperValue(8, GENUS_TWO_256, DMCS, "irregular_percent", 5.14, "exact"),
+    PaperValue(9, KUMMER_256, DMC, "vertices", 265752, "exact"),
+    PaperValue(9, KUMMER_256, DMC, "quads", 263856, "exact"),
+    PaperValue(9, NEOVIUS_256, DMC, "vertices", 644956, "exact"),
+    PaperValue(9, NEOVIUS_256, DMC, "quads", 640992, "exact"),
+    PaperValue(9, STEINER_512, DMC, "vertices", 1232672, "exact"),
+    PaperValue(9, STEINER_512, DMC, "quads", 1232184, "exact"),
+)
