@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
@@ -44,9 +44,10 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         values = (
             _from_npz(path, name, settings) if zipfile.is_zipfile(path) else _from_npy(path, name, settings)
         )
-    except (ValueError, EOFError, OSError, SyntaxError, zipfile.BadZipFile) as error:
-        if isinstance(error, (AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError)):
-            raise
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # a zip raises its own errors, its packer's and the system's
         told = " ".join(str(error).split())[:200]
         raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
     progress.advance(1.0)
@@ -72,9 +73,18 @@ def numpy_entries(path: Path, name: str) -> list[VolumeEntry]:
 
 def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     """Shape, Fortran order and type."""
-    version = np.lib.format.read_magic(stream)
-    reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, fortran, dtype = reader(stream, max_header_size=MAX_HEADER)
+    try:
+        version = np.lib.format.read_magic(stream)
+        reader = (
+            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        )
+        shape, fortran, dtype = reader(stream, max_header_size=MAX_HEADER)
+    except Exception as error:
+        # NumPy lets its tokenizer's and its parser's errors through
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{name}: the array's header cannot be read ({told}); get the file again"
+        ) from error
     if dtype.kind not in "iufb" or not 3 <= len(shape) <= 4:
         raise UnsupportedFormatError(
             f"{name}: an array of type {dtype} with {len(shape)} axes found; expected numbers with axes z, "
