@@ -9,15 +9,12 @@ import pytest
 from dmc_cli.device import Device
 from dmc_cli.report.paper_tables import DATA_SETS, PAPER_VALUES, DataSet
 from dmc_cli.report.reproduce import (
-    SyntheticMesh,
     compare_tables,
-    mean_field_value,
-    measure_synthetic,
     mismatches,
     rows_as_json,
     rows_as_text,
 )
-from dmc_cli.report.twins import find_twins
+from dmc_cli.report.reproduce_run import measure_data_sets
 from dmc_cli.settings import ReadSettings, SurfaceSettings
 from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.synthetic import synthetic_volume
@@ -26,20 +23,15 @@ from tests.conftest import ROOT
 PRINTED = json.loads((ROOT / "tests/data/paper_tables.json").read_text())
 
 
-def synthetic_mesh(field, nodes, device):
-    volume = synthetic_volume(f"synth:{field}:{nodes}", ReadSettings())
-    settings = SurfaceSettings(isovalue=0.0, topology="asymptotic")
-    surface = extract_surface(upload_volume(volume, device), settings)
-    mesh = SyntheticMesh(
-        data=DataSet(field=field, nodes=nodes),
-        points=surface.vertices,
-        cells=surface.vertex_cell.numpy(),
-        locals=surface.vertex_local.numpy(),
-        quads=surface.quads,
-        twins=find_twins(device, surface.quads, surface.vertices.shape[0]),
-        unused_vertices=surface.counts.unused_vertices,
-    )
-    return mesh, surface
+@pytest.fixture(scope="module")
+def found():
+    """What was found on small data sets."""
+    sets = [
+        DataSet(field="genus_two", nodes=64),
+        DataSet(field="iwp", nodes=32),
+        DataSet(field="sphere", nodes=16),
+    ]
+    return measure_data_sets(Device("cpu", 2), sets)
 
 
 def printed(table, data, mesh, quantity):
@@ -97,42 +89,35 @@ def test_the_rest_is_the_printed_one():
         assert printed(7, f"genus_two_{nodes}", "dmc", "irregular_triangle_percent") == percent
 
 
-@pytest.fixture(scope="module")
-def genus_two():
-    device = Device("cpu", 2)
-    mesh, surface = synthetic_mesh("genus_two", 64, device)
-    return measure_synthetic(device, mesh) | {"crossed_edges": surface.counts.crossed_edges}
-
-
-def test_genus_two_64_is_irregular_as_printed(genus_two):
-    rows = compare_tables({("genus_two_64", "dmc"): genus_two})
-    found = {(r.value.table, r.value.quantity): r for r in rows if r.found is not None}
-    assert found[8, "irregular_percent"].found == pytest.approx(43.37, abs=0.005)
-    assert found[6, "mean_deviation"].found == pytest.approx(1.5e-2, rel=0.1)
-    assert found[7, "mean_ratio"].found == pytest.approx(0.87, abs=0.015)
+def test_genus_two_64_is_irregular_as_printed(found):
+    rows = compare_tables(found)
+    rows_by = {(r.value.table, r.value.quantity): r for r in rows if r.found is not None}
+    assert rows_by[8, "irregular_percent"].found == pytest.approx(43.37, abs=0.005)
+    assert rows_by[6, "mean_deviation"].found == pytest.approx(1.5e-2, rel=0.1)
+    assert rows_by[7, "mean_ratio"].found == pytest.approx(0.87, abs=0.015)
     assert mismatches(rows) == []
 
 
-def test_counts_are_those_of_the_reference(genus_two):
+def test_counts_are_those_of_the_reference(found):
     with (ROOT / "tests/data/regression_counts.csv").open() as file:
         lines = [line for line in file if not line.startswith("#")]
     expected = {(r["field"], int(r["n"])): r for r in csv.DictReader(lines)}["genus_two", 64]
-    assert genus_two["vertices"] == int(expected["vertices"])
-    assert genus_two["quads"] == int(expected["quads"])
-    assert genus_two["crossed_edges"] == int(expected["crossed_edges"])
+    for quantity in ("vertices", "quads", "crossed_edges"):
+        assert found["genus_two_64", "dmc"][quantity] == int(expected[quantity])
 
 
-def test_unused_vertices_count_as_irregular():
-    device = Device("cpu", 2)
-    found = measure_synthetic(device, synthetic_mesh("iwp", 32, device)[0])
-    assert found["vertices"] == 23714
-    assert found["irregular_percent"] == pytest.approx(41.680, abs=5e-4)
+def test_unused_vertices_count_as_irregular(found):
+    assert found["iwp_32", "dmc"]["vertices"] == 23714
+    assert found["iwp_32", "dmc"]["irregular_percent"] == pytest.approx(41.680, abs=5e-4)
 
 
-def test_the_deviation_is_the_formulas():
-    mesh, surface = synthetic_mesh("sphere", 16, Device("cpu", 2))
+def test_the_deviation_is_the_formulas(found):
+    volume = synthetic_volume("synth:sphere:16", ReadSettings())
+    surface = extract_surface(upload_volume(volume, Device("cpu", 2)), SurfaceSettings(isovalue=0.0))
     radii = np.linalg.norm(surface.vertices.numpy().astype(float), axis=1)
-    assert mean_field_value(mesh) == pytest.approx(np.abs(0.75 - radii).mean(), rel=1e-4)
+    expected = np.abs(0.75 - radii).mean()
+    assert found["sphere_16", "dmc"]["mean_deviation"] == pytest.approx(expected, rel=1e-4)
+    assert found["sphere_16", "dmc"]["mean_deviation_1e4"] == pytest.approx(1e4 * expected, rel=1e-4)
 
 
 def test_rows_show_both_figures_and_the_difference():
