@@ -96,11 +96,12 @@ def test_noise_of_any_width(extract, nx, topology, border):
     assert_agrees(extract, volume_of(noise), topology=topology, border=border)
 
 
+@pytest.mark.parametrize("share", [0.02, 0.1])
 @pytest.mark.parametrize("nx", [31, 32, 33, 64, 65])
-def test_noise_with_missing_nodes_of_any_width(extract, nx, topology, border):
+def test_noise_with_missing_nodes_of_any_width(extract, nx, share, topology, border):
     rng = np.random.default_rng(nx)
-    noise = rng.standard_normal((5, 6, nx)).astype(np.float32)
-    noise[rng.random(noise.shape) < 0.02] = np.nan
+    noise = rng.standard_normal((6, 7, nx)).astype(np.float32)
+    noise[rng.random(noise.shape) < share] = np.nan
     assert_agrees(extract, volume_of(noise), topology=topology, border=border)
 
 
