@@ -79,9 +79,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "settings": _settings_section(facts.settings, facts.resolved),
         "surface": _surface_section(facts),
         "mesh": _mesh_section(facts.vertex_count, facts.quad_count, measures),
-        "topology": topology_section(measures.topology) if measures else None,
-        "quality": quality_section(measures.quality) if measures else None,
-        "deviation": asdict(measures.deviation) if measures else None,
+        **measured_sections(measures),
         "simplification": facts.simplification,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
         "memory": facts.memory,
@@ -93,6 +91,20 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
 def report_text(report: Mapping[str, Any]) -> str:
     """Return a report as JSON, indented, with a newline at its end."""
     return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def measured_sections(measures: Measures | None) -> dict[str, Any]:
+    """Return the sections `topology`, `quality` and `deviation`, None where nothing was measured.
+
+    A report on simplification holds those of the mesh before it, too.
+    """
+    if measures is None:
+        return {"topology": None, "quality": None, "deviation": None}
+    return {
+        "topology": topology_section(measures.topology),
+        "quality": quality_section(measures.quality),
+        "deviation": asdict(measures.deviation),
+    }
 
 
 def topology_section(topology: Topology) -> dict[str, Any]:

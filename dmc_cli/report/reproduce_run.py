@@ -3,13 +3,13 @@
 import time
 from collections.abc import Iterable
 
-from dmc_cli.device import Device
+from dmc_cli.device import Device, load_kernels
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report.paper_tables import DMC, DataSet, MeshKind
 from dmc_cli.report.reproduce import SyntheticMesh, measure_synthetic
 from dmc_cli.report.twins import find_twins
 from dmc_cli.settings import Placement, ReadSettings, SurfaceSettings
-from dmc_cli.surface import Surface, extract_surface, upload_volume
+from dmc_cli.surface import Surface, extract_surface, kernel_modules, upload_volume
 from dmc_cli.volume.synthetic import synthetic_volume
 
 
@@ -27,6 +27,7 @@ def measure_data_sets(
         placement: Where vertices go; the papers' figures are those of `sampled`, but for counts.
         progress: Who listens.
     """
+    load_kernels(device, kernel_modules(normals_too=False), progress)
     found: dict[tuple[str, MeshKind], dict[str, float]] = {}
     for data in data_sets:
         with progress.stage(f"reproducing {data.name}"):
