@@ -7,15 +7,7 @@ from tests.fields import NON_MANIFOLD_ISOVALUES, non_manifold_volume, paper_fiel
 from tests.oracle.edges import pair_use, pair_valences
 from tests.oracle.test_surface import NON_MANIFOLD_COUNTS
 from tests.reference import rows_of_size, table
-
-REAL_VOLUMES = {
-    "nrrd_tooth/tooth.nhdr": (500.0, {}),
-    "raw_microct_bone": (85.0, {"shape": (128, 128, 128), "dtype": "uint8"}),
-    "raw_engine": (75.0, {"shape": (256, 256, 110), "dtype": "uint8"}),
-    "nrrd_skull_mask/Skull.nrrd": (0.5, {}),
-    "nifti_bonsai/bonsai.nii.gz": (40.0, {}),
-    "nrrd_fetal_t2/template_T2.nrrd": (150.0, {}),
-}
+from tests.surface.real import REAL_VOLUMES, read_real_volume
 
 
 def irregular_percent(surface):
@@ -78,14 +70,7 @@ def test_eight_of_the_304_ambiguous_faces_of_steiner_128_are_flipped(extract):
 @pytest.mark.real
 @pytest.mark.parametrize("row", table("regression_real.csv"), ids=lambda row: row["volume"])
 def test_the_counts_of_real_volumes_are_exact(extract, row, shared_data):
-    from dmc_cli.settings import ReadSettings
-    from dmc_cli.volume.read import read_volume
-
-    isovalue, settings = REAL_VOLUMES[row["volume"]]
-    path = shared_data / row["volume"]
-    if path.is_dir():
-        path = next(path.glob("*.raw"))
-    volume = read_volume(str(path), ReadSettings(**settings))
+    volume, isovalue = read_real_volume(shared_data, row["volume"]), REAL_VOLUMES[row["volume"]][0]
     surface = extract(volume, isovalue, topology="asymptotic", border="closed", threads=2)
     assert surface.stored_isovalue == float(row["stored_isovalue"])
     assert_counts_of_row(surface, row)

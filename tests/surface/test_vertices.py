@@ -7,6 +7,7 @@ from dmc_cli.settings import SurfaceSettings
 from tests.fields import paper_field, smooth_noise, sphere, volume_of, white_noise
 from tests.oracle.grid import cut_grid
 from tests.oracle.trilinear import cell_indices, distances_at
+from tests.surface.real import REAL_VOLUMES, read_real_volume
 
 
 def integer_noise():
@@ -24,6 +25,17 @@ def large_offset():
     return volume_of(white_noise(24).values.astype(np.float64) + 1e5)
 
 
+def noise_of_size(size, dtype):
+    """Noise whose values are about `size`."""
+    return lambda: volume_of((white_noise(12).values.astype(np.float64) * size).astype(dtype))
+
+
+def mixed_sizes():
+    """Values of either sign from 1e-50 to 1e50: beside a large value a small one keeps its sign only."""
+    rng = np.random.default_rng(6)
+    return volume_of(rng.choice([-1.0, 1.0], (9, 10, 11)) * 10.0 ** rng.uniform(-50, 50, (9, 10, 11)))
+
+
 VOLUMES = {
     "sphere": (sphere, 0.0),
     "iwp": (lambda: paper_field("iwp", 32), 0.0),
@@ -33,6 +45,13 @@ VOLUMES = {
     "integer noise": (integer_noise, 3.0),
     "float noise with ties": (float_noise_with_ties, 3.0),
     "large offset": (large_offset, 1e5),
+    "large offset with ties": (lambda: volume_of(large_offset().values.astype(np.float32)), 1e5),
+    "small float32": (noise_of_size(1e-30, np.float32), 0.0),
+    "smallest float32": (noise_of_size(1e-42, np.float32), 0.0),
+    "largest float32": (noise_of_size(5e37, np.float32), 0.0),
+    "small float64": (noise_of_size(1e-200, np.float64), 0.0),
+    "large float64": (noise_of_size(1e150, np.float64), 0.0),
+    "mixed sizes": (mixed_sizes, 0.0),
 }
 
 
@@ -73,6 +92,26 @@ def test_the_cells_of_vertices_are_active(extract, volume_and_isovalue, border):
 def cell_indices_of(surface, volume, isovalue, border):
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
     return cell_indices(grid, surface.vertex_cell.numpy())
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("name", REAL_VOLUMES)
+def test_the_vertices_of_real_volumes_lie_on_the_trilinear_surface(extract, name, border, shared_data):
+    volume, isovalue = read_real_volume(shared_data, name), REAL_VOLUMES[name][0]
+    surface = extract(volume, isovalue, border=border, threads=2)
+    grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
+    distance = distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy())
+    low, high = volume.value_range()
+    assert np.abs(distance).max() <= 1e-5 * (high - low)
+
+
+def test_vertices_of_ordinary_cells_come_first_and_both_parts_are_in_grid_order(extract, border):
+    surface = extract(white_noise(20), border=border)
+    cells, ordinary = surface.vertex_cell.numpy(), surface.cells.ordinary_count
+    assert 0 < ordinary < len(cells)
+    assert (np.diff(cells[:ordinary]) > 0).all()
+    assert (np.diff(cells[ordinary:]) >= 0).all()
+    assert not set(cells[:ordinary]) & set(cells[ordinary:])
 
 
 @pytest.mark.parametrize(
