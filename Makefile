@@ -8,7 +8,7 @@ TESTS := $(PY) -m pytest
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup format lint types test test-all test-gpu cov docs smoke ci clean
+.PHONY: help demo setup format lint types test test-all test-gpu test-faults cov docs smoke ci clean
 
 # The first Python that is new enough, whatever it is called
 FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
@@ -60,6 +60,9 @@ test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length
 
 test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no device
 	$(TESTS) -m gpu --require-cuda
+
+test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: outputs stay whole
+	$(TESTS) tests/faults
 
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term

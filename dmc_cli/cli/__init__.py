@@ -10,7 +10,7 @@ import click
 
 from dmc_cli.cli import convert, doctor, info, synth
 from dmc_cli.cli.group import DmcGroup
-from dmc_cli.cli.signals import Stopped, raise_on_signals
+from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 
 
 @click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
@@ -39,3 +39,5 @@ def main() -> None:
         dmc()
     except Stopped as stop:  # before or after a command
         sys.exit(stop.exit_status)
+    finally:
+        die_on_signals()

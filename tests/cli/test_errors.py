@@ -14,6 +14,7 @@ STATUS = {
     "UnsupportedFormatError": 3,
     "DamagedVolumeError": 3,
     "AmbiguousVolumeError": 4,
+    "MeshFileError": 3,
     "EmptySurfaceError": 5,
     "RequirementError": 6,
     "DeviceError": 7,

@@ -1,0 +1,86 @@
+"""A convert that is stopped at any moment leaves no output, the old one, or the complete new one.
+
+Two hundred runs: three signals, with an old output and without, at moments spread over the whole run.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
+
+RUNS = 34
+OLD = b"the old output"
+CONVERT = [
+    sys.executable,
+    "-m",
+    "dmc_cli",
+    "convert",
+    "synth:iwp:100",
+    "mesh.obj",
+    "-i",
+    "0",
+    "--force",
+    "--quiet",
+]
+STATUS = {  # as Popen tells it: negative if the signal struck before our handler was there, or after
+    signal.SIGINT: {0, 130, -signal.SIGINT},
+    signal.SIGTERM: {0, 143, -signal.SIGTERM},
+    signal.SIGKILL: {0, -signal.SIGKILL},
+}
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    """The bytes of an undisturbed run, and the seconds it takes."""
+    folder = tmp_path_factory.mktemp("complete")
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        subprocess.run(CONVERT, cwd=folder, check=True, timeout=200)
+        seconds.append(time.perf_counter() - start)
+    return (folder / "mesh.obj").read_bytes(), min(seconds)
+
+
+def stopped_run(folder, number, delay):
+    """Start a convert, send it a signal after `delay` seconds, and return its exit status and messages."""
+    with subprocess.Popen(CONVERT, cwd=folder, stderr=subprocess.PIPE, text=True) as run:
+        try:
+            run.wait(delay)
+        except subprocess.TimeoutExpired:
+            run.send_signal(number)
+        return run.wait(60), run.stderr.read()
+
+
+@pytest.mark.parametrize("has_old", [False, True], ids=["no-output", "old-output"])
+@pytest.mark.parametrize("number", STATUS, ids=lambda number: number.name)
+def test_an_output_is_whole_whenever_the_run_is_stopped(tmp_path, complete, number, has_old):
+    expected, seconds = complete
+    moments = random.Random(7)
+    output, part = tmp_path / "mesh.obj", tmp_path / ".mesh.obj.dmc-part"
+    outcomes = set()
+    for _ in range(RUNS):
+        output.unlink(missing_ok=True)
+        if has_old:
+            output.write_bytes(OLD)
+        status, messages = stopped_run(tmp_path, number, moments.uniform(0.02, 1.05 * seconds))
+        assert status in STATUS[number], messages
+        found = output.read_bytes() if output.exists() else None
+        assert found in ((OLD if has_old else None), expected)
+        if status == 0:
+            assert found == expected
+        assert set(os.listdir(tmp_path)) <= {"mesh.obj", ".mesh.obj.dmc-part"}
+        if status > 0:
+            assert not part.exists()
+            assert "no output was left incomplete" in messages
+            assert "Traceback" not in messages
+        outcomes.add(status)
+    assert len(outcomes) > 1, "the moments did not spread over the run"
+    subprocess.run(CONVERT, cwd=tmp_path, check=True, timeout=200)
+    assert output.read_bytes() == expected
+    assert os.listdir(tmp_path) == ["mesh.obj"]
