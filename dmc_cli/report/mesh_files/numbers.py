@@ -9,7 +9,7 @@ from dmc_cli.errors import MeshFileError
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-SPACE, NEWLINE = 32, 10
+SPACE, TAB, NEWLINE = 32, 9, 10
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError
 from dmc_cli.report.mesh_files.mesh_input import MeshInput, find_space, make_mesh
-from dmc_cli.report.mesh_files.numbers import NEWLINE, SPACE, parse_lines
+from dmc_cli.report.mesh_files.numbers import NEWLINE, SPACE, TAB, parse_lines
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -26,10 +26,9 @@ def read_obj(path: Path) -> MeshInput:
     data = path.read_bytes()
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
-    if re.search(rb"(?m)^[ \t]+[vf]", data):
-        data = re.sub(rb"(?m)^[ \t]+", b"", data)
-    text = np.frombuffer(data, dtype=np.uint8)
-    starts = np.concatenate([[0], np.flatnonzero(text == NEWLINE) + 1])
+    text, starts = _split_lines(data)
+    if np.isin(text[starts], (SPACE, TAB)).any():
+        text, starts = _split_lines(re.sub(rb"(?m)^[ \t]+", b"", data))
     ends = np.append(starts[1:], len(text))
     is_vertex = _starts_with(text, starts, b"v")
     is_face = _starts_with(text, starts, b"f")
@@ -47,10 +46,16 @@ def read_obj(path: Path) -> MeshInput:
     return make_mesh(str(path), points, faces.counts, corners, find_space(data[:1024]))
 
 
+def _split_lines(data: bytes) -> tuple[Array, Array]:
+    """Return the characters, uint8, and where each line starts; the last character is a newline."""
+    text = np.frombuffer(data + b"\n", dtype=np.uint8)
+    return text, np.concatenate([[0], np.flatnonzero(text[:-1] == NEWLINE) + 1])
+
+
 def _starts_with(text: Array, starts: Array, letter: bytes) -> Array:
     """Return which lines start with the word `letter`."""
-    padded = np.append(text, [SPACE, SPACE])
-    found: Array = (padded[starts] == letter[0]) & (padded[starts + 1] <= SPACE)
+    second = np.minimum(starts + 1, len(text) - 1)
+    found: Array = (text[starts] == letter[0]) & (text[second] <= SPACE)
     return found
 
 
