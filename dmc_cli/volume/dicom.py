@@ -14,7 +14,7 @@ from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
 from dmc_cli.volume.dicom_geometry import slice_geometry
 from dmc_cli.volume.dicom_pixels import read_slices
 from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, stacks_of
-from dmc_cli.volume.dicom_source import dicom_files
+from dmc_cli.volume.dicom_source import DicomFile, dicom_files
 from dmc_cli.volume.layout import check_affine, check_shape
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
@@ -30,16 +30,17 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         SettingsError: No series of that number or UID.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
-    with progress.stage("scanning"):
-        stacks, notes = _stacks(path, name, progress)
-    stack = choose_stack(stacks, settings.series, name)
-    geometry = slice_geometry(stack, settings, name)
+    with dicom_files(path, name) as files:
+        with progress.stage("scanning"):
+            stacks, notes = _stacks(files, name, progress)
+        stack = choose_stack(stacks, settings.series, name)
+        geometry = slice_geometry(stack, settings, name)
+        columns, rows = geometry.frames[0].pixels.shape
+        check_shape(name, (columns, rows, len(geometry.frames)))
+        check_affine(name, geometry.affine)
+        with progress.stage("reading slices"):
+            slices = read_slices(geometry.frames, settings.threads, name, progress)
     is_placed = all(frame.is_placed for frame in geometry.frames)
-    columns, rows = geometry.frames[0].pixels.shape
-    check_shape(name, (columns, rows, len(geometry.frames)))
-    check_affine(name, geometry.affine)
-    with progress.stage("reading slices"):
-        slices = read_slices(geometry.frames, settings.threads, name, progress)
     return Volume(
         values=slices.values,
         affine=geometry.affine,
@@ -61,16 +62,16 @@ def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
     Raises:
         VolumeError: There is none.
     """
-    stacks, _ = _stacks(path, name, SILENT)
+    with dicom_files(path, name) as files:
+        stacks, _ = _stacks(files, name, SILENT)
     return [stack.entry(number) for number, stack in enumerate(stacks, 1)]
 
 
-def _stacks(path: Path, name: str, progress: Progress) -> tuple[list[Stack], list[str]]:
+def _stacks(files: list[DicomFile], name: str, progress: Progress) -> tuple[list[Stack], list[str]]:
     """The stacks of an input, and warnings."""
     frames: list[Frame] = []
     reasons: list[str] = []
     damaged: list[VolumeError] = []
-    files = dicom_files(path, name)
     for number, file in enumerate(files):
         try:
             header = read_header(file)

@@ -1,7 +1,9 @@
 """The slices' values in one array: read or decoded in threads, straight to where they belong."""
 
 import os
+import re
 import sys
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -23,6 +25,8 @@ EXPLICIT = "1.2.840.10008.1.2.1"
 DEFLATED = "1.2.840.10008.1.2.1.99"
 BIG_ENDIAN = "1.2.840.10008.1.2.2"
 UNCOMPRESSED = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)
+
+VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")
 
 PLUGINS = {
     "1.2.840.10008.1.2.4.50": "python-gdcm",
@@ -75,7 +79,9 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
     values = allocate_values(name, (columns, rows, len(frames)), stored if uniform else np.dtype(np.float32))
     tasks = list(_tasks(frames, threads))
     done = 0
-    with ThreadPoolExecutor(_thread_count(threads)) as pool:
+    # pydicom warns of every value that breaks a rule, from within the threads
+    with warnings.catch_warnings(), ThreadPoolExecutor(_thread_count(threads)) as pool:
+        warnings.simplefilter("ignore")
         futures = [pool.submit(_read_task, task, values, uniform) for task in tasks]
         try:
             for future in as_completed(futures):
@@ -185,13 +191,13 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 
     header, pixels = task[0][1].header, task[0][1].pixels
+    unknown = f"{header.file.name}: transfer syntax {header.syntax!r:.80} found; expected that of an image"
+    if not VALID_UID.fullmatch(header.syntax):
+        raise UnsupportedFormatError(unknown)
     try:
         decoder = get_decoder(header.syntax)  # type: ignore[arg-type]
     except NotImplementedError as error:
-        raise UnsupportedFormatError(
-            f"{header.file.name}: transfer syntax {header.syntax} found; expected images, not video or "
-            "references"
-        ) from error
+        raise UnsupportedFormatError(unknown) from error
     if not decoder.is_available:
         raise _plugin_missing(header, str(decoder.UID.name))
     try:

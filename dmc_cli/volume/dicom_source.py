@@ -9,11 +9,13 @@ import os
 import stat
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.volume.layout import check_file
 
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
@@ -80,8 +82,11 @@ class DicomFile:
         return DamagedVolumeError(f"{self.name}: cannot be read ({error}); get the file again")
 
 
-def dicom_files(path: Path, name: str) -> list[DicomFile]:
+@contextmanager
+def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
     """Every regular file of a folder tree or a zip, or the file itself, in the order of their names.
+
+    They can be read as long as the context is open.
 
     Raises:
         VolumeError: The folder or file cannot be read.
@@ -93,10 +98,18 @@ def dicom_files(path: Path, name: str) -> list[DicomFile]:
     if path.is_dir():
         if not os.access(path, os.R_OK | os.X_OK):
             raise VolumeError(f"{name}: no permission to read the folder; check its access rights")
-        return sorted(_walked(path), key=lambda file: file.name)
-    if zipfile.is_zipfile(path):
-        return _zipped(path, name)
-    return [DicomFile(path.name, path, path.stat().st_size)]
+        yield sorted(_walked(path), key=lambda file: file.name)
+        return
+    size = check_file(path, name)
+    if not zipfile.is_zipfile(path):
+        yield [DicomFile(path.name, path, size)]
+        return
+    try:
+        archive = zipfile.ZipFile(path)
+    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile) as error:
+        raise DamagedVolumeError(f"{name}: the zip cannot be read ({error}); get the file again") from error
+    with archive:
+        yield _zipped(archive, path, name)
 
 
 def _walked(folder: Path) -> Iterator[DicomFile]:
@@ -109,7 +122,8 @@ def _walked(folder: Path) -> Iterator[DicomFile]:
             folders.clear()
             continue
         seen.add(identity)
-        for file_name in names:
+        folders.sort()
+        for file_name in sorted(names):
             path = Path(parent, file_name)
             try:
                 status = path.stat()
@@ -120,13 +134,9 @@ def _walked(folder: Path) -> Iterator[DicomFile]:
                 yield DicomFile(str(path.relative_to(folder)), path, status.st_size)
 
 
-def _zipped(path: Path, name: str) -> list[DicomFile]:
+def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> list[DicomFile]:
     """The entries of a zip that can be what they claim."""
-    try:
-        archive = zipfile.ZipFile(path)
-        entries = archive.infolist()
-    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile) as error:
-        raise DamagedVolumeError(f"{name}: the zip cannot be read ({error}); get the file again") from error
+    entries = archive.infolist()
     honest = [
         entry
         for entry in entries

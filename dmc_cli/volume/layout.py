@@ -141,8 +141,8 @@ def check_affine(name: str, affine: np.ndarray[Any, np.dtype[np.float64]]) -> No
         raise DamagedVolumeError(
             f"{name}: the header's geometry is not finite; expected spacing, axes and origin"
         )
-    lengths = np.linalg.norm(affine[:3, :3], axis=0)
     with np.errstate(all="ignore"):
+        lengths = np.linalg.norm(affine[:3, :3], axis=0)
         volume = abs(np.linalg.det(affine[:3, :3] / lengths)) if lengths.all() else 0.0
     if not np.isfinite(lengths).all() or not volume > 1e-6:
         raise DamagedVolumeError(

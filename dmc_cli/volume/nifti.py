@@ -171,5 +171,6 @@ def _affine(header: Any, name: str) -> tuple[_Affine, Space, tuple[str, ...]]:
                 f"{name}: the header's orientation cannot be read ({error}); get the file again"
             ) from error
     affine = affine.copy()
-    affine[:3] *= scale
+    with np.errstate(all="ignore"):
+        affine[:3] *= scale
     return affine, "RAS" if space == "RAS" else "none", notes

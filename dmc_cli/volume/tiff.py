@@ -4,9 +4,10 @@ Read through tifffile, an extra. Spacing comes from ImageJ's or OME's metadata w
 else from the settings; space none.
 """
 
+import logging
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -60,6 +61,11 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         import tifffile
     except ImportError as error:
         raise UnsupportedFormatError(f"{name}: a TIFF file found, but {MISSING}") from error
+    for file in files:
+        check_pages(file, name)
+    quiet = logging.getLogger("tifffile")
+    level = quiet.level
+    quiet.setLevel(logging.CRITICAL + 1)
     try:
         if len(files) == 1:
             values, spacing = _stack(tifffile, files[0], name, settings)
@@ -71,6 +77,8 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         # tifffile raises whatever its parsing and its codecs run into
         told = " ".join(str(error).split())[:200]
         raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
+    finally:
+        quiet.setLevel(level)
     warnings = () if spacing else ("the TIFF tells no spacing; --spacing gives it",)
     return Volume(
         values=values,
@@ -91,6 +99,37 @@ def tiff_entries(path: Path, name: str) -> list[VolumeEntry]:
     """
     volume = tiff_volume(path, name, ReadSettings(volume_index=0))
     return [VolumeEntry(description="tiff", size=volume.shape)]
+
+
+def check_pages(path: Path, name: str) -> None:
+    """Raise DamagedVolumeError where the chain of pages loops, leaves the file, or has an absurd directory.
+
+    tifffile follows such a chain for minutes.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        start = file.read(16)
+        order: Literal["little", "big"] = "little" if start[:2] == b"II" else "big"
+        is_big = start[2:4] in (b"+\0", b"\0+")
+        count_bytes, entry_bytes, offset_bytes = (8, 20, 8) if is_big else (2, 12, 4)
+        position = int.from_bytes(start[8:16] if is_big else start[4:8], order)
+        seen: set[int] = set()
+        while position:
+            if position in seen or position >= size:
+                raise DamagedVolumeError(
+                    f"{name}: page {len(seen)} of {path.name} points astray; get the file again"
+                )
+            seen.add(position)
+            file.seek(position)
+            head = file.read(count_bytes)
+            end = position + count_bytes + int.from_bytes(head, order) * entry_bytes
+            file.seek(min(end, size))
+            tail = file.read(offset_bytes)
+            if len(head) < count_bytes or len(tail) < offset_bytes:
+                raise DamagedVolumeError(
+                    f"{name}: page {len(seen) - 1} of {path.name} is cut short; get the file again"
+                )
+            position = int.from_bytes(tail, order)
 
 
 def _stack(

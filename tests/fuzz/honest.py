@@ -1,0 +1,164 @@
+"""Small honest volumes of every format, as the files whose damage is tried."""
+
+import bz2
+import gzip
+import zipfile
+
+import nibabel as nib
+import numpy as np
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
+from pydicom import uid
+from pydicom.dataset import Dataset
+from pydicom.sequence import Sequence
+
+from tests.volume.scanner import axial, make_slice, plane_values, save
+
+VALUES = np.arange(6 * 7 * 8, dtype="<i2").reshape(6, 7, 8)
+
+
+def make_nifti(folder):
+    affine = np.array([[0, -1.5, 0.2, 5], [0.8, 0, 0, -7], [0, 0.3, 2.5, 9], [0, 0, 0, 1.0]])
+    nib.save(nib.Nifti1Image(VALUES.T, affine), folder / "one.nii")
+    nib.save(nib.Nifti1Image(VALUES.T, affine), folder / "one.nii.gz")
+    nib.save(nib.Nifti2Image(VALUES.T.astype(">f4"), affine), folder / "two.nii")
+    qform = nib.Nifti1Image(VALUES.T, None)
+    qform.set_qform(affine, 1)
+    nib.save(qform, folder / "qform.nii")
+    return [folder / name for name in ("one.nii", "one.nii.gz", "two.nii", "qform.nii")]
+
+
+def make_analyze(folder):
+    nib.save(nib.Spm2AnalyzeImage(VALUES.T, np.diag([2, 3, 4, 1])), folder / "a.img")
+    return [folder / "a.hdr"]
+
+
+def make_nrrd(folder):
+    header = (
+        "NRRD0005\n# comment\ntype: short\ndimension: {}\nsizes: {}\nencoding: {}\nendian: little\n"
+        "space: left-posterior-superior\nspace directions: {}(2,0,0) (0,3,0) (0,0,4)\nspace origin: (7,8,9)\n"
+        'space units: "mm" "mm" "mm"\nkinds: {}domain domain domain\n{}\n'
+    )
+    data = VALUES.tobytes()
+    packed = {
+        "raw": data,
+        "gzip": gzip.compress(data),
+        "bzip2": bz2.compress(data),
+        "hex": data.hex().encode(),
+        "ascii": " ".join(map(str, VALUES.ravel())).encode(),
+    }
+    paths = []
+    for encoding, content in packed.items():
+        text = header.format(3, "8 7 6", encoding, "", "", "")
+        paths.append(folder / f"{encoding}.nrrd")
+        paths[-1].write_bytes(text.encode() + content)
+    text = header.format(4, "2 4 7 6", "raw", "none ", "list ", "line skip: 0\nbyte skip: -1\n")
+    paths.append(folder / "four.nrrd")
+    paths[-1].write_bytes(text.encode() + data)
+    for k, plane in enumerate(VALUES):
+        (folder / f"s{k}.raw").write_bytes(plane.tobytes())
+    paths.append(folder / "pattern.nhdr")
+    paths[-1].write_text(header.format(3, "8 7 6", "raw", "", "", "data file: s%d.raw 0 5 1\n"))
+    return paths
+
+
+def make_meta(folder):
+    image = sitk.GetImageFromArray(VALUES)
+    image.SetSpacing((1, 2, 3))
+    sitk.WriteImage(image, str(folder / "a.mha"), False)
+    sitk.WriteImage(image, str(folder / "b.mha"), True)
+    sitk.WriteImage(image, str(folder / "c.mhd"), False)
+    return [folder / name for name in ("a.mha", "b.mha", "c.mhd")]
+
+
+def make_raw(folder):
+    (folder / "a.raw").write_bytes(VALUES.tobytes())
+    (folder / "a.raw.gz").write_bytes(gzip.compress(VALUES.tobytes()))
+    return [folder / "a.raw", folder / "a.raw.gz"]
+
+
+def make_numpy(folder):
+    np.save(folder / "a.npy", VALUES)
+    np.save(folder / "f.npy", np.asfortranarray(VALUES))
+    np.savez_compressed(folder / "a.npz", one=VALUES, two=VALUES)
+    np.savez(folder / "b.npz", VALUES)
+    return [folder / name for name in ("a.npy", "f.npy", "a.npz", "b.npz")]
+
+
+def make_tiff(folder):
+    import tifffile
+
+    tifffile.imwrite(
+        folder / "a.tif", VALUES.view("<u2"), imagej=True, metadata={"spacing": 2.0, "unit": "um"}
+    )
+    tifffile.imwrite(folder / "b.tif", VALUES, photometric="minisblack", compression="zlib")
+    tifffile.imwrite(folder / "c.ome.tif", VALUES, metadata={"axes": "ZYX", "PhysicalSizeX": 0.5})
+    return [folder / name for name in ("a.tif", "b.tif", "c.ome.tif")]
+
+
+def make_dicom(folder):
+    """A folder a syntax, of which one slice is damaged."""
+    paths = []
+    syntaxes = {
+        "explicit": uid.ExplicitVRLittleEndian,
+        "implicit": uid.ImplicitVRLittleEndian,
+        "big": uid.ExplicitVRBigEndian,
+        "deflated": uid.DeflatedExplicitVRLittleEndian,
+        "rle": uid.RLELossless,
+    }
+    for name, syntax in syntaxes.items():
+        for k, position in enumerate(axial(3)):
+            values = plane_values(k, ">i2" if name == "big" else "<i2", (8, 8))
+            plain = uid.ExplicitVRLittleEndian if name == "rle" else syntax
+            dataset = make_slice(position, k, values=values, syntax=plain, PixelPaddingValue=-9)
+            if name == "rle":
+                dataset.compress(syntax)
+            path = save(dataset, folder / name / f"{k}")
+        paths.append(path)
+    return paths
+
+
+def make_enhanced(folder):
+    """One file with many frames."""
+    values = np.array([plane_values(k, "<i2", (8, 8)) for k in range(3)])
+    plain = {"ImagePositionPatient": None, "ImageOrientationPatient": None, "PixelSpacing": None}
+    dataset = make_slice((0, 0, 0), 0, values=values[0], **plain)
+    dataset.NumberOfFrames = 3
+    dataset.PixelData = values.tobytes()
+    shared, orientation, measures = Dataset(), Dataset(), Dataset()
+    orientation.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+    measures.PixelSpacing = [1, 2]
+    shared.PlaneOrientationSequence, shared.PixelMeasuresSequence = (
+        Sequence([orientation]),
+        Sequence([measures]),
+    )
+    dataset.SharedFunctionalGroupsSequence = Sequence([shared])
+    groups = []
+    for k in range(3):
+        group, position = Dataset(), Dataset()
+        position.ImagePositionPatient = [0, 0, 3 * k]
+        group.PlanePositionSequence = Sequence([position])
+        groups.append(group)
+    dataset.PerFrameFunctionalGroupsSequence = Sequence(groups)
+    return [save(dataset, folder / "enhanced.dcm")]
+
+
+def make_zip(folder):
+    with zipfile.ZipFile(folder / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for k, position in enumerate(axial(3)):
+            archive.write(save(make_slice(position, k), folder / "in" / f"{k}"), f"{k}")
+    return [folder / "a.zip"]
+
+
+HONEST = {
+    "analyze": make_analyze,
+    "dicom": make_dicom,
+    "enhanced": make_enhanced,
+    "meta": make_meta,
+    "nifti": make_nifti,
+    "nrrd": make_nrrd,
+    "numpy": make_numpy,
+    "raw": make_raw,
+    "tiff": make_tiff,
+    "zip": make_zip,
+}
+"""Name of a reader to what makes its honest files in a folder; each file is damaged in turn."""

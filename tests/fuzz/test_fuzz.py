@@ -1,0 +1,78 @@
+import random
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dmc_cli.errors import DmcError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.read import read_volume
+from tests.fuzz.honest import HONEST
+from tests.fuzz.mutation import mutated
+from tests.fuzz.trial import settings_for, try_file
+
+CRASHERS = sorted((Path(__file__).parent / "crashers").glob("*-*"))
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory):
+    """Paths and contents of a reader's honest files, made once."""
+    made = {}
+
+    def make(reader):
+        if reader not in made:
+            if reader == "tiff":
+                pytest.importorskip("tifffile")
+            paths = HONEST[reader](tmp_path_factory.mktemp(reader))
+            made[reader] = [(path, path.read_bytes()) for path in paths]
+        return made[reader]
+
+    return make
+
+
+@pytest.mark.parametrize("reader", HONEST)
+def test_honest_files_are_read(honest, reader):
+    for path, _ in honest(reader):
+        chosen = settings_for(reader)
+        if path.name in ("four.nrrd", "a.npz"):
+            chosen = ReadSettings(volume_index=0)
+        read_volume(str(path.parent if reader == "dicom" else path), chosen)
+
+
+@pytest.mark.parametrize("reader", HONEST)
+@settings(max_examples=150)
+@given(which=st.integers(0, 99), seed=st.integers(0, 2**32))
+def test_damaged_files_give_documented_errors_only(honest, reader, which, seed):
+    files = honest(reader)
+    path, content = files[which % len(files)]
+    path.write_bytes(mutated(content, random.Random(seed)))
+    try:
+        try_file(path, reader)
+    finally:
+        path.write_bytes(content)
+
+
+@pytest.mark.parametrize("path", CRASHERS, ids=lambda path: path.name)
+def test_what_once_broke_a_reader_does_not_any_more(honest, path):
+    reader, stem, _ = path.stem.split("-", 2)
+    target, content = next((p, c) for p, c in honest(reader) if p.stem == stem and p.suffix == path.suffix)
+    target.write_bytes(path.read_bytes())
+    try:
+        try_file(target, reader)
+    finally:
+        target.write_bytes(content)
+
+
+def test_damage_is_really_done(honest):
+    (path, content), *_ = honest("nifti")
+    outcomes = set()
+    for seed in range(200):
+        path.write_bytes(mutated(content, random.Random(seed)))
+        try:
+            read_volume(str(path), ReadSettings())
+            outcomes.add("read")
+        except DmcError as error:
+            outcomes.add(type(error).__name__)
+    path.write_bytes(content)
+    assert {"read", "DamagedVolumeError", "UnsupportedFormatError"} <= outcomes

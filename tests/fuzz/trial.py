@@ -1,0 +1,63 @@
+"""One damaged file through the readers: what comes out, how long it took, how much memory."""
+
+import contextlib
+import time
+from pathlib import Path
+
+from dmc_cli.errors import DmcError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.read import list_volumes, read_volume
+
+MOST_SECONDS = 2.0
+MOST_BYTES = 512 << 20
+
+
+class BrokenPromiseError(AssertionError):
+    """A reader broke its promise."""
+
+
+def peak_bytes():
+    """Largest resident size since `reset_peak`, or 0 where the system does not tell."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:"))
+    except (OSError, StopIteration):
+        return 0
+
+
+def reset_peak():
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def settings_for(reader):
+    if reader == "raw":
+        return ReadSettings(input_format="raw", shape=(8, 7, 6), dtype="int16")
+    return ReadSettings()
+
+
+def try_file(path, reader):
+    """Read a damaged file and check what comes of it; returns the name of the error, or `read`."""
+    target = path.parent if reader == "dicom" else path
+    settings = settings_for(reader)
+    reset_peak()
+    before, start = peak_bytes(), time.perf_counter()
+    outcome = "read"
+    try:
+        list_volumes(str(target), settings)
+        read_volume(str(target), settings)
+    except DmcError as error:
+        outcome = type(error).__name__
+        told = str(error)
+        if error.exit_status not in (2, 3, 4, 7) or len(told) > 4000 or "\n  File" in told:
+            raise BrokenPromiseError(
+                f"{reader}: {outcome} with status {error.exit_status}: {told[:300]!r}"
+            ) from error
+    except Exception as error:
+        raise BrokenPromiseError(f"{reader}: {type(error).__name__}: {error}") from error
+    seconds, taken = time.perf_counter() - start, peak_bytes() - before
+    if seconds > MOST_SECONDS:
+        raise BrokenPromiseError(f"{reader}: took {seconds:.1f} s ({outcome})")
+    if taken > MOST_BYTES:
+        raise BrokenPromiseError(f"{reader}: took {taken >> 20} MiB ({outcome})")
+    return outcome
