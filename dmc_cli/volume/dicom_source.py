@@ -7,7 +7,9 @@ an entry that claims to be larger than its packed bytes can hold is not touched.
 import io
 import os
 import stat
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,13 +17,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.volume.decoding import new_inflater
 from dmc_cli.volume.layout import check_file
 
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
 
-HEAD_BYTES = (1 << 18, 1 << 26)
+HEAD_BYTES = (1 << 16, 1 << 26)
 """How much of a zip entry is unpacked to read its header; the second where the first is not enough."""
+
+ENTRY_HEAD = 30
+"""Bytes of a zip entry's own header before its name."""
 
 MAX_ENTRY = 1 << 32
 """Largest zip entry that is read."""
@@ -74,9 +80,24 @@ class DicomFile:
                 return
 
     def _unpacked(self, count: int) -> bytes:
+        """The first bytes of a zip's entry, its checksum compared where they are all."""
         assert self.archive is not None
-        with self.archive.open(self.name) as stream:
-            return stream.read(count)
+        entry = self.archive.getinfo(self.name)
+        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            with self.archive.open(entry) as stream:
+                return stream.read(count)
+        with self.path.open("rb") as file:
+            file.seek(entry.header_offset)
+            head = file.read(ENTRY_HEAD)
+            if len(head) < ENTRY_HEAD or head[:4] != b"PK\x03\x04":
+                raise zipfile.BadZipFile("no entry where the zip's directory says")
+            file.seek(sum(struct.unpack_from("<HH", head, 26)), os.SEEK_CUR)
+            packed = file.read(entry.compress_size)
+        stored = entry.compress_type == zipfile.ZIP_STORED
+        content: bytes = packed[:count] if stored else new_inflater(-15).decompress(packed, count)
+        if count >= entry.file_size and zlib.crc32(content) != entry.CRC:
+            raise zipfile.BadZipFile("wrong checksum")
+        return content
 
     def _unreadable(self, error: Exception) -> DamagedVolumeError:
         return DamagedVolumeError(f"{self.name}: cannot be read ({error}); get the file again")

@@ -292,9 +292,10 @@ def test_slices_beside_the_line_are_refused(tmp_path):
         read(save_stack(tmp_path, positions))
 
 
-def test_a_zip_is_read_without_unpacking(tmp_path):
+@pytest.mark.parametrize("packing", [zipfile.ZIP_DEFLATED, zipfile.ZIP_STORED, zipfile.ZIP_BZIP2])
+def test_a_zip_is_read_without_unpacking(tmp_path, packing):
     save_stack(tmp_path / "in", axial())
-    with zipfile.ZipFile(tmp_path / "scan.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(tmp_path / "scan.zip", "w", packing) as archive:
         for path in (tmp_path / "in").iterdir():
             archive.write(path, f"../../{path.name}")
         archive.writestr("readme.txt", "nothing")
