@@ -8,7 +8,7 @@ import sys
 
 import click
 
-from dmc_cli.cli import convert, doctor, info, synth
+from dmc_cli.cli import batch, completion, convert, doctor, info, synth
 from dmc_cli.cli.group import DmcGroup
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 
@@ -16,7 +16,7 @@ from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 @click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(package_name="dmc-cli", prog_name="dmc")
 def dmc() -> None:
-    r"""From a scan to a quad mesh in one command.
+    """From a scan to a quad mesh in one command.
 
     Reads a CT or MR volume (DICOM, NIfTI, NRRD, MetaImage, raw) or a synthetic field and writes its
     isosurface as quadrilaterals only, by dual marching cubes on CPU or CUDA.
@@ -28,7 +28,14 @@ def dmc() -> None:
     """
 
 
-for command in (convert.convert, info.info, synth.synth, doctor.doctor):
+for command in (
+    convert.convert,
+    info.info,
+    synth.synth,
+    batch.batch,
+    doctor.doctor,
+    completion.completion,
+):
     dmc.add_command(command)
 
 

@@ -22,7 +22,7 @@ from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, Surf
 @options.run_options
 @options.verbosity_options
 def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
-    r"""Turn the volume INPUT into the quad mesh OUTPUT.
+    """Turn the volume INPUT into the quad mesh OUTPUT.
 
     INPUT is a file, a folder with DICOM, synth:FIELD:N (for example synth:iwp:128), or - for
     standard input. OUTPUT is a .ply, .obj or .off file, or - for standard output.

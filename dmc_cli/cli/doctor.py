@@ -15,7 +15,7 @@ from dmc_cli.cli.summary import doctor_lines
 @options.json_option
 @options.verbosity_options
 def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:
-    r"""Tell versions, devices, codecs and the kernel cache; with --warm-up compile all kernels.
+    """Tell versions, devices, codecs and the kernel cache; with --warm-up compile all kernels.
 
     \b
     Examples:

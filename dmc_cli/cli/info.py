@@ -20,7 +20,7 @@ from dmc_cli.settings import ReadSettings
 @options.json_option
 @options.verbosity_options
 def info(input: str, as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
-    r"""Tell what the volume INPUT is: size, type, spacing, space, value range, series found.
+    """Tell what the volume INPUT is: size, type, spacing, space, value range, series found.
 
     \b
     Examples:

@@ -143,16 +143,22 @@ noise_options = stack(
     setting(ReadSettings, "sigma", section="Noise", type=float, help="Its smoothing: a Gaussian, in nodes."),
 )
 
-surface_options = stack(
-    setting(
-        SurfaceSettings,
-        "isovalue",
-        "-i",
-        "--isovalue",
-        section="Surface",
-        type=float,
-        help="The level of the surface, in the volume's physical values (HU for CT).",
-    ),
+_ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
+
+isovalue_option = setting(
+    SurfaceSettings, "isovalue", "-i", "--isovalue", section="Surface", type=float, help=_ISOVALUE_HELP
+)
+batch_isovalue_option = setting(
+    SurfaceSettings,
+    "isovalue",
+    "-i",
+    "--isovalue",
+    section="Surface",
+    type=float,
+    multiple=True,
+    help=f"{_ISOVALUE_HELP} May be given several times.",
+)
+shape_of_surface_options = stack(
     setting(
         SurfaceSettings, "inside", section="Surface", help="The side of the isovalue that is the object."
     ),
@@ -176,6 +182,8 @@ surface_options = stack(
         help="Normals out of the object, or along the gradient.",
     ),
 )
+
+surface_options = stack(isovalue_option, shape_of_surface_options)
 
 output_options = stack(
     setting(

@@ -17,9 +17,9 @@ class Triple(click.ParamType[Any]):
         self.number = number
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Split and convert; a tuple (the default) passes."""
-        if isinstance(value, tuple):
-            return value
+        """Split and convert; the default and TOML files give the items themselves."""
+        if isinstance(value, (tuple, list)):
+            value = ",".join(str(item) for item in value)
         words = value.split(",")
         kind = "integers" if self.number is int else "numbers"
         expected = f"expected three {kind} with commas between, as in 64,64,93"
@@ -55,9 +55,9 @@ class ChoiceList(click.ParamType[Any]):
         self.choices = choices
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Split, check, and drop repetitions."""
-        if isinstance(value, tuple):
-            return value
+        """Split, check, and drop repetitions; the default and TOML files give a list."""
+        if isinstance(value, (tuple, list)):
+            value = ",".join(value)
         words = [word.strip() for word in value.split(",") if word.strip()]
         for word in words:
             if word not in self.choices:

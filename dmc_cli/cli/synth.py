@@ -23,7 +23,7 @@ from dmc_cli.settings import ReadSettings, SyntheticField, SynthSettings
 @options.force_option
 @options.verbosity_options
 def synth(quiet: bool, verbose: int, **values: Any) -> None:
-    r"""Write the synthetic volume FIELD to OUTPUT: .nii, .nii.gz, .nrrd, .mha or .raw.
+    """Write the synthetic volume FIELD to OUTPUT: .nii, .nii.gz, .nrrd, .mha or .raw.
 
     The field lies on [-1,1]^3 and is stored as float32.
 

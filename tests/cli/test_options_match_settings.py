@@ -58,6 +58,11 @@ def test_every_option_fills_a_setting(command):
     assert set(parameters(command)) <= known
 
 
+def test_a_batch_takes_every_option_of_convert():
+    assert set(parameters("convert")) - set(parameters("batch")) == {"input", "path"}
+    assert set(parameters("batch")) - set(parameters("convert")) == {"inputs", "output", "jobs"}
+
+
 def test_the_synthetic_fields_are_those_that_can_be_made():
     from dmc_cli.volume.synthetic import FIELD_NAMES
 

@@ -23,6 +23,12 @@ def test_help_has_two_examples(command):
 
 
 @pytest.mark.parametrize("command", dmc.commands)
+def test_examples_keep_their_lines(command, run):
+    lines = [line.strip() for line in run(command, "--help").stdout.splitlines()]
+    assert set(examples(command)) <= set(lines)
+
+
+@pytest.mark.parametrize("command", dmc.commands)
 def test_every_option_has_help(command):
     assert all(option.help for option in dmc.commands[command].params if isinstance(option, click.Option))
 

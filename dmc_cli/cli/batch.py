@@ -1,0 +1,69 @@
+"""`dmc batch`: many inputs and isovalues in one run."""
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from dmc_cli.cli import options
+from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.sections import SectionedCommand, SectionedOption
+from dmc_cli.errors import BatchError
+
+
+@click.command(cls=SectionedCommand, short_help="Convert many inputs in one run.")
+@click.argument("inputs", nargs=-1, required=True)
+@click.option(
+    "-o",
+    "--output",
+    cls=SectionedOption,
+    section="Batch",
+    metavar="TEMPLATE",
+    default="{stem}_{isovalue}.ply",
+    help="Name of each output, from {stem}, {name}, {parent}, {isovalue} and {index}.",
+)
+@click.option(
+    "--jobs",
+    cls=SectionedOption,
+    section="Batch",
+    type=click.IntRange(min=1),
+    default=1,
+    help="Items at work at the same time.",
+)
+@options.batch_isovalue_option
+@options.shape_of_surface_options
+@options.read_options
+@options.noise_options
+@options.output_options
+@options.run_options
+@options.verbosity_options
+@click.pass_context
+def batch(
+    ctx: click.Context, /, inputs: tuple[str, ...], jobs: int, quiet: bool, verbose: int, **values: Any
+) -> None:
+    """Convert all INPUTS at all isovalues, and go on after a failure.
+
+    INPUTS are files, folders, patterns in quotes, synth:FIELD:N, or one .toml file with the same options
+    (`inputs`, `isovalue`, `output`, ...) and, under [[items]], further tables of them. Each item's outcome
+    is a line of JSON on standard output; --report is a template too. Ends with status 8 if an item failed.
+
+    \b
+    Examples:
+      dmc batch 'sample_data/nrrd/*.nrrd' -i 500 -i 1000 -o '{stem}_{isovalue}.obj'
+      dmc batch synth:torus:32 synth:sphere:32 -i 0 --jobs 2
+    """
+    from dmc_cli.cli.batch_plan import plan_batch
+
+    items = plan_batch(ctx, inputs, values)
+    failed = 0
+    with shown_progress(quiet=quiet, verbose=verbose) as progress:
+        with progress.stage("loading"):
+            from dmc_cli.batch import convert_all
+        for outcome in convert_all(items, jobs, progress):
+            click.echo(json.dumps(asdict(outcome), allow_nan=False))
+            failed += outcome.status != 0
+    if failed:
+        raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")
+    if not quiet:
+        click.echo(f"{len(items)} item(s) done", err=True)

@@ -1,0 +1,166 @@
+"""What a batch has to do: inputs x isovalues, each with its output, from the options or a TOML file.
+
+A TOML file holds the options of `dmc batch` under their long names, and `inputs`; its `[[items]]` are tables
+of the same keys that add to the common ones. Options on the command line go before the file's. Paths in a
+file are relative to its folder.
+"""
+
+import glob
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from dmc_cli.cli.options import gather
+from dmc_cli.errors import SettingsError
+from dmc_cli.settings import STREAM, ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+
+_COMPRESSED = {".gz", ".bz2", ".zip"}
+"""Suffixes that stand behind another one; both go from the stem."""
+
+_PATHS = ("output", "report")
+"""Options that are templates of paths."""
+
+
+def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, Any]) -> list[ConvertSettings]:
+    """Return what to convert, in the order of the inputs, the isovalues within an input.
+
+    Raises:
+        SettingsError: An input pattern without a file, an isovalue or a template that is missing or wrong,
+            two items with one output, a file that is no TOML or has keys that are no options.
+    """
+    given = {
+        name for name in values if ctx.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
+    }
+    if len(inputs) == 1 and inputs[0].lower().endswith(".toml"):
+        path = Path(inputs[0])
+        tables = list(_tables(path, ctx))
+        folder = path.parent
+    else:
+        tables, folder = [{"inputs": list(inputs)}], Path()
+    items: list[ConvertSettings] = []
+    for table in tables:
+        ours = {name: value for name, value in values.items() if name in given or name not in table}
+        base = Path() if "output" in ours and "output" in given else folder
+        items.extend(_expand(table | ours, folder, base))
+    _check_outputs(items)
+    return items
+
+
+def _tables(path: Path, ctx: click.Context) -> Iterator[dict[str, Any]]:
+    """Yield the tables of a TOML file, the common keys added, values converted as options are."""
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise SettingsError(
+            f"{path} cannot be read ({error.strerror}); give the name of a TOML file"
+        ) from error
+    except ValueError as error:
+        raise SettingsError(f"{path} is no TOML file: {error}; see `dmc batch --help`") from error
+    items = data.pop("items", [{}])
+    if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+        raise SettingsError(f"{path}: items is no list of tables; write each under a [[items]] of its own")
+    for item in items:
+        yield {_name(key, path): value for key, value in _converted(data | item, path, ctx)}
+
+
+def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterator[tuple[str, Any]]:
+    """Yield the keys with their values as the option of that name would have converted them."""
+    options = {parameter.name: parameter for parameter in ctx.command.params}
+    for key, value in table.items():
+        option = options.get(_name(key, path))
+        if option is None or key in ("quiet", "verbose", "help"):
+            known = ", ".join(sorted(name for name in options if name))
+            raise SettingsError(f"{path}: {key!r} is no option of dmc batch; expected one of {known}")
+        if (option.multiple or option.nargs == -1) and not isinstance(value, list):
+            value = [value]  # noqa: PLW2901 - one value stands for a list of one
+        try:
+            yield key, option.type_cast_value(ctx, value)
+        except click.BadParameter as error:
+            raise SettingsError(f"{path}: {key} is {value!r}; {error.message}") from error
+
+
+def _name(key: str, path: Path) -> str:
+    """Return the parameter's name of a key."""
+    if not isinstance(key, str):
+        raise SettingsError(f"{path}: {key!r} is no option's name")
+    return {"isovalues": "isovalue", "input": "inputs"}.get(key, key.replace("-", "_"))
+
+
+def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings]:
+    """Yield the conversions of one table: each input with each isovalue."""
+    read = gather(ReadSettings, values)
+    if not values.get("isovalue"):
+        raise SettingsError(
+            "no isovalue was given; expected one or more, with -i or as `isovalue` in the file"
+        )
+    for index, source in enumerate(_sources(values.get("inputs", ()), folder), 1):
+        for isovalue in values["isovalue"]:
+            fields = {
+                "stem": _stem(source),
+                "name": Path(source).name,
+                "parent": str(Path(source).parent),
+                "isovalue": f"{isovalue:g}",
+                "index": index,
+            }
+            paths = {name: _fill(name, values[name], fields, base) for name in _PATHS if values.get(name)}
+            output = gather(OutputSettings, values | {"report": paths.get("report")}, path=paths["output"])
+            surface = gather(SurfaceSettings, values | {"isovalue": isovalue})
+            yield gather(ConvertSettings, values, input=source, read=read, surface=surface, output=output)
+
+
+def _sources(patterns: Any, folder: Path) -> Iterator[str]:
+    """Yield the inputs: patterns expanded and sorted, `synth:FIELD:N` and names as they are."""
+    for pattern in patterns:
+        if pattern.startswith("synth:"):
+            yield pattern
+        elif glob.has_magic(pattern) and not (folder / pattern).exists():
+            found = sorted(glob.glob(str(folder / pattern), recursive=True))  # noqa: PTH207 - absolute ones too
+            if not found:
+                raise SettingsError(f"no file matches {pattern}; expected at least one; check the pattern")
+            yield from found
+        else:
+            yield str(folder / pattern)
+
+
+def _stem(source: str) -> str:
+    """Return an input's name without folder and suffixes."""
+    if source.startswith("synth:"):
+        return source.replace(":", "_")
+    path = Path(source)
+    if path.is_dir():
+        return path.name
+    return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
+
+
+def _fill(name: str, template: str, fields: dict[str, Any], base: Path) -> str:
+    """Return the path that a template means for one item."""
+    if template == STREAM:
+        raise SettingsError(
+            f"{name} is -, but a batch prints its outcomes there; give a template of file names"
+        )
+    try:
+        return str(base / template.format(**fields))
+    except (KeyError, IndexError, ValueError) as error:
+        known = ", ".join(f"{{{field}}}" for field in fields)
+        raise SettingsError(f"{name} is {template!r}, which cannot be filled in; expected {known}") from error
+
+
+def _check_outputs(items: list[ConvertSettings]) -> None:
+    """Raise if two items would write the same file."""
+    owners: dict[str, ConvertSettings] = {}
+    for item in items:
+        for path in filter(None, (item.output.path, item.output.report)):
+            other = owners.setdefault(str(Path(path).absolute()), item)
+            if other is not item or item.output.path == item.output.report:
+                raise SettingsError(
+                    f"{path} is the output of {other.input} at {other.surface.isovalue:g} and of"
+                    f" {item.input} at {item.surface.isovalue:g}; expected one file an item; use {{stem}}"
+                    " and {isovalue} in its name"
+                )

@@ -1,0 +1,151 @@
+"""`dmc batch`: all items, whatever happens to one; the same bytes on every run."""
+
+import json
+import textwrap
+
+import pytest
+
+from dmc_cli.cli.batch_plan import _stem
+
+
+@pytest.fixture
+def scans(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scans").mkdir()
+    for field in ("torus", "sphere"):
+        run("synth", field, tmp_path / "scans" / f"{field}.nii.gz", "-n", 20)
+    return tmp_path
+
+
+def outcomes(result):
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+def meshes(folder):
+    return {path.name: path.read_bytes() for path in folder.rglob("*.ply")}
+
+
+def test_every_input_at_every_isovalue(run, scans):
+    result = run("batch", "scans/*.nii.gz", "-i", 0, "-i", 0.1)
+    assert result.exit_code == 0
+    assert [(o["input"], o["isovalue"], o["status"]) for o in outcomes(result)] == [
+        ("scans/sphere.nii.gz", 0, 0),
+        ("scans/sphere.nii.gz", 0.1, 0),
+        ("scans/torus.nii.gz", 0, 0),
+        ("scans/torus.nii.gz", 0.1, 0),
+    ]
+    assert set(meshes(scans)) == {"sphere_0.ply", "sphere_0.1.ply", "torus_0.ply", "torus_0.1.ply"}
+    assert "4 item(s) done" in result.stderr
+
+
+def test_a_batch_writes_what_convert_writes(run, scans):
+    run(
+        "batch", "scans/torus.nii.gz", "-i", 0, "--border", "closed", "-o", "a.ply", "--report", "{stem}.json"
+    )
+    run("convert", "scans/torus.nii.gz", "b.ply", "-i", 0, "--border", "closed")
+    assert (scans / "a.ply").read_bytes() == (scans / "b.ply").read_bytes()
+    assert json.loads((scans / "torus.json").read_text())["topology"]["genus"] == 1
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_a_failure_does_not_stop_the_others(run, scans, jobs):
+    (scans / "scans" / "broken.nii.gz").write_bytes(b"no scan")
+    result = run("batch", "scans/*.nii.gz", "missing.nii", "-i", 0, "--jobs", jobs)
+    assert result.exit_code == 8
+    assert [(o["input"], o["status"]) for o in outcomes(result)] == [
+        ("scans/broken.nii.gz", 3),
+        ("scans/sphere.nii.gz", 0),
+        ("scans/torus.nii.gz", 0),
+        ("missing.nii", 3),
+    ]
+    assert "broken.nii.gz" in outcomes(result)[0]["error"]
+    assert "2 of 4 item(s) failed" in result.stderr
+    assert set(meshes(scans)) == {"sphere_0.ply", "torus_0.ply"}
+
+
+def test_repeated_runs_and_jobs_give_the_same_bytes(run, scans):
+    words = ["batch", "scans/*.nii.gz", "synth:iwp:24", "-i", 0, "-i", 0.05, "--force"]
+    first = run(*words)
+    found = meshes(scans)
+    for extra in ([], ["--jobs", "2"], ["--jobs", "4", "--threads", "1"]):
+        again = run(*words, *extra)
+        assert again.stdout == first.stdout
+        assert meshes(scans) == found
+
+
+def test_a_toml_file_holds_the_options(run, scans):
+    (scans / "study.toml").write_text(
+        textwrap.dedent("""
+            inputs = ["scans/*.nii.gz"]
+            isovalue = 0
+            border = "closed"
+            output = "{stem}.ply"
+
+            [[items]]
+
+            [[items]]
+            inputs = "synth:noise:12"
+            isovalues = [0, 0.5]
+            seed = 3
+            require = ["manifold", "closed"]
+            output = "noise_{isovalue}.ply"
+        """)
+    )
+    result = run("batch", scans / "study.toml")
+    assert result.exit_code == 0, result.output
+    assert set(meshes(scans)) == {"sphere.ply", "torus.ply", "noise_0.ply", "noise_0.5.ply"}
+    run("convert", "synth:noise:12", "one.ply", "-i", 0.5, "--seed", 3, "--border", "closed")
+    assert (scans / "one.ply").read_bytes() == (scans / "noise_0.5.ply").read_bytes()
+
+
+def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, monkeypatch):
+    (scans / "study.toml").write_text('inputs = "scans/torus.nii.gz"\nisovalue = 9\noutput = "{stem}.ply"\n')
+    elsewhere = scans / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    assert run("batch", scans / "study.toml").exit_code == 8
+    assert run("batch", scans / "study.toml", "-i", 0).exit_code == 0
+    assert (scans / "torus.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nothing/*.nii", "-i", "0"], "no file matches nothing/*.nii"),
+        (["synth:iwp:8"], "no isovalue was given"),
+        (
+            ["synth:iwp:8", "-i", "0", "-o", "{stm}.ply"],
+            "expected {stem}, {name}, {parent}, {isovalue}, {index}",
+        ),
+        (["synth:iwp:8", "-i", "0", "-o", "-"], "output is -, but a batch prints its outcomes there"),
+        (["synth:iwp:8", "synth:torus:8", "-i", "0", "-o", "a.ply"], "use {stem} and {isovalue}"),
+        (["missing.toml"], "missing.toml cannot be read"),
+        (["bad.toml"], "bad.toml is no TOML file"),
+        (["unknown.toml"], "'isovlaue' is no option of dmc batch; expected one of"),
+        (["wrong.toml"], "shape is [1, 2]; "),
+        (["items.toml"], "items is no list of tables"),
+    ],
+)
+def test_a_plan_that_cannot_be_made_is_a_usage_error(run, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.toml").write_text("inputs = [")
+    (tmp_path / "unknown.toml").write_text('inputs = "synth:iwp:8"\nisovlaue = 0')
+    (tmp_path / "wrong.toml").write_text('inputs = "synth:iwp:8"\nisovalue = 0\nshape = [1, 2]')
+    (tmp_path / "items.toml").write_text("items = 3")
+    result = run("batch", *words)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+    assert result.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("source", "stem"),
+    [
+        ("a/scan.nii.gz", "scan"),
+        ("a/scan.v2.nrrd", "scan.v2"),
+        ("synth:iwp:8", "synth_iwp_8"),
+        ("a/DICOM", "DICOM"),
+    ],
+)
+def test_the_stem_of_an_input(source, stem):
+    assert _stem(source) == stem
