@@ -5,10 +5,11 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
 TESTS := $(PY) -m pytest
+SECONDS ?= 60
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup format lint types test test-all test-gpu test-faults cov docs smoke ci clean
+.PHONY: help demo setup format lint types test test-all test-gpu test-faults fuzz bench bench-gpu cov docs smoke ci clean
 
 # The first Python that is new enough, whatever it is called
 FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
@@ -63,6 +64,15 @@ test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no d
 
 test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: outputs stay whole
 	$(TESTS) tests/faults
+
+fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
+	$(PY) -m tests.fuzz --seconds $(SECONDS)
+
+bench: $(VENV)/.installed-dev ## time the surface beside other programs, on two CPU threads
+	$(PY) -m benchmarks.surface
+
+bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
+	$(PY) -m benchmarks.surface --device cuda:0
 
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term
