@@ -3,7 +3,8 @@
 Order: coloured 3-X-3-Y pass, counter 3-X-3-Y pass, 3-3-3-3 once; valences, vertex pairs and
 skipped quads are taken anew before each. Colours stay those of the mesh before simplification.
 
-Rules, all of them needed for the reference counts unless marked (*):
+Rules. Leaving any of them out changes a row of the reference counts, synthetic or real, unless it is
+marked (*): the table leaves it open.
 
 - Valence: one per outgoing halfedge, and one at the head of every halfedge without a twin.
 - A quad has a defect if one of its sides has no twin, or joins a pair of vertices that more than two

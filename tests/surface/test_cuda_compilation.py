@@ -8,7 +8,8 @@ import warp as wp
 
 import dmc_cli
 
-ARCHITECTURES = [75, 90]
+ARCHITECTURES = [75, pytest.param(90, marks=pytest.mark.slow)]
+"""Seconds a module and architecture; the second one finds what the first one misses only rarely."""
 
 
 def kernel_modules() -> list[str]:
@@ -33,11 +34,12 @@ def test_the_surface_stage_has_kernel_modules():
     assert any(name.startswith("dmc_cli.surface.") for name in kernel_modules())
 
 
+@pytest.mark.parametrize("architecture", ARCHITECTURES)
 @pytest.mark.parametrize("name", kernel_modules())
-def test_every_kernel_is_in_the_module_compiled_for_cuda(name, tmp_path):
+def test_every_kernel_is_in_the_module_compiled_for_cuda(name, architecture, tmp_path):
     module = wp.get_module(name)
-    paths = wp.compile_aot_module(module, arch=ARCHITECTURES, module_dir=tmp_path, use_ptx=True)
-    assert len(paths) == len(ARCHITECTURES)
+    paths = wp.compile_aot_module(module, arch=architecture, module_dir=tmp_path, use_ptx=True)
+    assert [path.suffix for path in paths] == [".ptx"]
     sources = "".join(path.read_text() for path in tmp_path.rglob("*.cu"))
     missing = [key for key in module.kernels if f"{key}_" not in sources]
     assert missing == []
