@@ -4,9 +4,22 @@ import re
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.volume.layout import exists
 
 MAX_FILES = 100_000
 """More files than any volume has slices."""
+
+
+def named_file(header: Path, named: str, name: str) -> Path:
+    """The file that a header names, relative to the header's folder.
+
+    Raises:
+        VolumeError: It is not there.
+    """
+    found = header.parent / named
+    if not exists(found):
+        raise VolumeError(f"{name}: its data file {named[:200]!r} is not there; put it beside the header")
+    return found
 
 
 def listed_files(header: Path, lines: list[str], name: str) -> tuple[Path, ...]:
@@ -18,11 +31,7 @@ def listed_files(header: Path, lines: list[str], name: str) -> tuple[Path, ...]:
     """
     if not lines:
         raise DamagedVolumeError(f"{name}: an empty list of data files found; expected one file a line")
-    files = tuple(header.parent / line for line in lines)
-    missing = next((file for file in files if not file.exists()), None)
-    if missing is not None:
-        raise VolumeError(f"{name}: its data file {missing.name!r} is not there; put it beside the header")
-    return files
+    return tuple(named_file(header, line, name) for line in lines)
 
 
 def pattern_files(header: Path, pattern: str, span: list[str], name: str) -> tuple[Path, ...]:

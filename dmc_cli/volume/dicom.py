@@ -80,7 +80,10 @@ def _stacks(files: list[DicomFile], name: str, progress: Progress) -> tuple[list
         except NoSlice as reason:
             reasons.append(f"{file.name}: {reason}")
         except DamagedVolumeError as error:
-            damaged.append(error)
+            told = str(error)
+            damaged.append(
+                error if told.startswith(file.name) else DamagedVolumeError(f"{file.name}: {told}")
+            )
         progress.advance((number + 1) / len(files))
     stacks = stacks_of(frames)
     if not stacks:

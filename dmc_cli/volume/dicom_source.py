@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume.decoding import new_inflater
-from dmc_cli.volume.layout import check_file
+from dmc_cli.volume.layout import check_file, exists
 
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
@@ -113,6 +113,8 @@ def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
         VolumeError: The folder or file cannot be read.
         DamagedVolumeError: The zip is damaged.
     """
+    if not exists(path):
+        check_file(path, name)
     if path.name.upper() == "DICOMDIR" and path.is_file():
         # the index of a file set; the set is the folder that it stands in
         path = path.parent

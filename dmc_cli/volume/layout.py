@@ -96,6 +96,14 @@ class Layout:
         return math.prod(self.shape) * self.components * self.dtype.itemsize
 
 
+def exists(path: Path) -> bool:
+    """Whether there is something at a path; False for one that the system does not even take."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def check_file(path: Path, name: str) -> int:
     """Size in bytes of a regular, readable, non-empty file.
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.data_files import listed_files, pattern_files
+from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume.layout import (
     FROM_END,
     MILLIMETRES,
@@ -378,9 +378,4 @@ def _data_files(
         return listed_files(path, trailing, name)
     if "%" in words[0] and len(words) in (4, 5):
         return pattern_files(path, words[0], words[1:4], name)
-    found = path.parent / fields["data file"]
-    if not found.exists():
-        raise VolumeError(
-            f"{name}: its data file {fields['data file'][:200]!r} is not there; put it beside the header"
-        )
-    return (found,)
+    return (named_file(path, fields["data file"], name),)

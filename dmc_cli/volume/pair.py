@@ -5,7 +5,7 @@ import zlib
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
-from dmc_cli.volume.layout import check_file
+from dmc_cli.volume.layout import check_file, exists
 
 
 def pair_files(path: Path) -> tuple[Path, Path]:
@@ -18,7 +18,7 @@ def pair_files(path: Path) -> tuple[Path, Path]:
             stem = name[: len(name) - len(mine + packed)]
             names = (stem + suffix + gz for gz in (packed, "", ".gz") for suffix in (other, other.upper()))
             sibling = next(
-                (path.with_name(n) for n in names if path.with_name(n).exists()), path.with_name(stem + other)
+                (path.with_name(n) for n in names if exists(path.with_name(n))), path.with_name(stem + other)
             )
             return (sibling, path) if mine == ".img" else (path, sibling)
     return path, path

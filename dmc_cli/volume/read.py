@@ -18,7 +18,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.analyze import analyze_layout
 from dmc_cli.volume.dicom import dicom_entries, dicom_volume
-from dmc_cli.volume.layout import Layout, check_file
+from dmc_cli.volume.layout import Layout, check_file, exists
 from dmc_cli.volume.metaimage import metaimage_layout
 from dmc_cli.volume.nifti import nifti_layout
 from dmc_cli.volume.nrrd import nrrd_layout
@@ -139,9 +139,11 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
         VolumeError: There is no such path, or it is empty.
         UnsupportedFormatError: No reader knows it.
     """
+    if not name:
+        raise VolumeError("an empty path found; expected a file, a folder or synth:FIELD:N")
     if settings.input_format is not None:
         return settings.input_format
-    if path.is_dir():
+    if exists(path) and path.is_dir():
         return _format_of_folder(path, name)
     check_file(path, name)
     lower = path.name.lower()

@@ -21,6 +21,7 @@ from dmc_cli.volume.layout import (
     check_file,
     check_shape,
     chosen_index,
+    exists,
     scale_affine,
     storable_type,
 )
@@ -53,7 +54,7 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: A file cannot be decoded.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    files = tiff_files(path) if path.is_dir() else [path]
+    files = tiff_files(path) if exists(path) and path.is_dir() else [path]
     if not files:
         raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
     size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)

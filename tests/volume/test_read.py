@@ -79,3 +79,13 @@ def test_files_of_several_volumes_are_listed_without_a_choice(tmp_path):
     (tmp_path / "a.nrrd").write_bytes(text + bytes(240))
     (entry,) = list_volumes(str(tmp_path / "a.nrrd"), ReadSettings())
     assert "5 volumes" in entry.description
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "x" * 300 + ".nii", "a\0b", "", "x" * 300 + ".hdr"])
+@pytest.mark.parametrize(
+    "chosen", [None, "dicom", "nrrd", "zarr", "tiff", "numpy", "nifti", "analyze", "meta"]
+)
+def test_a_path_that_no_system_takes_is_refused(name, chosen):
+    with pytest.raises(VolumeError) as caught:
+        read(name, input_format=chosen)
+    assert caught.value.exit_status == 3
