@@ -77,7 +77,10 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
         check_output(output.report, force=True)
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
-        modules = [*surface_kernels(normals_too=output.normals), *(report_kernels() if _measures(settings) else [])]
+        modules = [
+            *surface_kernels(normals_too=output.normals),
+            *(report_kernels() if _measures(settings) else []),
+        ]
         load_kernels(device, modules, progress)
     with watch.stage("read", "reading"):
         volume = read_volume(settings.input, settings.read, progress)
@@ -172,7 +175,11 @@ def _finish(settings: ConvertSettings, mesh: MeshFile, report: dict[str, Any], w
         if not output.dry_run:
             with watch.stage("write", "writing"):
                 written = write_mesh(
-                    output.path, mesh, output_format=output.output_format, ascii=output.ascii, force=output.force
+                    output.path,
+                    mesh,
+                    output_format=output.output_format,
+                    ascii=output.ascii,
+                    force=output.force,
                 )
             report["warnings"] += written.warnings
     finally:

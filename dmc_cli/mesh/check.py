@@ -17,7 +17,9 @@ DEVIATION_TOLERANCE = 1e-5
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def check_mesh(surface: Surface, normals: Any | None, report: dict[str, Any], settings: SurfaceSettings) -> None:
+def check_mesh(
+    surface: Surface, normals: Any | None, report: dict[str, Any], settings: SurfaceSettings
+) -> None:
     """Raise MeshInvariantError with the first offender unless the mesh is what it is meant to be."""
     vertices, quads = surface.vertices.numpy(), surface.quads.numpy()
     local = surface.vertex_local.numpy()

@@ -275,24 +275,30 @@ def stored_cell(field: Field, row: wp.int32, ny: wp.int32, i: wp.int32) -> Corne
 
 
 @wp.func
+def needs_care(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+    """Return whether cell (i, j, k) may have a corner that is not stored as it counts: under a closed border."""
+    at_border = i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2
+    return grid.border == 1 and (at_border or field.has_absent == 1)
+
+
+@wp.func
+def careful_cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> CornerValues64:
+    """Return F at the corners of any cell, node by node."""
+    f = CornerValues64()
+    for c in range(8):
+        f[c] = node_value(field, grid, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))
+    return f
+
+
+@wp.func
 def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> CornerValues64:
     """Return F at the corners of cell (i, j, k) of the grid."""
     f = CornerValues64()
-    b = grid.border
-    if b == 1 and (
-        field.has_absent == 1
-        or i == 0
-        or j == 0
-        or k == 0
-        or i == grid.nx - 2
-        or j == grid.ny - 2
-        or k == grid.nz - 2
-    ):
-        for c in range(8):
-            f[c] = node_value(field, grid, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))
+    if needs_care(field, grid, i, j, k):
+        f = careful_cell_values(field, grid, i, j, k)
     else:
-        ny = grid.ny - 2 * b
-        stored = stored_cell(field, j - b + ny * (k - b), ny, i - b)
+        ny = grid.ny - 2 * grid.border
+        stored = stored_cell(field, j - grid.border + ny * (k - grid.border), ny, i - grid.border)
         for c in range(8):
             f[c] = field.sign * (stored[c] - field.isovalue)
     return f

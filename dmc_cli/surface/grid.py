@@ -94,6 +94,13 @@ def cell_indices(cells: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
     return np.stack([i, row % grid.ny, row // grid.ny], axis=-1)
 
 
+def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
+    """Return the map from the grid's node indices, the virtual border counted in."""
+    shifted = np.array(affine, dtype=np.float64)
+    shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
+    return shifted
+
+
 @wp.func
 def low_bits(count: wp.int32) -> wp.uint32:
     """Return a word whose lowest `count` bits are set; `count` may be below 0 or above 32."""
@@ -127,3 +134,24 @@ def next_node(word: wp.uint32, following: wp.uint32) -> wp.uint32:
 def previous_node(word: wp.uint32, preceding: wp.uint32) -> wp.uint32:
     """Return the bits of the nodes one step along -x; `preceding` is the previous word of the row."""
     return (word << wp.uint32(1)) | (preceding >> wp.uint32(31))
+
+
+@wp.func
+def world_coordinate(
+    a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, x: wp.float64, y: wp.float64, z: wp.float64
+) -> wp.float32:
+    """Return one row of an affine map, rounded once."""
+    return wp.float32(a * x + b * y + c * z + d)
+
+
+@wp.func
+def world_position(m: wp.mat44d, i: wp.int32, j: wp.int32, k: wp.int32, local: wp.vec3) -> wp.vec3:
+    """Return the world coordinates of a point of a cell."""
+    x = wp.float64(i) + wp.float64(local[0])
+    y = wp.float64(j) + wp.float64(local[1])
+    z = wp.float64(k) + wp.float64(local[2])
+    return wp.vec3(
+        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
+        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
+        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x, y, z),
+    )

@@ -234,7 +234,9 @@ def tail_at_least(
 
 
 @wp.func
-def at_least(chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, threshold: Threshold) -> wp.uint32:
+def at_least(
+    chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, threshold: Threshold
+) -> wp.uint32:
     """Return a bit for each node of word `w` of a row of the volume."""
     if w < chunks.count:
         return chunk_at_least(chunks, row, w, threshold)
@@ -266,7 +268,9 @@ def finite(chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int3
 
 
 @wp.func
-def data_bits(chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, levels: Levels) -> wp.uint32:
+def data_bits(
+    chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, levels: Levels
+) -> wp.uint32:
     """Return a bit for each node of a word: whether it has data."""
     bits = low_bits(nx - w * WORD)
     if levels.checks_finite == 1:

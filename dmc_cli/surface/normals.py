@@ -84,7 +84,9 @@ def mixed_across(
 
 
 @wp.func
-def difference(before: wp.float64, at_0: wp.float64, at_1: wp.float64, after: wp.float64, t: wp.float32) -> wp.float32:
+def difference(
+    before: wp.float64, at_0: wp.float64, at_1: wp.float64, after: wp.float64, t: wp.float32
+) -> wp.float32:
     """Interpolate between the central differences at positions 0 and 1, t of the way."""
     low = at_1 - before
     high = after - at_0

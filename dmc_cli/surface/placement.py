@@ -12,7 +12,6 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.surface.grid import has_bit
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient, trilinear_value
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -32,136 +31,227 @@ NOWHERE = wp.constant(wp.vec3(-1.0, -1.0, -1.0))
 
 
 @wp.struct
-class Polygon:
-    """A polygon's edges (a bit each), the mean of its crossings, and their bounding box."""
+class EdgeSet:
+    """A number for each edge of a cell, by axis, in the order of the cell's faces: low low, high low, ...
 
-    edges: wp.uint32
+    x holds edges 0 2 4 6, y holds 3 1 7 5, z holds 8 9 11 10. As a set of edges: 1 for a member, 0 for the
+    others, so that arithmetic takes the place of branches and the compiler can place several vertices at once.
+    """
+
+    x: wp.vec4
+    y: wp.vec4
+    z: wp.vec4
+
+
+@wp.struct
+class Polygon:
+    """A polygon's edges, the mean of its crossings, and their bounding box."""
+
+    edges: EdgeSet
     mean: wp.vec3
     low: wp.vec3
     high: wp.vec3
 
 
 @wp.func
-def crossed_edges(f: CornerValues) -> wp.uint32:
-    """Return a bit for each edge of a cell: whether it is crossed."""
-    bits = wp.uint32(0)
-    i0 = f[0] >= 0.0
-    i1 = f[1] >= 0.0
-    i2 = f[2] >= 0.0
-    i3 = f[3] >= 0.0
-    i4 = f[4] >= 0.0
-    i5 = f[5] >= 0.0
-    i6 = f[6] >= 0.0
-    i7 = f[7] >= 0.0
-    bits |= wp.where(i0 != i1, wp.uint32(1), wp.uint32(0))
-    bits |= wp.where(i1 != i3, wp.uint32(2), wp.uint32(0))
-    bits |= wp.where(i2 != i3, wp.uint32(4), wp.uint32(0))
-    bits |= wp.where(i0 != i2, wp.uint32(8), wp.uint32(0))
-    bits |= wp.where(i4 != i5, wp.uint32(16), wp.uint32(0))
-    bits |= wp.where(i5 != i7, wp.uint32(32), wp.uint32(0))
-    bits |= wp.where(i6 != i7, wp.uint32(64), wp.uint32(0))
-    bits |= wp.where(i4 != i6, wp.uint32(128), wp.uint32(0))
-    bits |= wp.where(i0 != i4, wp.uint32(256), wp.uint32(0))
-    bits |= wp.where(i1 != i5, wp.uint32(512), wp.uint32(0))
-    bits |= wp.where(i3 != i7, wp.uint32(1024), wp.uint32(0))
-    bits |= wp.where(i2 != i6, wp.uint32(2048), wp.uint32(0))
-    return bits
+def side(f: wp.float32) -> wp.float32:
+    """Return 1 for inside, 0 for outside."""
+    return wp.where(f >= 0.0, 1.0, 0.0)
 
 
 @wp.func
-def crossing(a: wp.float32, b: wp.float32, edges: wp.uint32, edge: wp.int32, other: wp.float32) -> wp.float32:
-    """Return where F crosses zero between a (at 0) and b (at 1) if the polygon has `edge`, else `other`."""
-    return wp.where(has_bit(edges, edge), a / (a - b), other)
+def crossed_edges(f: CornerValues) -> EdgeSet:
+    """Return the edges of a cell with one end inside."""
+    s0 = side(f[0])
+    s1 = side(f[1])
+    s2 = side(f[2])
+    s3 = side(f[3])
+    s4 = side(f[4])
+    s5 = side(f[5])
+    s6 = side(f[6])
+    s7 = side(f[7])
+    edges = EdgeSet()
+    edges.x = wp.vec4(wp.abs(s0 - s1), wp.abs(s2 - s3), wp.abs(s4 - s5), wp.abs(s6 - s7))
+    edges.y = wp.vec4(wp.abs(s0 - s2), wp.abs(s1 - s3), wp.abs(s4 - s6), wp.abs(s5 - s7))
+    edges.z = wp.vec4(wp.abs(s0 - s4), wp.abs(s1 - s5), wp.abs(s2 - s6), wp.abs(s3 - s7))
+    return edges
 
 
 @wp.func
-def sum4(a: wp.float32, b: wp.float32, c: wp.float32, d: wp.float32) -> wp.float32:
+def member(bits: wp.uint32, edge: wp.int32) -> wp.float32:
+    """Return 1 if a bit is set, else 0."""
+    return wp.float32((bits >> wp.uint32(edge)) & wp.uint32(1))
+
+
+@wp.func
+def edge_set(bits: wp.uint32) -> EdgeSet:
+    """Return a set of edges given as a bit each."""
+    edges = EdgeSet()
+    edges.x = wp.vec4(member(bits, 0), member(bits, 2), member(bits, 4), member(bits, 6))
+    edges.y = wp.vec4(member(bits, 3), member(bits, 1), member(bits, 7), member(bits, 5))
+    edges.z = wp.vec4(member(bits, 8), member(bits, 9), member(bits, 11), member(bits, 10))
+    return edges
+
+
+@wp.func
+def crossing(a: wp.float32, b: wp.float32, is_crossed: wp.float32) -> wp.float32:
+    """Return where F crosses zero between a (at 0) and b (at 1), or 0."""
+    return wp.where(is_crossed > 0.5, a / (a - b), 0.0)
+
+
+@wp.func
+def find_crossings(f: CornerValues, e: EdgeSet) -> EdgeSet:
+    """Return where F crosses zero along each edge of a set, in [0, 1]; 0 for the others."""
+    c = EdgeSet()
+    c.x = wp.vec4(
+        crossing(f[0], f[1], e.x[0]),
+        crossing(f[2], f[3], e.x[1]),
+        crossing(f[4], f[5], e.x[2]),
+        crossing(f[6], f[7], e.x[3]),
+    )
+    c.y = wp.vec4(
+        crossing(f[0], f[2], e.y[0]),
+        crossing(f[1], f[3], e.y[1]),
+        crossing(f[4], f[6], e.y[2]),
+        crossing(f[5], f[7], e.y[3]),
+    )
+    c.z = wp.vec4(
+        crossing(f[0], f[4], e.z[0]),
+        crossing(f[1], f[5], e.z[1]),
+        crossing(f[2], f[6], e.z[2]),
+        crossing(f[3], f[7], e.z[3]),
+    )
+    return c
+
+
+@wp.func
+def sum4(v: wp.vec4) -> wp.float32:
     """Return the sum of four numbers, in a fixed order."""
-    return (a + b) + (c + d)
+    return (v[0] + v[1]) + (v[2] + v[3])
 
 
 @wp.func
-def count_bits(edges: wp.uint32, mask: wp.uint32) -> wp.float32:
-    """Return how many edges of `mask` there are."""
-    return wp.float32(wp.bit_count(edges & mask))
+def edges_at_0(e: EdgeSet) -> wp.vec3:
+    """Return how many edges of a set lie in the faces x = 0, y = 0 and z = 0."""
+    return wp.vec3(
+        (e.y[0] + e.y[2]) + (e.z[0] + e.z[2]),
+        (e.x[0] + e.x[2]) + (e.z[0] + e.z[1]),
+        (e.x[0] + e.x[1]) + (e.y[0] + e.y[1]),
+    )
 
 
 @wp.func
-def low_end(a: wp.float32, b: wp.float32, c: wp.float32, d: wp.float32, edges: wp.uint32, at_0: wp.uint32, at_1: wp.uint32) -> wp.float32:
-    """Return the least coordinate of crossings at a b c d (2 if none), at 0 and at 1."""
-    least = wp.min(wp.min(a, b), wp.min(c, d))
-    least = wp.where((edges & at_1) != wp.uint32(0), wp.min(least, 1.0), least)
-    return wp.where((edges & at_0) != wp.uint32(0), 0.0, least)
+def edges_at_1(e: EdgeSet) -> wp.vec3:
+    """Return how many edges of a set lie in the faces x = 1, y = 1 and z = 1."""
+    return wp.vec3(
+        (e.y[1] + e.y[3]) + (e.z[1] + e.z[3]),
+        (e.x[1] + e.x[3]) + (e.z[2] + e.z[3]),
+        (e.x[2] + e.x[3]) + (e.y[2] + e.y[3]),
+    )
 
 
 @wp.func
-def high_end(a: wp.float32, b: wp.float32, c: wp.float32, d: wp.float32, edges: wp.uint32, at_0: wp.uint32, at_1: wp.uint32) -> wp.float32:
-    """Return the largest coordinate of crossings at a b c d (0 if none), at 0 and at 1."""
-    return wp.where((edges & at_1) != wp.uint32(0), 1.0, wp.max(wp.max(a, b), wp.max(c, d)))
-
-
-EDGES_X0 = wp.uint32(0b1001_1000_1000)
-EDGES_X1 = wp.uint32(0b0110_0010_0010)
-EDGES_Y0 = wp.uint32(0b0011_0001_0001)
-EDGES_Y1 = wp.uint32(0b1100_0100_0100)
-EDGES_Z0 = wp.uint32(0b0000_0000_1111)
-EDGES_Z1 = wp.uint32(0b0000_1111_0000)
-"""The edges that lie in a face of the cell: a bit each."""
+def mean_crossing(c: EdgeSet, e: EdgeSet) -> wp.vec3:
+    """Return the mean of the crossings c of a set of edges e."""
+    at_1 = edges_at_1(e)
+    scale = 1.0 / (sum4(e.x) + sum4(e.y) + sum4(e.z))
+    return wp.vec3(
+        scale * (sum4(c.x) + at_1[0]),
+        scale * (sum4(c.y) + at_1[1]),
+        scale * (sum4(c.z) + at_1[2]),
+    )
 
 
 @wp.func
-def measure_polygon(f: CornerValues, edges: wp.uint32) -> Polygon:
+def high_end(c: wp.vec4, at_1: wp.float32) -> wp.float32:
+    """Return the largest coordinate of the crossings along an axis c, and of `at_1` edges at 1."""
+    return wp.where(at_1 > 0.5, 1.0, wp.max(wp.max(c[0], c[1]), wp.max(c[2], c[3])))
+
+
+@wp.func
+def low_end(c: wp.vec4, e: wp.vec4, at_0: wp.float32) -> wp.float32:
+    """Return the least coordinate of the crossings c along the edges e, and of `at_0` edges at 0."""
+    a = wp.where(e[0] > 0.5, c[0], 1.0)
+    b = wp.where(e[1] > 0.5, c[1], 1.0)
+    d = wp.where(e[2] > 0.5, c[2], 1.0)
+    g = wp.where(e[3] > 0.5, c[3], 1.0)
+    return wp.where(at_0 > 0.5, 0.0, wp.min(wp.min(a, b), wp.min(d, g)))
+
+
+@wp.func
+def measure_polygon(f: CornerValues, e: EdgeSet) -> Polygon:
     """Return the mean and the bounding box of a polygon's crossings."""
-    x0 = crossing(f[0], f[1], edges, 0, 0.0)
-    x2 = crossing(f[2], f[3], edges, 2, 0.0)
-    x4 = crossing(f[4], f[5], edges, 4, 0.0)
-    x6 = crossing(f[6], f[7], edges, 6, 0.0)
-    y1 = crossing(f[1], f[3], edges, 1, 0.0)
-    y3 = crossing(f[0], f[2], edges, 3, 0.0)
-    y5 = crossing(f[5], f[7], edges, 5, 0.0)
-    y7 = crossing(f[4], f[6], edges, 7, 0.0)
-    z8 = crossing(f[0], f[4], edges, 8, 0.0)
-    z9 = crossing(f[1], f[5], edges, 9, 0.0)
-    z10 = crossing(f[3], f[7], edges, 10, 0.0)
-    z11 = crossing(f[2], f[6], edges, 11, 0.0)
-    scale = 1.0 / wp.float32(wp.bit_count(edges))
+    c = find_crossings(f, e)
+    at_0 = edges_at_0(e)
+    at_1 = edges_at_1(e)
     polygon = Polygon()
-    polygon.edges = edges
-    polygon.mean = wp.vec3(
-        scale * (sum4(x0, x2, x4, x6) + count_bits(edges, EDGES_X1)),
-        scale * (sum4(y1, y3, y5, y7) + count_bits(edges, EDGES_Y1)),
-        scale * (sum4(z8, z9, z10, z11) + count_bits(edges, EDGES_Z1)),
-    )
-    polygon.high = wp.vec3(
-        high_end(x0, x2, x4, x6, edges, EDGES_X0, EDGES_X1),
-        high_end(y1, y3, y5, y7, edges, EDGES_Y0, EDGES_Y1),
-        high_end(z8, z9, z10, z11, edges, EDGES_Z0, EDGES_Z1),
-    )
-    x0 = wp.where(has_bit(edges, 0), x0, 2.0)
-    x2 = wp.where(has_bit(edges, 2), x2, 2.0)
-    x4 = wp.where(has_bit(edges, 4), x4, 2.0)
-    x6 = wp.where(has_bit(edges, 6), x6, 2.0)
-    y1 = wp.where(has_bit(edges, 1), y1, 2.0)
-    y3 = wp.where(has_bit(edges, 3), y3, 2.0)
-    y5 = wp.where(has_bit(edges, 5), y5, 2.0)
-    y7 = wp.where(has_bit(edges, 7), y7, 2.0)
-    z8 = wp.where(has_bit(edges, 8), z8, 2.0)
-    z9 = wp.where(has_bit(edges, 9), z9, 2.0)
-    z10 = wp.where(has_bit(edges, 10), z10, 2.0)
-    z11 = wp.where(has_bit(edges, 11), z11, 2.0)
-    polygon.low = wp.vec3(
-        low_end(x0, x2, x4, x6, edges, EDGES_X0, EDGES_X1),
-        low_end(y1, y3, y5, y7, edges, EDGES_Y0, EDGES_Y1),
-        low_end(z8, z9, z10, z11, edges, EDGES_Z0, EDGES_Z1),
-    )
+    polygon.edges = e
+    polygon.mean = mean_crossing(c, e)
+    polygon.high = wp.vec3(high_end(c.x, at_1[0]), high_end(c.y, at_1[1]), high_end(c.z, at_1[2]))
+    polygon.low = wp.vec3(low_end(c.x, e.x, at_0[0]), low_end(c.y, e.y, at_0[1]), low_end(c.z, e.z, at_0[2]))
     return polygon
+
+
+@wp.func
+def chosen(is_y: wp.bool, is_z: wp.bool, x: wp.float32, y: wp.float32, z: wp.float32) -> wp.float32:
+    """Return x, y or z."""
+    return wp.where(is_z, z, wp.where(is_y, y, x))
+
+
+@wp.func
+def solve_on_steepest_axis(f: CornerValues, e: EdgeSet) -> wp.vec3:
+    """Solve from the mean along the axis of the largest gradient component: a point in the box, or NOWHERE.
+
+    Nearly all vertices end here. There is no branch and no index that varies, and of the box only what the
+    axis needs, so that the compiler can turn a loop over cells into vector instructions.
+    """
+    c = find_crossings(f, e)
+    mean = mean_crossing(c, e)
+    gradient = trilinear_gradient(f, mean)
+    x = wp.abs(gradient[0])
+    y = wp.abs(gradient[1])
+    z = wp.abs(gradient[2])
+    is_z = z > wp.max(x, y)
+    is_y = y > x
+    slope = chosen(is_y, is_z, gradient[0], gradient[1], gradient[2])
+    start = chosen(is_y, is_z, mean[0], mean[1], mean[2])
+    root = start - trilinear_value(f, mean[0], mean[1], mean[2]) / slope
+
+    at_0 = edges_at_0(e)
+    at_1 = edges_at_1(e)
+    along = wp.vec4(
+        chosen(is_y, is_z, c.x[0], c.y[0], c.z[0]),
+        chosen(is_y, is_z, c.x[1], c.y[1], c.z[1]),
+        chosen(is_y, is_z, c.x[2], c.y[2], c.z[2]),
+        chosen(is_y, is_z, c.x[3], c.y[3], c.z[3]),
+    )
+    edges = wp.vec4(
+        chosen(is_y, is_z, e.x[0], e.y[0], e.z[0]),
+        chosen(is_y, is_z, e.x[1], e.y[1], e.z[1]),
+        chosen(is_y, is_z, e.x[2], e.y[2], e.z[2]),
+        chosen(is_y, is_z, e.x[3], e.y[3], e.z[3]),
+    )
+    some_at_0 = chosen(is_y, is_z, at_0[0], at_0[1], at_0[2])
+    some_at_1 = chosen(is_y, is_z, at_1[0], at_1[1], at_1[2])
+    low = low_end(along, edges, some_at_0)
+    high = high_end(along, some_at_1)
+    u = wp.where(is_z, mean[0], wp.where(is_y, mean[0], root))
+    v = wp.where(is_z, mean[1], wp.where(is_y, root, mean[1]))
+    w = wp.where(is_z, root, mean[2])
+    # a NaN is in no box
+    return wp.vec3(wp.where(root >= low, wp.where(root <= high, u, -1.0), -1.0), v, w)
 
 
 @wp.func
 def is_within(p: wp.vec3, low: wp.vec3, high: wp.vec3) -> wp.bool:
     """Return whether p lies in a box; a NaN does not."""
     return (
-        p[0] >= low[0] and p[0] <= high[0] and p[1] >= low[1] and p[1] <= high[1] and p[2] >= low[2] and p[2] <= high[2]
+        p[0] >= low[0]
+        and p[0] <= high[0]
+        and p[1] >= low[1]
+        and p[1] <= high[1]
+        and p[2] >= low[2]
+        and p[2] <= high[2]
     )
 
 
@@ -173,33 +263,6 @@ def solve_along(f: CornerValues, p: wp.vec3, axis: wp.int32) -> wp.vec3:
     if slope != 0.0:
         solution = p
         solution[axis] = p[axis] - trilinear_value(f, p[0], p[1], p[2]) / slope
-    return solution
-
-
-@wp.func
-def solve_on_steepest_axis(f: CornerValues, polygon: Polygon) -> wp.vec3:
-    """Solve from the mean along the axis of the largest gradient component: a point in the box, or NOWHERE.
-
-    Nearly all vertices end here, so this is written without a branch and without an index that varies.
-    """
-    mean = polygon.mean
-    gradient = trilinear_gradient(f, mean)
-    x = wp.abs(gradient[0])
-    y = wp.abs(gradient[1])
-    z = wp.abs(gradient[2])
-    along_z = z > x and z > y
-    along_y = y > x and not along_z
-    slope = wp.where(along_z, gradient[2], wp.where(along_y, gradient[1], gradient[0]))
-    start = wp.where(along_z, mean[2], wp.where(along_y, mean[1], mean[0]))
-    low = wp.where(along_z, polygon.low[2], wp.where(along_y, polygon.low[1], polygon.low[0]))
-    high = wp.where(along_z, polygon.high[2], wp.where(along_y, polygon.high[1], polygon.high[0]))
-    root = start - trilinear_value(f, mean[0], mean[1], mean[2]) / slope
-    along_x = not along_y and not along_z
-    solution = wp.vec3(
-        wp.where(along_x, root, mean[0]), wp.where(along_y, root, mean[1]), wp.where(along_z, root, mean[2])
-    )
-    if not (root >= low and root <= high):  # not so for a NaN either
-        solution = NOWHERE
     return solution
 
 
@@ -247,33 +310,21 @@ def solve_on_lattice(f: CornerValues, polygon: Polygon, lines: wp.int32) -> wp.v
 
 
 @wp.func
-def crossing_point(f: CornerValues, edge: wp.int32) -> wp.vec3:
-    """Return the crossing of a crossed edge."""
-    p = wp.vec3(0.0, 0.0, 0.0)
-    if edge == 0:
-        p = wp.vec3(f[0] / (f[0] - f[1]), 0.0, 0.0)
-    elif edge == 1:
-        p = wp.vec3(1.0, f[1] / (f[1] - f[3]), 0.0)
-    elif edge == 2:
-        p = wp.vec3(f[2] / (f[2] - f[3]), 1.0, 0.0)
-    elif edge == 3:
-        p = wp.vec3(0.0, f[0] / (f[0] - f[2]), 0.0)
-    elif edge == 4:
-        p = wp.vec3(f[4] / (f[4] - f[5]), 0.0, 1.0)
-    elif edge == 5:
-        p = wp.vec3(1.0, f[5] / (f[5] - f[7]), 1.0)
-    elif edge == 6:
-        p = wp.vec3(f[6] / (f[6] - f[7]), 1.0, 1.0)
-    elif edge == 7:
-        p = wp.vec3(0.0, f[4] / (f[4] - f[6]), 1.0)
-    elif edge == 8:
-        p = wp.vec3(0.0, 0.0, f[0] / (f[0] - f[4]))
-    elif edge == 9:
-        p = wp.vec3(1.0, 0.0, f[1] / (f[1] - f[5]))
-    elif edge == 10:
-        p = wp.vec3(1.0, 1.0, f[3] / (f[3] - f[7]))
-    else:
-        p = wp.vec3(0.0, 1.0, f[2] / (f[2] - f[6]))
+def member_along(e: EdgeSet, axis: wp.int32, n: wp.int32) -> wp.float32:
+    """Return the number of the n-th edge along an axis."""
+    return wp.where(axis == 0, e.x[n], wp.where(axis == 1, e.y[n], e.z[n]))
+
+
+@wp.func
+def crossing_point(c: EdgeSet, axis: wp.int32, n: wp.int32) -> wp.vec3:
+    """Return the point of the n-th edge along an axis at its crossing in c."""
+    low = wp.float32(n & 1)
+    high = wp.float32(n >> 1)
+    p = wp.vec3(c.x[n], low, high)
+    if axis == 1:
+        p = wp.vec3(low, c.y[n], high)
+    elif axis == 2:
+        p = wp.vec3(low, high, c.z[n])
     return p
 
 
@@ -312,9 +363,12 @@ def fall_back(f: CornerValues, polygon: Polygon) -> wp.vec3:
     found = solve_in_box(f, polygon, wp.vec3(0.0, 0.0, 0.0), wp.vec3(1.0, 1.0, 1.0))
     if found[0] < 0.0:
         nearest = float(1.0e30)
+        c = find_crossings(f, polygon.edges)
         for edge in range(12):
-            if has_bit(polygon.edges, edge):
-                root = root_on_segment(f, polygon.mean, crossing_point(f, edge))
+            axis = edge / 4
+            n = edge % 4
+            if member_along(polygon.edges, axis, n) > 0.5:
+                root = root_on_segment(f, polygon.mean, crossing_point(c, axis, n))
                 distance = wp.length_sq(root - polygon.mean)
                 if distance < nearest:
                     nearest = distance
@@ -323,8 +377,9 @@ def fall_back(f: CornerValues, polygon: Polygon) -> wp.vec3:
 
 
 @wp.func
-def place_with_care(f: CornerValues, polygon: Polygon) -> wp.vec4:
+def place_with_care(f: CornerValues, edges: EdgeSet) -> wp.vec4:
     """Place a vertex that the steepest axis does not: as `place_vertex`, from its second attempt on."""
+    polygon = measure_polygon(f, edges)
     p = solve_in_box(f, polygon, polygon.low, polygon.high)
     fallback = float(0.0)
     if p[0] < 0.0:
@@ -338,11 +393,10 @@ def place_with_care(f: CornerValues, polygon: Polygon) -> wp.vec4:
 
 
 @wp.func
-def place_vertex(f: CornerValues, edges: wp.uint32) -> wp.vec4:
+def place_vertex(f: CornerValues, edges: EdgeSet) -> wp.vec4:
     """Return the local coordinates of a polygon's vertex, and 1 if it took a fallback, else 0."""
-    polygon = measure_polygon(f, edges)
-    p = solve_on_steepest_axis(f, polygon)
+    p = solve_on_steepest_axis(f, edges)
     result = wp.vec4(p[0], p[1], p[2], 0.0)
     if p[0] < 0.0:
-        result = place_with_care(f, polygon)
+        result = place_with_care(f, edges)
     return result

@@ -314,7 +314,9 @@ def is_active(grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32)
 
 
 @wp.func
-def edge_has_quad(grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, edge: wp.int32) -> wp.bool:
+def edge_has_quad(
+    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, edge: wp.int32
+) -> wp.bool:
     """Return whether a crossed edge of cell (i, j, k) has a quad: the three cells beside it exist."""
     corner = EDGE_LOW[edge]
     axis = EDGE_HIGH[edge] - corner  # 1, 2, 4 for x, y, z
@@ -359,7 +361,9 @@ def list_special_cells_kernel(
 
 
 @wp.func
-def face_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, face: wp.int32, n: wp.int32) -> wp.float64:
+def face_value(
+    field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, face: wp.int32, n: wp.int32
+) -> wp.float64:
     """Return F at corner n of a face of cell (i, j, k)."""
     corner = FACE_CORNERS[4 * face + n]
     return node_value(field, grid, i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2))
@@ -395,7 +399,11 @@ def decide_faces_kernel(
                 joined |= wp.uint32(1) << wp.uint32(face)
             axis = face / 2
             low = is_active(
-                grid, bits, i - wp.where(axis == 0, 1, 0), j - wp.where(axis == 1, 1, 0), k - wp.where(axis == 2, 1, 0)
+                grid,
+                bits,
+                i - wp.where(axis == 0, 1, 0),
+                j - wp.where(axis == 1, 1, 0),
+                k - wp.where(axis == 2, 1, 0),
             )
             if face % 2 == 1 or not low:
                 count += wp.int64(1)
@@ -475,7 +483,12 @@ def flip_faces_kernel(
 
 @wp.func
 def label_fans(
-    case: wp.int32, joined: wp.uint32, labels: wp.uint64, start: wp.int32, with_quad: wp.uint32, label: wp.int32
+    case: wp.int32,
+    joined: wp.uint32,
+    labels: wp.uint64,
+    start: wp.int32,
+    with_quad: wp.uint32,
+    label: wp.int32,
 ) -> wp.uint64:
     """Give each run of edges with quads round the polygon of edge `start` its own label.
 

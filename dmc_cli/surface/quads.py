@@ -1,11 +1,13 @@
 """Quads: one round each crossed grid edge whose four cells exist.
 
-Order: by the edge's lower node in grid order, at a node by axis x, y, z. The quad round an edge goes
+Order: word by word of 32 nodes in grid order; in a word first the edges along x, then y, then z, each by
+their lower node. So a quad's number is a rank, as a vertex's is. The quad round an edge goes
 through its four cells counter-clockwise about the edge's axis, beginning with the lowest cell, so that its
 normal points along the axis; it is reversed where the surface's normal points the other way (Grosso & Zint
 2021, section 3.1.3, with the misprints of table 1 put right).
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
@@ -27,14 +29,29 @@ class QuadEdges:
     z: wp.uint32
 
 
-def connect_quads(cells: Cells, polygons: Polygons, grid: GridShape, reversed_: bool, device: Device) -> Any:
-    """Return the quads, int32 vec4 array of vertex numbers.
+@dataclass(frozen=True)
+class Quads:
+    """Quads in the order of their numbers.
+
+    Attributes:
+        corners: int32 vec4 (Q,), vertex numbers.
+        starts: Quads before each row of nodes, int64, one item more than rows.
+    """
+
+    corners: Any
+    starts: Any
+
+
+def connect_quads(
+    cells: Cells, polygons: Polygons, grid: GridShape, is_reversed: bool, device: Device
+) -> Quads:
+    """Return the quads.
 
     Args:
         cells: Active cells, with the ordinary ones' numbers.
         polygons: The special cells' vertices.
         grid: The grid over the volume.
-        reversed_: Make normals point towards the inside nodes instead of away from them.
+        is_reversed: Make normals point towards the inside nodes instead of away from them.
         device: Where to work.
     """
     struct = grid.struct()
@@ -42,9 +59,9 @@ def connect_quads(cells: Cells, polygons: Polygons, grid: GridShape, reversed_: 
     device.launch(count_quads_kernel, grid.rows, [struct, cells.bits], [counts])
     starts, quad_count = device.starts(counts)
     quads = device.empty(quad_count, wp.vec4i)
-    inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(reversed_), starts]
+    inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
     device.launch(connect_quads_kernel, grid.rows, inputs, [quads])
-    return quads
+    return Quads(quads, starts)
 
 
 @wp.func
@@ -105,7 +122,12 @@ def count_quads_kernel(
 
 @wp.func
 def vertex_at(
-    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, i: wp.int32, edge: wp.int32
+    bits: CellBits,
+    special: SpecialCells,
+    ordinary_count: wp.int32,
+    row: wp.int32,
+    i: wp.int32,
+    edge: wp.int32,
 ) -> wp.int32:
     """Return the vertex of an active cell whose polygon crosses its local edge `edge`."""
     w = i // 32
@@ -120,10 +142,28 @@ def vertex_at(
     return v
 
 
+@wp.struct
+class WordRank:
+    """A word of ordinary cells and the number of the first of them."""
+
+    cells: wp.uint32
+    first: wp.int32
+
+
 @wp.func
-def ordinary_vertex(bits: CellBits, row: wp.int32, w: wp.int32, b: wp.int32) -> wp.int32:
-    """Return what `vertex_at` does for an ordinary cell; any number for another one."""
-    return bits.rank[row, w] + wp.int32(wp.bit_count(bits.ordinary[row, w] & low_bits(b)))
+def word_rank(bits: CellBits, row: wp.int32, w: wp.int32) -> WordRank:
+    """Return the rank of a word."""
+    rank = WordRank()
+    rank.cells = bits.ordinary[row, w]
+    rank.first = bits.rank[row, w]
+    return rank
+
+
+@wp.func
+def number(rank: WordRank, b: wp.int32) -> wp.int32:
+    """Return the vertex of the word's cell b, if that is ordinary; b is below 32."""
+    below = (wp.uint32(1) << wp.uint32(b)) - wp.uint32(1)
+    return rank.first + wp.int32(wp.bit_count(rank.cells & below))
 
 
 @wp.func
@@ -135,7 +175,9 @@ def oriented(quad: wp.vec4i, forward: wp.bool) -> wp.vec4i:
 
 
 @wp.func
-def surely_ordinary(grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32) -> wp.uint32:
+def surely_ordinary(
+    grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32
+) -> wp.uint32:
     """Return a bit for each node of a word: whether all active cells that its edges could need are ordinary."""
     special = bits.active[row, w] & ~bits.ordinary[row, w]
     behind = special_before(bits, row, w)
@@ -188,51 +230,61 @@ def connect_quads_kernel(
     row_yz = wp.max(row - grid.ny - 1, 0)
     for w in range(grid.words):
         edges = quad_edges(grid, bits, row, j, k, w)
-        left = edges.x | edges.y | edges.z
-        if left != wp.uint32(0):
-            forward_nodes = bits.inside[row, w]  # the normal away from the inside is along the axis
+        if (edges.x | edges.y | edges.z) != wp.uint32(0):
+            forward = bits.inside[row, w]  # the normal away from the inside is along the axis
             if is_reversed == 1:
-                forward_nodes = ~forward_nodes
+                forward = ~forward
             plain = surely_ordinary(grid, bits, row, j, k, w)
+            here = word_rank(bits, row, w)
+            below = word_rank(bits, row_y, w)
+            front = word_rank(bits, row_z, w)
+            both = word_rank(bits, row_yz, w)
+            left = edges.x
             while left != wp.uint32(0):
                 b = bit_index(left)
                 left &= left - wp.uint32(1)
-                i = 32 * w + b
-                forward = has_bit(forward_nodes, b)
-                is_plain = has_bit(plain, b)
-                v = ordinary_vertex(bits, row, w, b)
-                v_y = ordinary_vertex(bits, row_y, w, b)
-                v_z = ordinary_vertex(bits, row_z, w, b)
-                if has_bit(edges.x, b):
-                    quad = wp.vec4i(ordinary_vertex(bits, row_yz, w, b), v_z, v, v_y)
-                    if not is_plain:
-                        quad = wp.vec4i(
-                            vertex_at(bits, special, ordinary_count, row_yz, i, 6),
-                            vertex_at(bits, special, ordinary_count, row_z, i, 4),
-                            vertex_at(bits, special, ordinary_count, row, i, 0),
-                            vertex_at(bits, special, ordinary_count, row_y, i, 2),
-                        )
-                    quads_out[q] = oriented(quad, forward)
-                    q += wp.int64(1)
-                if has_bit(edges.y, b):
-                    quad = wp.vec4i(v_z - 1, v - 1, v, v_z)
-                    if not is_plain:
-                        quad = wp.vec4i(
-                            vertex_at(bits, special, ordinary_count, row_z, i - 1, 5),
-                            vertex_at(bits, special, ordinary_count, row, i - 1, 1),
-                            vertex_at(bits, special, ordinary_count, row, i, 3),
-                            vertex_at(bits, special, ordinary_count, row_z, i, 7),
-                        )
-                    quads_out[q] = oriented(quad, forward)
-                    q += wp.int64(1)
-                if has_bit(edges.z, b):
-                    quad = wp.vec4i(v_y - 1, v_y, v, v - 1)
-                    if not is_plain:
-                        quad = wp.vec4i(
-                            vertex_at(bits, special, ordinary_count, row_y, i - 1, 10),
-                            vertex_at(bits, special, ordinary_count, row_y, i, 11),
-                            vertex_at(bits, special, ordinary_count, row, i, 8),
-                            vertex_at(bits, special, ordinary_count, row, i - 1, 9),
-                        )
-                    quads_out[q] = oriented(quad, forward)
-                    q += wp.int64(1)
+                quad = wp.vec4i(number(both, b), number(front, b), number(here, b), number(below, b))
+                if not has_bit(plain, b):
+                    i = 32 * w + b
+                    quad = wp.vec4i(
+                        vertex_at(bits, special, ordinary_count, row_yz, i, 6),
+                        vertex_at(bits, special, ordinary_count, row_z, i, 4),
+                        vertex_at(bits, special, ordinary_count, row, i, 0),
+                        vertex_at(bits, special, ordinary_count, row_y, i, 2),
+                    )
+                quads_out[q] = oriented(quad, has_bit(forward, b))
+                q += wp.int64(1)
+            left = edges.y
+            while left != wp.uint32(0):
+                b = bit_index(left)
+                left &= left - wp.uint32(1)
+                v = number(here, b)
+                v_z = number(front, b)
+                quad = wp.vec4i(v_z - 1, v - 1, v, v_z)
+                if not has_bit(plain, b):
+                    i = 32 * w + b
+                    quad = wp.vec4i(
+                        vertex_at(bits, special, ordinary_count, row_z, i - 1, 5),
+                        vertex_at(bits, special, ordinary_count, row, i - 1, 1),
+                        vertex_at(bits, special, ordinary_count, row, i, 3),
+                        vertex_at(bits, special, ordinary_count, row_z, i, 7),
+                    )
+                quads_out[q] = oriented(quad, has_bit(forward, b))
+                q += wp.int64(1)
+            left = edges.z
+            while left != wp.uint32(0):
+                b = bit_index(left)
+                left &= left - wp.uint32(1)
+                v = number(here, b)
+                v_y = number(below, b)
+                quad = wp.vec4i(v_y - 1, v_y, v, v - 1)
+                if not has_bit(plain, b):
+                    i = 32 * w + b
+                    quad = wp.vec4i(
+                        vertex_at(bits, special, ordinary_count, row_y, i - 1, 10),
+                        vertex_at(bits, special, ordinary_count, row_y, i, 11),
+                        vertex_at(bits, special, ordinary_count, row, i, 8),
+                        vertex_at(bits, special, ordinary_count, row, i - 1, 9),
+                    )
+                quads_out[q] = oriented(quad, has_bit(forward, b))
+                q += wp.int64(1)

@@ -45,6 +45,8 @@ class Surface:
         vertex_cell: int64 (V,), linear number of the cell's lowest node in the grid, x fastest.
         vertex_local: float32 vec3 (V,), coordinates in the cell, in [0, 1].
         quads: int32 vec4 (Q,), vertex numbers, counter-clockwise seen from where the normal points.
+        quad_starts: Quads before each row of nodes, int64, one item more than rows.
+        is_reversed: Whether normals point towards the inside nodes.
         counts: What was found on the way.
         field: The kernels' `Field`: F at the grid's nodes.
         grid: The grid, with the virtual border if closed.
@@ -59,6 +61,8 @@ class Surface:
     vertex_cell: Any
     vertex_local: Any
     quads: Any
+    quad_starts: Any
+    is_reversed: bool
     counts: SurfaceCounts
     field: Any
     grid: GridShape
@@ -99,7 +103,8 @@ def extract_surface(
     if reserve is not None:
         reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
     vertices = place_vertices(cells, polygons, field, grid, target, device)
-    quads = connect_quads(cells, polygons, grid, _is_reversed(settings, target), device)
+    is_reversed = _is_reversed(settings, target)
+    quads = connect_quads(cells, polygons, grid, is_reversed, device)
     counts = SurfaceCounts(
         polygons=polygons.polygon_count,
         unused_vertices=polygons.unused_count,
@@ -115,7 +120,9 @@ def extract_surface(
         vertices=vertices.position,
         vertex_cell=vertices.cell,
         vertex_local=vertices.local,
-        quads=quads,
+        quads=quads.corners,
+        quad_starts=quads.starts,
+        is_reversed=is_reversed,
         counts=counts,
         field=field,
         grid=grid,

@@ -41,18 +41,17 @@ def single_precision(f: CornerValues64) -> CornerValues:
     a = wp.max(wp.max(wp.abs(f[0]), wp.abs(f[1])), wp.max(wp.abs(f[2]), wp.abs(f[3])))
     b = wp.max(wp.max(wp.abs(f[4]), wp.abs(f[5])), wp.max(wp.abs(f[6]), wp.abs(f[7])))
     largest = wp.max(a, b)
-    scaled = f
-    if largest < SMALL or largest > LARGE:
-        scaled = f / largest
+    in_reach = largest > SMALL and largest < LARGE
+    scale = wp.where(in_reach, wp.float64(1.0), wp.float64(1.0) / largest)
     return CornerValues(
-        below_zero(scaled[0]),
-        below_zero(scaled[1]),
-        below_zero(scaled[2]),
-        below_zero(scaled[3]),
-        below_zero(scaled[4]),
-        below_zero(scaled[5]),
-        below_zero(scaled[6]),
-        below_zero(scaled[7]),
+        below_zero(scale * f[0]),
+        below_zero(scale * f[1]),
+        below_zero(scale * f[2]),
+        below_zero(scale * f[3]),
+        below_zero(scale * f[4]),
+        below_zero(scale * f[5]),
+        below_zero(scale * f[6]),
+        below_zero(scale * f[7]),
     )
 
 

@@ -12,10 +12,11 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.device import Device
+from dmc_cli.surface.blocks import LANES, place_block_kernel
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.field import Field, cell_values
-from dmc_cli.surface.grid import Grid, GridShape, bit_index
-from dmc_cli.surface.placement import crossed_edges, place_vertex
+from dmc_cli.surface.grid import Grid, GridShape, bit_index, grid_affine, world_position
+from dmc_cli.surface.placement import crossed_edges, edge_set, place_vertex
 from dmc_cli.surface.polygons import Polygons, SpecialCells, polygon_of_vertex
 from dmc_cli.surface.trilinear import single_precision
 
@@ -42,7 +43,12 @@ class Vertices:
 
 
 def place_vertices(
-    cells: Cells, polygons: Polygons, field: Any, grid: GridShape, affine: np.ndarray[Any, Any], device: Device
+    cells: Cells,
+    polygons: Polygons,
+    field: Any,
+    grid: GridShape,
+    affine: np.ndarray[Any, Any],
+    device: Device,
 ) -> Vertices:
     """Place every vertex.
 
@@ -62,35 +68,43 @@ def place_vertices(
     to_output = grid_affine(affine, grid)
     matrix = wp.mat44d(*to_output.ravel())
     outputs = [position, cell, local]
-    fallbacks = device.empty(grid.rows, wp.int64)
-    inputs = [struct, cells.bits, field, matrix]
-    device.launch(place_ordinary_vertices_kernel, grid.rows, inputs, [*outputs, fallbacks])
+    ordinary = cells.ordinary_count
+    device.launch(list_ordinary_cells_kernel, grid.rows, [struct, cells.bits], [cell])
+    block = LANES if device.is_cpu else 1
+    kernel = place_block_kernel if device.is_cpu else place_ordinary_vertices_kernel
+    fallbacks = device.empty(-(-ordinary // block), wp.int64)
+    inputs = [struct, field, matrix, ordinary, cell]
+    device.launch(kernel, fallbacks.shape[0], inputs, [position, local, fallbacks])
     special_fallbacks = device.empty(polygons.special_count, wp.int64)
     inputs = [struct, field, matrix, polygons.special, cells.ordinary_count]
     device.launch(
         place_special_vertices_kernel, polygons.special_count, inputs, [*outputs, special_fallbacks]
     )
-    return Vertices(position, cell, local, to_output, device.total(fallbacks) + device.total(special_fallbacks))
-
-
-def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
-    """Return the map from the grid's node indices, the virtual border counted in."""
-    shifted = np.array(affine, dtype=np.float64)
-    shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
-    return shifted
-
-
-@wp.func
-def world_position(matrix: wp.mat44d, i: wp.int32, j: wp.int32, k: wp.int32, local: wp.vec3) -> wp.vec3:
-    """Return the world coordinates of a point of a cell."""
-    x = wp.float64(i) + wp.float64(local[0])
-    y = wp.float64(j) + wp.float64(local[1])
-    z = wp.float64(k) + wp.float64(local[2])
-    return wp.vec3(
-        wp.float32(matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z + matrix[0, 3]),
-        wp.float32(matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z + matrix[1, 3]),
-        wp.float32(matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]),
+    return Vertices(
+        position, cell, local, to_output, device.total(fallbacks) + device.total(special_fallbacks)
     )
+
+
+@wp.kernel
+def list_ordinary_cells_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    # Out:
+    cell_out: wp.array(dtype=wp.int64),
+):
+    """List the ordinary cells: their numbers are their vertices'. One thread a row."""
+    row = first + wp.tid()
+    start = wp.int64(row) * wp.int64(grid.nx)
+    for w in range(grid.words):
+        left = bits.ordinary[row, w]
+        if left != wp.uint32(0):
+            v = bits.rank[row, w]
+            while left != wp.uint32(0):
+                cell_out[v] = start + wp.int64(32 * w + bit_index(left))
+                left &= left - wp.uint32(1)
+                v += 1
 
 
 @wp.kernel
@@ -98,36 +112,27 @@ def place_ordinary_vertices_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
-    bits: CellBits,
     field: Field,
     matrix: wp.mat44d,
+    count: wp.int32,
+    cells: wp.array(dtype=wp.int64),
     # Out:
     position_out: wp.array(dtype=wp.vec3),
-    cell_out: wp.array(dtype=wp.int64),
     local_out: wp.array(dtype=wp.vec3),
     fallbacks_out: wp.array(dtype=wp.int64),
 ):
-    """Place the vertices of the ordinary cells. One thread a row."""
-    row = first + wp.tid()
+    """Place the vertices of the ordinary cells. One thread a vertex; for a GPU."""
+    v = first + wp.tid()
+    row = wp.int32(cells[v] / wp.int64(grid.nx))
+    i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
     j = row % grid.ny
     k = row // grid.ny
-    fallbacks = wp.int32(0)
-    for w in range(grid.words):
-        left = bits.ordinary[row, w]
-        if left != wp.uint32(0):
-            v = bits.rank[row, w]
-            while left != wp.uint32(0):
-                i = 32 * w + bit_index(left)
-                left &= left - wp.uint32(1)
-                f = single_precision(cell_values(field, grid, i, j, k))
-                p = place_vertex(f, crossed_edges(f))
-                local = wp.vec3(p[0], p[1], p[2])
-                local_out[v] = local
-                position_out[v] = world_position(matrix, i, j, k, local)
-                cell_out[v] = wp.int64(row) * wp.int64(grid.nx) + wp.int64(i)
-                fallbacks += wp.int32(p[3])
-                v += 1
-    fallbacks_out[row] = wp.int64(fallbacks)
+    f = single_precision(cell_values(field, grid, i, j, k))
+    p = place_vertex(f, crossed_edges(f))
+    local = wp.vec3(p[0], p[1], p[2])
+    local_out[v] = local
+    position_out[v] = world_position(matrix, i, j, k, local)
+    fallbacks_out[v] = wp.int64(p[3])
 
 
 @wp.kernel
@@ -158,8 +163,7 @@ def place_special_vertices_kernel(
     fallbacks = wp.int32(0)
     count = wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])
     for n in range(count):
-        edges = polygon_of_vertex(special, wp.int64(s), n)
-        p = place_vertex(f, edges)
+        p = place_vertex(f, edge_set(polygon_of_vertex(special, wp.int64(s), n)))
         local = wp.vec3(p[0], p[1], p[2])
         v = ordinary_count + wp.int32(special.first_vertex[s]) + n
         local_out[v] = local

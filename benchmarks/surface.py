@@ -1,0 +1,134 @@
+"""Volume in memory to vertices and quads, beside the peers, in one run on two threads with kernels warm.
+
+    python benchmarks/surface.py [--device cpu] [--rounds 5] [--fast] [--out NAME]
+
+Rounds are interleaved, so that a machine that slows down slows all down; each figure is the least of its
+rounds. Writes benchmarks/results/NAME.md and .json.
+"""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import time
+import warnings
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import peers
+import skimage
+import vtk
+import warp as wp
+from cases import CASES, ROOT
+
+from dmc_cli.device import select_device
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface import extract_surface, upload_volume
+from dmc_cli.surface.field import stored_isovalue
+
+GOALS = {"flying edges": 2.0, "scikit-image": 12.0, "surface nets": 8.0}
+SLOW = ("scikit-image", "surface nets")
+
+
+def seconds(run) -> float:
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def measure(volume, isovalue: float, device, rounds: int, fast: bool) -> dict:
+    level = stored_isovalue(volume, isovalue)
+    uploaded = upload_volume(volume, device)
+    settings = SurfaceSettings(isovalue=isovalue)
+    counts = {}
+
+    def dmc() -> None:
+        surface = extract_surface(uploaded, settings)
+        wp.synchronize()
+        counts["quads"] = surface.quads.shape[0]
+
+    runs = {"dmc": dmc, "flying edges": peers.flying_edges(volume, level)}
+    if not fast:
+        runs |= {
+            "scikit-image": peers.scikit_image(volume, level),
+            "surface nets": peers.surface_nets(volume, level),
+        }
+    for name, run in runs.items():
+        if name not in SLOW:
+            run()
+    times = {name: [] for name in runs}
+    for turn in range(rounds):
+        for name, run in runs.items():
+            if turn == 0 or name not in SLOW:
+                times[name].append(seconds(run))
+    least = {name: min(values) for name, values in times.items()}
+    ratios = {name: least[name] / least["dmc"] for name in runs if name != "dmc"}
+    return {"quads": counts["quads"], "seconds": least, "ratios": ratios, "all_seconds": times}
+
+
+def machine() -> dict:
+    model = next(
+        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line),
+        platform.processor(),
+    )
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=ROOT).stdout
+    return {
+        "date": date.today().isoformat(),
+        "processor": f"{model}, {os.cpu_count()} cores",
+        "commit": commit.strip(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "warp": wp.__version__,
+        "vtk": vtk.vtkVersion().GetVTKVersion(),
+        "scikit-image": skimage.__version__,
+    }
+
+
+def table(results: dict, device: str) -> str:
+    lines = [
+        "| volume | quads | dmc ms | " + " | ".join(f"{name} ms | ratio" for name in GOALS) + " |",
+        "| --- | ---: | ---: |" + " ---: |" * (2 * len(GOALS)),
+    ]
+    for name, found in results.items():
+        cells = [name, str(found["quads"]), f"{1e3 * found['seconds']['dmc']:.1f}"]
+        for peer in GOALS:
+            known = peer in found["seconds"]
+            cells += [f"{1e3 * found['seconds'][peer]:.1f}" if known else "", f"{found['ratios'][peer]:.1f}" if known else ""]
+        lines.append("| " + " | ".join(cells) + " |")
+    goals = ", ".join(f"{name} {goal:g}" for name, goal in GOALS.items())
+    lines.append(f"\nDevice {device}. Goals for the ratios: {goals}.")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--fast", action="store_true", help="only the fastest peer")
+    parser.add_argument("--out", help="name of the result files")
+    options = parser.parse_args()
+    warnings.filterwarnings("ignore")
+    device = select_device(options.device, peers.THREADS)
+    results = {}
+    for case in CASES:
+        volume = case.load()
+        if volume is None:
+            print(f"{case.name}: left out, {case.path} is absent")
+            continue
+        results[case.name] = measure(volume, case.isovalue, device, options.rounds, options.fast)
+        print(case.name, {k: f"{v:.2f}" for k, v in results[case.name]["ratios"].items()}, flush=True)
+    text = table(results, device.name)
+    print(text)
+    if options.out:
+        facts = machine()
+        where = ROOT / "benchmarks" / "results"
+        where.mkdir(exist_ok=True)
+        head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
+        (where / f"{options.out}.md").write_text(f"# Surface extraction beside its peers\n\n{head}\n\n{text}\n")
+        (where / f"{options.out}.json").write_text(json.dumps(facts | {"results": results}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
