@@ -47,7 +47,7 @@ def cells_round(edge: GridEdge) -> list[tuple[Cell, int]]:
 def crossed_grid_edges(grid: Grid) -> list[GridEdge]:
     """Grid edges between an inside and an outside node, both with data.
 
-    In the order of their lower nodes in the grid, axes x, y, z within a node.
+    In the kernels' order: by words of 32 lower nodes in grid order, in a word by axis, then by node.
     """
     edges = []
     for axis in AXES:
@@ -56,7 +56,7 @@ def crossed_grid_edges(grid: Grid) -> list[GridEdge]:
         crossed = grid.inside[tuple(low)] != grid.inside[tuple(high)]
         crossed &= grid.data[tuple(low)] & grid.data[tuple(high)]
         edges += [(axis, int(i), int(j), int(k)) for k, j, i in np.argwhere(crossed)]
-    return sorted(edges, key=lambda edge: (edge[3], edge[2], edge[1], edge[0]))
+    return sorted(edges, key=lambda edge: (edge[3], edge[2], edge[1] // 32, edge[0], edge[1]))
 
 
 def edges_with_quad(grid: Grid, cells: dict[Cell, int]) -> list[GridEdge]:
