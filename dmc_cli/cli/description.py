@@ -3,13 +3,16 @@
 import os
 import platform
 import sys
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from dmc_cli.errors import AmbiguousVolumeError
 from dmc_cli.progress import Progress
-from dmc_cli.settings import ReadSettings
+from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.read import list_volumes, read_volume
+from dmc_cli.volume.volume import Volume
 
 _PACKAGES = (
     "dmc-cli", "warp-lang", "numpy", "nibabel", "pydicom", "pynrrd", "meshio", "orjson", "click", "rich",
@@ -35,7 +38,7 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
     ]
     if len(entries) > 1 and settings.series is None:
         return {"path": path, "series": series}
-    volume = read_volume(path, settings, progress)
+    volume, notes = _first_volume(path, settings, progress)
     ends = volume.value_range()
     return {
         "path": path,
@@ -50,8 +53,18 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
         "intercept": volume.intercept,
         "value_range": None if ends is None else list(ends),
         "series": series,
-        "warnings": list(volume.warnings),
+        "warnings": [*notes, *volume.warnings],
     }
+
+
+def _first_volume(path: str, settings: ReadSettings, progress: Progress) -> tuple[Volume, list[str]]:
+    """Return the volume, of several in one file the first with a note that says so."""
+    try:
+        return read_volume(path, settings, progress), []
+    except AmbiguousVolumeError as error:
+        if path == STREAM or settings.volume_index is not None:
+            raise
+        return read_volume(path, replace(settings, volume_index=0), progress), [f"{error}; this is volume 0"]
 
 
 def diagnose() -> dict[str, Any]:

@@ -1,5 +1,8 @@
 import json
 
+import nibabel
+import numpy as np
+
 
 def test_info_tells_what_a_volume_is(run):
     result = run("info", "synth:sphere:9")
@@ -28,3 +31,35 @@ def test_a_missing_file_ends_with_status_3(run, tmp_path):
 def test_where_errors_come_from_is_told_on_request(run, tmp_path):
     assert "Traceback" not in run("info", tmp_path / "missing.nii", "-v").stderr
     assert "Traceback" in run("info", tmp_path / "missing.nii", "-vv").stderr
+
+
+def test_of_several_volumes_in_a_file_the_first_is_described(run, tmp_path):
+    values = np.stack([np.full((3, 4, 5), value, np.int16) for value in (7, 8)], axis=-1)
+    nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), tmp_path / "two.nii")
+    result = run("info", tmp_path / "two.nii")
+    assert result.exit_code == 0
+    assert "values    7 to 7" in result.stdout
+    assert "--volume-index" in result.stdout
+    assert "values    8 to 8" in run("info", tmp_path / "two.nii", "--volume-index", 1).stdout
+
+
+def test_the_series_of_a_folder_are_listed_and_chosen(run, sample_data, tmp_path):
+    slices = sorted((sample_data / "dicom" / "head_ct").iterdir())[:6]
+    for number, path in enumerate(slices):
+        copy_series(path, tmp_path / path.name, number // 3)
+    listing = run("info", tmp_path)
+    assert listing.exit_code == 0
+    assert "choose one with --series" in listing.stdout
+    ambiguous = run("convert", tmp_path, tmp_path / "mesh.ply", "-i", 300)
+    assert ambiguous.exit_code == 4
+    assert "--series" in ambiguous.stderr
+    assert run("convert", tmp_path, tmp_path / "mesh.ply", "-i", 300, "--series", 2).exit_code == 0
+
+
+def copy_series(source, target, number):
+    """Copy a slice into the series of this number."""
+    import pydicom
+
+    dataset = pydicom.dcmread(source)
+    dataset.SeriesInstanceUID = f"{dataset.SeriesInstanceUID}.{number}"[-64:].strip(".")
+    dataset.save_as(target)
