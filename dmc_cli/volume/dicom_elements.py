@@ -231,12 +231,22 @@ def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = F
 
 
 def items(dataset: Any, tag: int) -> list[Any]:
-    """A sequence's items; empty where it is absent."""
+    """A sequence's items; empty where it is absent.
+
+    Raises:
+        DamagedVolumeError: It cannot be parsed.
+    """
     if dataset is None or tag not in dataset:
         return []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        value = dataset[tag].value
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            value = dataset[tag].value
+    except Exception as error:
+        # pydicom parses a sequence when it is asked for, and raises what that runs into
+        raise DamagedVolumeError(
+            f"sequence {tag:08x} cannot be read ({error}); get the file again"
+        ) from error
     return list(value) if type(value).__name__ == "Sequence" else []
 
 

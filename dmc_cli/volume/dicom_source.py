@@ -100,7 +100,8 @@ class DicomFile:
         return content
 
     def _unreadable(self, error: Exception) -> DamagedVolumeError:
-        return DamagedVolumeError(f"{self.name}: cannot be read ({error}); get the file again")
+        told = " ".join(str(error).split())[:200]
+        return DamagedVolumeError(f"{self.name}: cannot be read ({told}); get the file again")
 
 
 @contextmanager
@@ -129,8 +130,10 @@ def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
         return
     try:
         archive = zipfile.ZipFile(path)
-    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile) as error:
-        raise DamagedVolumeError(f"{name}: the zip cannot be read ({error}); get the file again") from error
+    except Exception as error:
+        # besides its own errors zipfile raises what a damaged directory runs it into
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(f"{name}: the zip cannot be read ({told}); get the file again") from error
     with archive:
         yield _zipped(archive, path, name)
 
@@ -163,7 +166,9 @@ def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> list[DicomFile]:
     honest = [
         entry
         for entry in entries
-        if not entry.is_dir() and 0 < entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
+        if entry.filename
+        and not entry.is_dir()
+        and 0 < entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
     ]
     if any(entry.flag_bits & 1 for entry in honest):
         raise VolumeError(f"{name}: the zip is encrypted; unpack it and give the folder")

@@ -26,10 +26,8 @@ from dmc_cli.volume.layout import (
     chosen_index,
     scale_affine,
 )
+from dmc_cli.volume.nrrd_header import numbers, per_axis, read_header, vector
 from dmc_cli.volume.volume import Space
-
-MAX_HEADER = 1 << 20
-"""Longest header that is read; real ones have some hundred bytes."""
 
 TYPES = {
     "int8": ("signed char", "int8", "int8_t"),
@@ -102,8 +100,8 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
     check_file(path, name)
-    fields, header_bytes, trailing = _read_header(path, name)
-    sizes = _numbers(fields, "sizes", name, int)
+    fields, header_bytes, trailing = read_header(path, name)
+    sizes = numbers(fields, "sizes", name, int)
     axes = _axes(fields, sizes, name)
     shape = tuple(sizes[a] for a in axes.spatial)
     check_shape(name, shape)
@@ -137,66 +135,16 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     )
 
 
-def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
-    """Fields by lower-case name, the header's length, and the lines after `data file: LIST`."""
-    with path.open("rb") as file:
-        start = file.read(MAX_HEADER)
-    if not re.match(rb"NRRD00\d\d", start):
-        raise UnsupportedFormatError(
-            f"{name}: no NRRD file (it does not begin with NRRD000); choose another --input-format"
-        )
-    fields: dict[str, str] = {}
-    trailing: list[str] = []
-    position = start.find(b"\n") + 1
-    while 0 < position < len(start):
-        end = start.find(b"\n", position)
-        line = start[position : end if end >= 0 else len(start)].decode("utf-8", "replace").strip("\r\n\t ")
-        position = end + 1 if end >= 0 else len(start)
-        if not line:
-            break
-        if "data file" in fields and fields["data file"].split()[:1] == ["LIST"]:
-            trailing.append(line)
-        elif not line.startswith("#") and not re.match(r"[^:]*:=", line):
-            key, separator, value = line.partition(":")
-            if not separator:
-                raise DamagedVolumeError(f"{name}: header line {line[:60]!r} found; expected `field: value`")
-            key = {"datafile": "data file", "byteskip": "byte skip", "lineskip": "line skip"}.get(
-                key.strip().lower(), key.strip().lower()
-            )
-            fields.setdefault(key, value.strip())
-    else:
-        if position >= MAX_HEADER:
-            raise DamagedVolumeError(
-                f"{name}: no end of the header in its first {MAX_HEADER} bytes; expected an empty line"
-            )
-    for key in ("type", "dimension", "sizes", "encoding"):
-        if key not in fields:
-            raise DamagedVolumeError(
-                f"{name}: the header has no field {key!r}; expected type, dimension, sizes, encoding"
-            )
-    return fields, position, trailing
-
-
-def _numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any]:
-    """The numbers of a field."""
-    try:
-        return [kind(word) for word in fields[key].split()]
-    except ValueError as error:
-        raise DamagedVolumeError(
-            f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
-        ) from error
-
-
 def _skip(fields: dict[str, str], key: str, name: str) -> int:
     if key not in fields:
         return 0
-    numbers = _numbers(fields, key, name, int)
+    found = numbers(fields, key, name, int)
     least = FROM_END if key == "byte skip" else 0
-    if len(numbers) != 1 or not least <= numbers[0] <= 2**40:
+    if len(found) != 1 or not least <= found[0] <= 2**40:
         raise DamagedVolumeError(
             f"{name}: {key} {fields[key][:60]!r} found in the header; expected one number"
         )
-    return int(numbers[0])
+    return int(found[0])
 
 
 def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
@@ -214,11 +162,6 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
     return np.dtype(found).newbyteorder("=" if text else ">" if order == "big" else "<")
 
 
-def _per_axis(text: str) -> list[str]:
-    """The entries of a field with one entry an axis: words, "quoted words" or (vectors, in, brackets)."""
-    return re.findall(r'"[^"]*"|\([^)]*\)|[^\s()"]+', text)
-
-
 def _axes(fields: dict[str, str], sizes: list[int], name: str) -> _Axes:
     """Tell the three axes of space from the others."""
     if str(len(sizes)) != fields["dimension"].strip():
@@ -227,12 +170,12 @@ def _axes(fields: dict[str, str], sizes: list[int], name: str) -> _Axes:
         )
     if any(n < 1 for n in sizes) or len(sizes) > 16:
         raise DamagedVolumeError(f"{name}: sizes {fields['sizes'][:60]!r} found; expected positive numbers")
-    kinds = [kind.lower() for kind in _per_axis(fields.get("kinds", ""))]
-    directions = _per_axis(fields.get("space directions", ""))
+    kinds = [kind.lower() for kind in per_axis(fields.get("kinds", ""))]
+    directions = per_axis(fields.get("space directions", ""))
     if len(directions) == len(sizes):
         spatial = [a for a, d in enumerate(directions) if d.lower() != "none"]
         if len(spatial) > 3:  # a space with time: the axis that moves in time only is none of space
-            spatial = [a for a in spatial if any(_vector(directions[a], name)[:3])]
+            spatial = [a for a in spatial if any(vector(directions[a], name)[:3])]
     elif len(kinds) == len(sizes) and any(k in SPATIAL_KINDS for k in kinds):
         spatial = [a for a, kind in enumerate(kinds) if kind in SPATIAL_KINDS]
     else:
@@ -274,21 +217,12 @@ def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
     return component, volume
 
 
-def _vector(text: str, name: str) -> list[float]:
-    try:
-        return [float(word) for word in text.strip("()").split(",")]
-    except ValueError as error:
-        raise DamagedVolumeError(
-            f"{name}: vector {text[:60]!r} found in the header; expected (number,number,number)"
-        ) from error
-
-
 def _geometry(
     fields: dict[str, str], axes: _Axes, name: str
 ) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
     """Affine in millimetres, its space, and warnings."""
     spelled = re.sub(r"(-time|(?<=^(?:ras|las|lps))t)$", "", fields.get("space", "").lower())
-    directions = _per_axis(fields.get("space directions", ""))
+    directions = per_axis(fields.get("space directions", ""))
     notes: list[str] = []
     if spelled == "3d-left-handed":
         notes.append(
@@ -305,13 +239,13 @@ def _geometry(
     space, signs = SPACES[spelled] if spelled else ("none", (1.0, 1.0, 1.0))
     if len(directions) <= axes.spatial[2]:
         raise DamagedVolumeError(f"{name}: {len(directions)} space directions found; expected one an axis")
-    columns = [_vector(directions[a], name) for a in axes.spatial]
-    origin = _vector(fields["space origin"], name) if "space origin" in fields else [0.0, 0.0, 0.0]
+    columns = [vector(directions[a], name) for a in axes.spatial]
+    origin = vector(fields["space origin"], name) if "space origin" in fields else [0.0, 0.0, 0.0]
     if any(len(v) not in (3, 4) for v in [*columns, origin]):
         raise UnsupportedFormatError(
             f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
         )
-    units = [u.strip('"').strip() for u in _per_axis(fields.get("space units", ""))][:3]
+    units = [u.strip('"').strip() for u in per_axis(fields.get("space units", ""))][:3]
     scale = np.array([_unit(u, notes) for u in units] + [1.0] * (3 - len(units)))
     affine = np.eye(4)
     affine[:3, :3] = np.array([c[:3] for c in columns]).T
@@ -334,7 +268,7 @@ def _unoriented(
     """The affine along the grid's axes, from spacings or from axis mins and maxs."""
 
     def entry(key: str, axis: int) -> float:
-        words = _per_axis(fields.get(key, ""))
+        words = per_axis(fields.get(key, ""))
         try:
             return float(words[axis]) if axis < len(words) else math.nan
         except ValueError as error:
@@ -342,9 +276,9 @@ def _unoriented(
                 f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
             ) from error
 
-    sizes = _numbers(fields, "sizes", name, int)
-    units = _per_axis(fields.get("units", ""))
-    centers = _per_axis(fields.get("centers", fields.get("centerings", "")))
+    sizes = numbers(fields, "sizes", name, int)
+    units = per_axis(fields.get("units", ""))
+    centers = per_axis(fields.get("centers", fields.get("centerings", "")))
     spacing, origin = [], []
     for axis in axes.spatial:
         is_cell = axis < len(centers) and centers[axis].lower() == "cell"
