@@ -251,7 +251,13 @@ def items(dataset: Any, tag: int) -> list[Any]:
 
 
 def _element(dataset: Any, tag: int) -> Any:
-    return dataset.get_item(tag) if dataset is not None and tag in dataset else None
+    if dataset is None or tag not in dataset:
+        return None
+    try:
+        return dataset.get_item(tag)
+    except Exception as error:
+        # pydicom looks at an element's type only now, and raises what that runs into
+        raise DamagedVolumeError(f"element {tag:08x} cannot be read ({error}); get the file again") from error
 
 
 def _value(dataset: Any, tag: int) -> Any:
