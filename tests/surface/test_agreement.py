@@ -73,21 +73,10 @@ def test_non_manifold_volumes(extract, name, topology, border):
 
 
 @given(volumes_with_settings())
-@settings(max_examples=EXAMPLES)
-def test_any_small_volume(drawn):
-    volume, chosen = drawn
-    oracle = extract_oracle_surface(volume, chosen)
-    assert_same_surface(extract_on("cpu", volume, chosen), oracle)
-
-
-@pytest.mark.gpu
-@given(volumes_with_settings())
 @settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_any_small_volume_on_the_device(extract, drawn):
+def test_any_small_volume(device, drawn):
     volume, chosen = drawn
-    names = ("inside", "topology", "border", "orientation")
-    surface = extract(volume, chosen.isovalue, **{name: getattr(chosen, name) for name in names})
-    assert_same_surface(surface, extract_oracle_surface(volume, chosen))
+    assert_same_surface(extract_on(device, volume, chosen), extract_oracle_surface(volume, chosen))
 
 
 @pytest.mark.parametrize("nx", WIDTHS)
