@@ -25,7 +25,7 @@ from dmc_cli.surface.field import (
     Field,
     stored_value,
 )
-from dmc_cli.surface.grid import Grid, GridShape, low_bits
+from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, low_bits
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -196,6 +196,15 @@ def bits_at_least(values: Any, threshold: Any) -> wp.uint32:
 
 
 @wp.func
+def finite_bits(values: Any, largest: Any) -> wp.uint32:
+    """Return a bit for each of 32 floating-point values: whether it is finite."""
+    bits = wp.uint32(0)
+    for b in range(WORD):
+        bits |= wp.where(wp.abs(values[b]) <= largest, wp.uint32(1), wp.uint32(0)) << wp.uint32(b)
+    return bits
+
+
+@wp.func
 def chunk_at_least(chunks: Chunks, row: wp.int32, chunk: wp.int32, threshold: Threshold) -> wp.uint32:
     """Return a bit for each node of a chunk: whether its stored value is at or above the threshold."""
     bits = wp.uint32(0)
@@ -220,11 +229,11 @@ def chunk_at_least(chunks: Chunks, row: wp.int32, chunk: wp.int32, threshold: Th
 
 @wp.func
 def tail_at_least(
-    field: Field, row: wp.int32, first: wp.int32, count: wp.int32, is_int: wp.bool, threshold: Threshold
+    field: Field, row: wp.int32, first: wp.int32, count: wp.int32, threshold: Threshold
 ) -> wp.uint32:
     """Return the same bits for the `count` nodes from `first` on, at the end of a row."""
     level = threshold.as_float
-    if is_int:
+    if field.kind < FLOAT32:
         level = wp.float64(threshold.as_int)  # exact: stored integers have at most 32 bits
     bits = wp.uint32(0)
     for b in range(count):
@@ -234,52 +243,55 @@ def tail_at_least(
 
 
 @wp.func
-def at_least(
-    chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, threshold: Threshold
-) -> wp.uint32:
-    """Return a bit for each node of word `w` of a row of the volume."""
-    if w < chunks.count:
-        return chunk_at_least(chunks, row, w, threshold)
-    return tail_at_least(field, row, w * WORD, nx - w * WORD, chunks.kind < FLOAT32, threshold)
-
-
-@wp.func
-def finite_bits(values: Any, largest: Any) -> wp.uint32:
-    """Return a bit for each of 32 floating-point values: whether it is finite."""
+def tail_finite(field: Field, row: wp.int32, first: wp.int32, count: wp.int32) -> wp.uint32:
+    """Return a bit for each of the `count` nodes from `first` on: whether its value is finite."""
     bits = wp.uint32(0)
-    for b in range(WORD):
-        bits |= wp.where(wp.abs(values[b]) <= largest, wp.uint32(1), wp.uint32(0)) << wp.uint32(b)
+    for b in range(count):
+        if wp.isfinite(stored_value(field, row, first + b)):
+            bits |= wp.uint32(1) << wp.uint32(b)
     return bits
 
 
 @wp.func
-def finite(chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32) -> wp.uint32:
-    """Return a bit for each node of word `w` of a row of floating-point values: whether it is finite."""
-    bits = wp.uint32(0)
-    if w >= chunks.count:
-        for b in range(nx - w * WORD):
-            if wp.isfinite(stored_value(field, row, w * WORD + b)):
-                bits |= wp.uint32(1) << wp.uint32(b)
-    elif chunks.kind == FLOAT32:
-        bits = finite_bits(chunks.f32[row, w], LARGEST_FLOAT32)
-    else:
-        bits = finite_bits(chunks.f64[row, w], LARGEST_FLOAT64)
-    return bits
-
-
-@wp.func
-def data_bits(
-    chunks: Chunks, field: Field, row: wp.int32, w: wp.int32, nx: wp.int32, levels: Levels
-) -> wp.uint32:
-    """Return a bit for each node of a word: whether it has data."""
-    bits = low_bits(nx - w * WORD)
+def chunk_data(chunks: Chunks, row: wp.int32, chunk: wp.int32, levels: Levels) -> wp.uint32:
+    """Return a bit for each node of a chunk: whether it has data."""
+    bits = ALL_BITS
     if levels.checks_finite == 1:
-        bits &= finite(chunks, field, row, w, nx)
+        if chunks.kind == FLOAT32:
+            bits = finite_bits(chunks.f32[row, chunk], LARGEST_FLOAT32)
+        else:
+            bits = finite_bits(chunks.f64[row, chunk], LARGEST_FLOAT64)
     if levels.checks_padding == 1:
-        bits &= ~at_least(chunks, field, row, w, nx, levels.padding) | at_least(
-            chunks, field, row, w, nx, levels.after_padding
-        )
+        padding = chunk_at_least(chunks, row, chunk, levels.padding)
+        bits &= ~padding | chunk_at_least(chunks, row, chunk, levels.after_padding)
     return bits
+
+
+@wp.func
+def tail_data(field: Field, row: wp.int32, first: wp.int32, count: wp.int32, levels: Levels) -> wp.uint32:
+    """Return the same bits for the `count` nodes from `first` on, at the end of a row."""
+    bits = low_bits(count)
+    if levels.checks_finite == 1:
+        bits &= tail_finite(field, row, first, count)
+    if levels.checks_padding == 1:
+        padding = tail_at_least(field, row, first, count, levels.padding)
+        bits &= ~padding | tail_at_least(field, row, first, count, levels.after_padding)
+    return bits
+
+
+@wp.func
+def counted(bits: wp.uint32, data: wp.uint32, levels: Levels) -> wp.uint32:
+    """Return inside bits from comparison bits: nodes without data are outside the object."""
+    return ((bits ^ levels.inverted) & data) | (levels.outside & ~data)
+
+
+@wp.func
+def fill_row(
+    inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, first: wp.int32, bits: wp.uint32
+):
+    """Write the words of a row from `first` on, as far as it has nodes."""
+    for w in range(first, grid.words):
+        inside_out[row, w] = bits & low_bits(grid.nx - w * WORD)
 
 
 @wp.kernel
@@ -294,33 +306,48 @@ def find_inside_kernel(
     inside_out: wp.array2d(dtype=wp.uint32),
     absent_out: wp.array(dtype=wp.int64),
 ):
-    """Find the inside bits and count the nodes without data. One thread a row of the grid."""
+    """Find the inside bits and count the nodes without data. One thread a row of the grid.
+
+    Under a closed border the row's bits move up by one, past the virtual node before the first.
+    """
     row = first + wp.tid()
     j = row % grid.ny
     k = row // grid.ny
-    ny = grid.ny - 2 * grid.border
-    nx = grid.nx - 2 * grid.border
-    absent = wp.int64(0)
-    if grid.border == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
-        for w in range(grid.words):
-            inside_out[row, w] = levels.outside & low_bits(grid.nx - w * WORD)
-    else:
-        source = j - grid.border + ny * (k - grid.border)
-        carried = levels.outside
-        for w in range(grid.words):
-            bits = levels.outside
-            if w * WORD < nx:
-                valid = low_bits(nx - w * WORD)
-                data = data_bits(chunks, field, source, w, nx, levels)
-                bits = at_least(chunks, field, source, w, nx, levels.cut) ^ levels.inverted
-                bits = (bits & data) | (levels.outside & ~data)
-                absent += wp.int64(wp.bit_count(valid & ~data))
-            if grid.border == 1:
-                shifted = (bits << wp.uint32(1)) | (carried >> wp.uint32(31))
-                carried = bits
-                bits = shifted
-            inside_out[row, w] = bits & low_bits(grid.nx - w * WORD)
-    absent_out[row] = absent
+    b = grid.border
+    if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
+        fill_row(inside_out, grid, row, 0, levels.outside)
+        absent_out[row] = wp.int64(0)
+        return
+    nx = grid.nx - 2 * b
+    source = j - b + (grid.ny - 2 * b) * (k - b)
+    up = wp.uint32(b)
+    down = wp.uint32(31)  # what moves from one word to the next; nothing without a border
+    carried = wp.where(b == 1, levels.outside, wp.uint32(0))
+    absent = wp.int32(0)
+    checks = levels.checks_finite + levels.checks_padding
+    for w in range(chunks.count):
+        bits = chunk_at_least(chunks, source, w, levels.cut)
+        data = ALL_BITS
+        if checks > 0:
+            data = chunk_data(chunks, source, w, levels)
+            absent += WORD - wp.int32(wp.bit_count(data))
+        bits = counted(bits, data, levels)
+        inside_out[row, w] = (bits << up) | ((carried >> down) & up)
+        carried = bits
+    done = chunks.count
+    rest = nx - done * WORD
+    if rest > 0:
+        start = done * WORD
+        data = tail_data(field, source, start, rest, levels)
+        absent += rest - wp.int32(wp.bit_count(data))
+        bits = counted(tail_at_least(field, source, start, rest, levels.cut), data, levels)
+        inside_out[row, done] = ((bits << up) | ((carried >> down) & up)) & low_bits(grid.nx - start)
+        carried = bits
+        done += 1
+    if done < grid.words:  # the virtual node after the last one, in a word of its own
+        bits = (levels.outside << up) | ((carried >> down) & up)
+        fill_row(inside_out, grid, row, done, bits)
+    absent_out[row] = wp.int64(absent)
 
 
 @wp.kernel
@@ -336,5 +363,8 @@ def find_data_kernel(
 ):
     """Find the bits of the nodes with data, for an open border. One thread a row."""
     row = first + wp.tid()
-    for w in range(grid.words):
-        data_out[row, w] = data_bits(chunks, field, row, w, grid.nx, levels)
+    for w in range(chunks.count):
+        data_out[row, w] = chunk_data(chunks, row, w, levels)
+    rest = grid.nx - chunks.count * WORD
+    if rest > 0:
+        data_out[row, chunks.count] = tail_data(field, row, chunks.count * WORD, rest, levels)

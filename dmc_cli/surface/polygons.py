@@ -61,8 +61,20 @@ def _edge_places() -> list[int]:
     return [place for edge in range(12) for place in range(24) if edges[place] == edge]
 
 
+def _corner_bits(corners: list[int]) -> int:
+    """Return the case with these corners inside."""
+    return sum(1 << corner for corner in corners)
+
+
+Vec6 = wp.types.vector(length=6, dtype=wp.int32)
 Vec24 = wp.types.vector(length=24, dtype=wp.int32)
 Vec12 = wp.types.vector(length=12, dtype=wp.int32)
+
+_CORNERS = _face_corners()
+
+FACE_MASKS = wp.constant(Vec6(*[_corner_bits(_CORNERS[4 * face : 4 * face + 4]) for face in range(6)]))
+FACE_DIAGONALS = wp.constant(Vec6(*[_corner_bits(_CORNERS[4 * face : 4 * face + 4 : 3]) for face in range(6)]))
+"""The corners of each face, and the diagonal f0 f3 of it, as cases."""
 
 FACE_CORNERS = wp.constant(Vec24(*_face_corners()))
 FACE_EDGES = wp.constant(Vec24(*_face_edges()))
@@ -199,11 +211,8 @@ def is_crossed(case: wp.int32, edge: wp.int32) -> wp.bool:
 @wp.func
 def is_ambiguous(case: wp.int32, face: wp.int32) -> wp.bool:
     """Return whether a face has two diagonal corners inside and two outside."""
-    a = (case >> FACE_CORNERS[4 * face]) & 1
-    b = (case >> FACE_CORNERS[4 * face + 1]) & 1
-    c = (case >> FACE_CORNERS[4 * face + 2]) & 1
-    d = (case >> FACE_CORNERS[4 * face + 3]) & 1
-    return a == d and b == c and a != b
+    corners = case & FACE_MASKS[face]
+    return corners == FACE_DIAGONALS[face] or corners == (FACE_MASKS[face] ^ FACE_DIAGONALS[face])
 
 
 @wp.func
