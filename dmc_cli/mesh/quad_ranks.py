@@ -1,0 +1,167 @@
+"""Quad numbers as ranks: the number of the quad round any grid edge, without a table of edges.
+
+Quads are numbered word by word of 32 nodes in grid order, in a word first those round edges along x, then y,
+then z, each by the edge's lower node (`surface/quads.py`). So a word's three planes of bits (which of its nodes
+have an edge with a quad) and the number of its first quad give any quad's number by counting bits.
+
+Conventions: a *face* stands across axis p at its lowest node m and spans u = p + 1 and v = p + 2 (mod 3). Its
+four edges are U0 (along u at m), U1 (along u at m + v), V0 (along v at m) and V1 (along v at m + u). A quad's
+*side* s joins its corners s and s + 1 when its normal points along the edge's axis: with the next two axes b and
+c, side 0 crosses the face across b at node - c, side 1 that across c at the node, side 2 that across b at the
+node, side 3 that across c at node - b. In a reversed quad, halfedge 3 - s is on side s.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.device import Device
+from dmc_cli.surface.cells import CellBits
+from dmc_cli.surface.grid import Grid, GridShape, has_bit
+from dmc_cli.surface.quads import quad_edges
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+QuadWord = wp.types.vector(length=4, dtype=wp.uint32)
+"""Edges with a quad along x, y, z from the nodes of a word, a bit each; then the number of the first quad."""
+
+LOWEST = wp.uint32(1)
+
+
+def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) -> Any:
+    """Return the `QuadWord` of each word of nodes, [row, word]: half a byte a node.
+
+    Args:
+        cells: Active cells.
+        grid: The grid over the volume.
+        quad_starts: Quads before each row, as `Surface` holds them.
+        device: Where to work.
+    """
+    words = device.empty((grid.rows, grid.words), QuadWord)
+    device.launch(rank_quads_kernel, grid.rows, [grid.struct(), cells.bits, quad_starts], [words])
+    return words
+
+
+@wp.kernel
+def rank_quads_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    starts: wp.array(dtype=wp.int64),
+    # Out:
+    words_out: wp.array2d(dtype=QuadWord),
+):
+    """Store the edges with a quad and the quads before each word. One thread a row."""
+    row = first + wp.tid()
+    count = wp.int32(starts[row])
+    if starts[row] == starts[row + 1]:
+        for w in range(grid.words):
+            words_out[row, w] = QuadWord(wp.uint32(0), wp.uint32(0), wp.uint32(0), wp.uint32(count))
+    else:
+        j = row % grid.ny
+        k = row // grid.ny
+        for w in range(grid.words):
+            edges = quad_edges(grid, bits, row, j, k, w)
+            words_out[row, w] = QuadWord(edges.x, edges.y, edges.z, wp.uint32(count))
+            count += wp.int32(wp.bit_count(edges.x) + wp.bit_count(edges.y) + wp.bit_count(edges.z))
+
+
+@wp.struct
+class EdgeRun:
+    """Edges along one axis from 32 nodes in a row, a bit each, and how to number their quads.
+
+    The run may begin one node before or after a word of nodes; then one of its bits, `seam`, lies in the next word
+    and has the number `seam_number`.
+    """
+
+    bits: wp.uint32
+    first: wp.int32
+    seam: wp.int32
+    seam_number: wp.int32
+
+
+@wp.func
+def axis_first(word: QuadWord, axis: wp.int32) -> wp.int32:
+    """Return the number of the first quad along an axis in a word."""
+    number = wp.int32(word[3])
+    if axis > 0:
+        number += wp.int32(wp.bit_count(word[0]))
+    if axis > 1:
+        number += wp.int32(wp.bit_count(word[1]))
+    return number
+
+
+@wp.func
+def edges_at(word: QuadWord, axis: wp.int32) -> EdgeRun:
+    """Return the edges along an axis from the nodes of a word."""
+    run = EdgeRun()
+    run.bits = word[axis]
+    run.first = axis_first(word, axis)
+    run.seam = -1
+    return run
+
+
+@wp.func
+def edges_after(word: QuadWord, following: QuadWord, axis: wp.int32) -> EdgeRun:
+    """Return the edges along an axis from the nodes one step along +x of those of a word."""
+    run = EdgeRun()
+    run.bits = (word[axis] >> LOWEST) | (following[axis] << wp.uint32(31))
+    run.first = axis_first(word, axis) + wp.int32(word[axis] & LOWEST)
+    run.seam = 31
+    run.seam_number = axis_first(following, axis)
+    return run
+
+
+@wp.func
+def edges_before(word: QuadWord, preceding: QuadWord, axis: wp.int32) -> EdgeRun:
+    """Return the edges along an axis from the nodes one step along -x of those of a word."""
+    run = EdgeRun()
+    carried = preceding[axis] >> wp.uint32(31)
+    run.bits = (word[axis] << LOWEST) | carried
+    run.first = axis_first(word, axis) - wp.int32(carried)
+    run.seam = 0
+    run.seam_number = axis_first(preceding, axis) + wp.int32(wp.bit_count(preceding[axis])) - 1
+    return run
+
+
+@wp.func
+def word_before(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) -> QuadWord:
+    """Return the word before a word of a row, without a quad at its beginning."""
+    word = QuadWord()
+    if w > 0:
+        word = words[row, w - 1]
+    return word
+
+
+@wp.func
+def word_after(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) -> QuadWord:
+    """Return the word after a word of a row, without a quad at its end."""
+    word = QuadWord()
+    if w + 1 < words.shape[1]:
+        word = words[row, w + 1]
+    return word
+
+
+@wp.func
+def quad_in(run: EdgeRun, b: wp.int32) -> wp.int32:
+    """Return the number of the quad round edge b of a run, if it has one."""
+    below = (LOWEST << wp.uint32(b)) - LOWEST
+    number = run.first + wp.int32(wp.bit_count(run.bits & below))
+    return wp.where(b == run.seam, run.seam_number, number)
+
+
+@wp.func
+def quad_round(words: wp.array2d(dtype=QuadWord), row: wp.int32, i: wp.int32, axis: wp.int32) -> wp.int32:
+    """Return the number of the quad round the edge from node i of a row along an axis, -1 without one."""
+    q = int(-1)
+    word = words[row, i // 32]
+    if has_bit(word[axis], i % 32):
+        q = quad_in(edges_at(word, axis), i % 32)
+    return q
+
+
+@wp.func
+def side_halfedge(q: wp.int32, side: wp.int32, forward: wp.bool) -> wp.int32:
+    """Return the halfedge on a side of a quad; forward: its normal points along the edge's axis."""
+    return 4 * q + wp.where(forward, side, 3 - side)
