@@ -9,9 +9,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
-from dmc_cli.device import Device, load_kernels, select_device
+from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
 from dmc_cli.mesh.check import check_mesh
@@ -78,7 +79,7 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
         modules = [
-            *surface_kernels(normals_too=output.normals),
+            *surface_kernels(normals_too=output.normals, placement=settings.surface.placement),
             *(report_kernels() if _measures(settings) else []),
         ]
         load_kernels(device, modules, progress)
@@ -113,7 +114,12 @@ def compile_kernels(progress: Progress = SILENT) -> None:
     """Compile every kernel for the CPU and, if there is one, for the first GPU."""
     names = {select_device("cpu").name, select_device("auto").name}
     for name in sorted(names):
-        load_kernels(select_device(name), [*surface_kernels(), *report_kernels()], progress)
+        load_kernels(select_device(name), every_kernel(), progress)
+
+
+def every_kernel() -> list[ModuleType]:
+    """Return all modules with kernels, whatever a run needs of them."""
+    return [*surface_kernels(), *surface_kernels(placement="sampled"), *report_kernels()]
 
 
 def _measures(settings: ConvertSettings) -> bool:

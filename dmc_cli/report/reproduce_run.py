@@ -27,7 +27,7 @@ def measure_data_sets(
         placement: Where vertices go; the papers' figures are those of `sampled`, but for counts.
         progress: Who listens.
     """
-    load_kernels(device, kernel_modules(normals_too=False), progress)
+    load_kernels(device, kernel_modules(normals_too=False, placement=placement), progress)
     found: dict[tuple[str, MeshKind], dict[str, float]] = {}
     for data in data_sets:
         with progress.stage(f"reproducing {data.name}"):

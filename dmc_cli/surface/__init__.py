@@ -6,8 +6,11 @@ inside      inside bits: the one pass over the values
 cells       active cells, ordinary and special, and their numbers
 polygons    MC polygons of the special cells, traced
 placement   one vertex a polygon on the trilinear surface
-blocks      vertices of ordinary cells on CPU, sixteen at a time
-vertices    vertices of all cells
+placement_sampled, placement_iterative   one vertex a polygon as the papers place it
+blocks      exact vertices of ordinary cells on CPU, sixteen at a time
+exact_vertices   exact vertices of the other cells
+paper_vertices   vertices of all cells by the papers' placements
+vertices    vertices of all cells, by whichever placement
 quads       one quad a crossed edge
 surface     the stages in order
 normals     vertex normals by central differences
@@ -15,7 +18,18 @@ normals     vertex normals by central differences
 
 from types import ModuleType
 
-from dmc_cli.surface import blocks, cells, inside, normals, polygons, quads, vertices
+from dmc_cli.settings import Placement
+from dmc_cli.surface import (
+    blocks,
+    cells,
+    exact_vertices,
+    inside,
+    normals,
+    paper_vertices,
+    polygons,
+    quads,
+    vertices,
+)
 from dmc_cli.surface.field import DeviceVolume, upload_volume
 from dmc_cli.surface.normals import compute_normals
 from dmc_cli.surface.surface import Surface, SurfaceCounts, extract_surface
@@ -31,7 +45,8 @@ __all__ = [
 ]
 
 
-def kernel_modules(*, normals_too: bool = True) -> list[ModuleType]:
+def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, for loading them ahead of time."""
-    modules = [inside, cells, polygons, blocks, vertices, quads]
+    placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
+    modules = [inside, cells, polygons, vertices, *placing, quads]
     return [*modules, normals] if normals_too else modules

@@ -14,7 +14,7 @@ from dmc_cli.surface.grid import GridShape, grid_of
 from dmc_cli.surface.inside import find_inside
 from dmc_cli.surface.polygons import Polygons, trace_polygons
 from dmc_cli.surface.quads import connect_quads
-from dmc_cli.surface.vertices import Vertices, place_vertices
+from dmc_cli.surface.vertices import place_vertices
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def extract_surface(
     polygons = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
         reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
-    vertices = place_vertices(cells, polygons, field, grid, target, device)
+    vertices = place_vertices(cells, polygons, field, grid, target, device, settings.placement)
     is_reversed = _is_reversed(settings, target)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
     counts = SurfaceCounts(
@@ -135,7 +135,7 @@ def extract_surface(
 
 
 def _is_reversed(settings: SurfaceSettings, affine: np.ndarray[Any, Any]) -> bool:
-    """Return whether quads, made with normals towards lower values in a right-handed grid, must be reversed."""
+    """Return whether quads made for a right-handed grid, normals towards lower values, must be reversed."""
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"
     mirrored = bool(np.linalg.det(affine[:3, :3]) < 0)
     return towards_higher != mirrored
