@@ -22,7 +22,7 @@ from dmc_cli.surface.field import (
 )
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.placement import crossed_edges, place_vertex, solve_on_steepest_axis
-from dmc_cli.surface.trilinear import CornerValues, CornerValues64, single_precision
+from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single, single_precision
 
 VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags} -mprefer-vector-width=512"
 """Warp's own flags, and leave to use the widest vector registers there are."""
@@ -36,64 +36,40 @@ LANES = 16
 
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
-DoubleLanes = wp.types.vector(length=LANES, dtype=wp.float64)
-
-
-@wp.struct
-class CornerLanes:
-    """Values at the corners of the cells of a block, one lane a cell."""
-
-    c0: DoubleLanes
-    c1: DoubleLanes
-    c2: DoubleLanes
-    c3: DoubleLanes
-    c4: DoubleLanes
-    c5: DoubleLanes
-    c6: DoubleLanes
-    c7: DoubleLanes
 
 
 @wp.func
-def gather_corners(
-    values: wp.array2d(dtype=Any), rows: IntLanes, columns: IntLanes, ny: wp.int32
-) -> CornerLanes:
-    """Return the stored values at the corners of cells; rows and columns are the volume's."""
-    corners = CornerLanes()
+def gather(
+    values: wp.array2d(dtype=Any), rows: IntLanes, columns: IntLanes, sign: wp.float64, isovalue: wp.float64
+) -> FloatLanes:
+    """Return F at nodes of the volume, in single precision."""
+    lanes = FloatLanes()
     for lane in range(LANES):
-        row = rows[lane]
-        i = columns[lane]
-        corners.c0[lane] = wp.float64(values[row, i])
-        corners.c1[lane] = wp.float64(values[row, i + 1])
-        corners.c2[lane] = wp.float64(values[row + 1, i])
-        corners.c3[lane] = wp.float64(values[row + 1, i + 1])
-        corners.c4[lane] = wp.float64(values[row + ny, i])
-        corners.c5[lane] = wp.float64(values[row + ny, i + 1])
-        corners.c6[lane] = wp.float64(values[row + ny + 1, i])
-        corners.c7[lane] = wp.float64(values[row + ny + 1, i + 1])
-    return corners
+        lanes[lane] = below_zero(sign * (wp.float64(values[rows[lane], columns[lane]]) - isovalue))
+    return lanes
 
 
 @wp.func
-def stored_corners(field: Field, rows: IntLanes, columns: IntLanes, ny: wp.int32) -> CornerLanes:
-    """Return the stored values at the corners of cells, whatever their type."""
-    corners = CornerLanes()
+def gather_field(field: Field, rows: IntLanes, columns: IntLanes) -> FloatLanes:
+    """Return F at nodes of the volume, whatever the type of its values."""
+    lanes = FloatLanes()
     if field.kind == INT16:
-        corners = gather_corners(field.i16, rows, columns, ny)
+        lanes = gather(field.i16, rows, columns, field.sign, field.isovalue)
     elif field.kind == UINT8:
-        corners = gather_corners(field.u8, rows, columns, ny)
+        lanes = gather(field.u8, rows, columns, field.sign, field.isovalue)
     elif field.kind == FLOAT32:
-        corners = gather_corners(field.f32, rows, columns, ny)
+        lanes = gather(field.f32, rows, columns, field.sign, field.isovalue)
     elif field.kind == UINT16:
-        corners = gather_corners(field.u16, rows, columns, ny)
+        lanes = gather(field.u16, rows, columns, field.sign, field.isovalue)
     elif field.kind == INT8:
-        corners = gather_corners(field.i8, rows, columns, ny)
+        lanes = gather(field.i8, rows, columns, field.sign, field.isovalue)
     elif field.kind == INT32:
-        corners = gather_corners(field.i32, rows, columns, ny)
+        lanes = gather(field.i32, rows, columns, field.sign, field.isovalue)
     elif field.kind == UINT32:
-        corners = gather_corners(field.u32, rows, columns, ny)
+        lanes = gather(field.u32, rows, columns, field.sign, field.isovalue)
     else:
-        corners = gather_corners(field.f64, rows, columns, ny)
-    return corners
+        lanes = gather(field.f64, rows, columns, field.sign, field.isovalue)
+    return lanes
 
 
 @wp.kernel
@@ -119,7 +95,9 @@ def place_block_kernel(
     ck = IntLanes()
     rows = IntLanes()
     columns = IntLanes()
+    one = IntLanes(1)
     ny = grid.ny - 2 * grid.border
+    layer = IntLanes(ny)
     nz = grid.nz - 2 * grid.border
     last = grid.nx - 2 * grid.border - 2
     j = int(0)
@@ -141,26 +119,19 @@ def place_block_kernel(
         # any cell of the volume does for one that needs care: it is done again below
         columns[lane] = wp.clamp(i - grid.border, 0, last)
         rows[lane] = wp.clamp(j - grid.border, 0, ny - 2) + ny * wp.clamp(k - grid.border, 0, nz - 2)
-    corners = stored_corners(field, rows, columns, ny)
-    # lanes by themselves: a struct would be copied whole for each element that a loop reads
-    c0 = corners.c0
-    c1 = corners.c1
-    c2 = corners.c2
-    c3 = corners.c3
-    c4 = corners.c4
-    c5 = corners.c5
-    c6 = corners.c6
-    c7 = corners.c7
-    f0 = FloatLanes()
-    f1 = FloatLanes()
-    f2 = FloatLanes()
-    f3 = FloatLanes()
-    f4 = FloatLanes()
-    f5 = FloatLanes()
-    f6 = FloatLanes()
-    f7 = FloatLanes()
-    sign = field.sign
-    isovalue = field.isovalue
+    # one corner after the other: a struct of all would be copied about
+    right = columns + one
+    f0 = gather_field(field, rows, columns)
+    f1 = gather_field(field, rows, right)
+    rows += one
+    f2 = gather_field(field, rows, columns)
+    f3 = gather_field(field, rows, right)
+    rows += layer - one
+    f4 = gather_field(field, rows, columns)
+    f5 = gather_field(field, rows, right)
+    rows += one
+    f6 = gather_field(field, rows, columns)
+    f7 = gather_field(field, rows, right)
     m00 = matrix[0, 0]
     m01 = matrix[0, 1]
     m02 = matrix[0, 2]
@@ -173,34 +144,13 @@ def place_block_kernel(
     m21 = matrix[2, 1]
     m22 = matrix[2, 2]
     m23 = matrix[2, 3]
-    for lane in range(LANES):
-        scaled = single_precision(
-            CornerValues64(
-                sign * (c0[lane] - isovalue),
-                sign * (c1[lane] - isovalue),
-                sign * (c2[lane] - isovalue),
-                sign * (c3[lane] - isovalue),
-                sign * (c4[lane] - isovalue),
-                sign * (c5[lane] - isovalue),
-                sign * (c6[lane] - isovalue),
-                sign * (c7[lane] - isovalue),
-            )
-        )
-        f0[lane] = scaled[0]
-        f1[lane] = scaled[1]
-        f2[lane] = scaled[2]
-        f3[lane] = scaled[3]
-        f4[lane] = scaled[4]
-        f5[lane] = scaled[5]
-        f6[lane] = scaled[6]
-        f7[lane] = scaled[7]
     us = FloatLanes()
     vs = FloatLanes()
     ws = FloatLanes()
     for lane in range(LANES):
         f = CornerValues(f0[lane], f1[lane], f2[lane], f3[lane], f4[lane], f5[lane], f6[lane], f7[lane])
         q = solve_on_steepest_axis(f, crossed_edges(f))
-        us[lane] = q[0]
+        us[lane] = wp.where(fits_single(f), q[0], -1.0)
         vs[lane] = q[1]
         ws[lane] = q[2]
     fallbacks = int(0)

@@ -28,6 +28,9 @@ from dmc_cli.surface.grid import CORNERS, EDGES, Grid, GridShape, bit_index, has
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
+AMBIGUOUS = wp.uint32(1 << 8)
+"""The first of the bits of `SpecialCells.joined` that say which faces are ambiguous."""
+
 NO_LABEL = 15
 """Label of an edge that belongs to no polygon, or to no vertex."""
 
@@ -61,9 +64,9 @@ def _edge_places() -> list[int]:
     return [place for edge in range(12) for place in range(24) if edges[place] == edge]
 
 
-def _corner_bits(corners: list[int]) -> int:
-    """Return the case with these corners inside."""
-    return sum(1 << corner for corner in corners)
+def _bits(members: list[int]) -> int:
+    """Return a number with a bit for each member."""
+    return sum(1 << member for member in members)
 
 
 Vec6 = wp.types.vector(length=6, dtype=wp.int32)
@@ -72,9 +75,14 @@ Vec12 = wp.types.vector(length=12, dtype=wp.int32)
 
 _CORNERS = _face_corners()
 
-FACE_MASKS = wp.constant(Vec6(*[_corner_bits(_CORNERS[4 * face : 4 * face + 4]) for face in range(6)]))
-FACE_DIAGONALS = wp.constant(Vec6(*[_corner_bits(_CORNERS[4 * face : 4 * face + 4 : 3]) for face in range(6)]))
+FACE_MASKS = wp.constant(Vec6(*[_bits(_CORNERS[4 * face : 4 * face + 4]) for face in range(6)]))
+FACE_DIAGONALS = wp.constant(Vec6(*[_bits(_CORNERS[4 * face : 4 * face + 4 : 3]) for face in range(6)]))
 """The corners of each face, and the diagonal f0 f3 of it, as cases."""
+
+_EDGES = _face_edges()
+
+FACE_EDGE_BITS = wp.constant(Vec6(*[_bits(_EDGES[4 * face : 4 * face + 4]) for face in range(6)]))
+"""The edges of each face, a bit each."""
 
 FACE_CORNERS = wp.constant(Vec24(*_face_corners()))
 FACE_EDGES = wp.constant(Vec24(*_face_edges()))
@@ -87,7 +95,7 @@ EDGE_HIGH = wp.constant(Vec12(*[b for _, b in EDGES]))
 class SpecialCells:
     """The special cells in grid order; each row's lie at `starts[row]` to `starts[row + 1]`.
 
-    `joined` has a bit a face: inside corners joined. `polygons` has four bits an edge: the number of its
+    `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous. `polygons` has four bits an edge: the number of its
     polygon among the cell's, or `NO_LABEL`; `vertices` likewise the number of its vertex among the cell's.
     `first_vertex` counts the vertices of the special cells before.
     """
@@ -159,7 +167,7 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     device.launch(
         number_vertices_kernel,
         count,
-        [struct, cells.bits, special, manifold],
+        [struct, cells.bits, special, manifold, field.has_absent],
         [special.vertices, polygons, vertices, unused, multi],
     )
     special.first_vertex, vertex_count = device.starts(vertices)
@@ -345,6 +353,28 @@ def edge_has_quad(
     return found
 
 
+@wp.func
+def edges_with_quad(
+    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, labels: wp.uint64, has_absent: wp.int32
+) -> wp.uint32:
+    """Return a bit for each crossed edge of cell (i, j, k) that has a quad."""
+    found = wp.uint32(0)
+    if has_absent == 1:
+        for edge in range(12):
+            if label_of(labels, edge) != NO_LABEL and edge_has_quad(grid, bits, i, j, k, edge):
+                found |= wp.uint32(1) << wp.uint32(edge)
+    else:  # all cells of the grid exist, so only edges in the grid's own faces have none
+        bare = int(0)
+        bare |= wp.where(i == 0, FACE_EDGE_BITS[0], 0) | wp.where(i == grid.nx - 2, FACE_EDGE_BITS[1], 0)
+        bare |= wp.where(j == 0, FACE_EDGE_BITS[2], 0) | wp.where(j == grid.ny - 2, FACE_EDGE_BITS[3], 0)
+        bare |= wp.where(k == 0, FACE_EDGE_BITS[4], 0) | wp.where(k == grid.nz - 2, FACE_EDGE_BITS[5], 0)
+        for edge in range(12):
+            if label_of(labels, edge) != NO_LABEL:
+                found |= wp.uint32(1) << wp.uint32(edge)
+        found &= ~wp.uint32(bare)
+    return found
+
+
 @wp.kernel
 def list_special_cells_kernel(
     # In:
@@ -406,6 +436,7 @@ def decide_faces_kernel(
             first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
             if (first_inside and f03 >= f12) or (not first_inside and f12 >= f03):
                 joined |= wp.uint32(1) << wp.uint32(face)
+            joined |= AMBIGUOUS << wp.uint32(face)
             axis = face / 2
             low = is_active(
                 grid,
@@ -472,22 +503,22 @@ def flip_faces_kernel(
     k = row // grid.ny
     plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
     face = 2 * axis + 1
+    if plane % 2 != parity or not has_bit(joined_inout[s], face + 8):
+        return
     ni = i + wp.where(axis == 0, 1, 0)
     nj = j + wp.where(axis == 1, 1, 0)
     nk = k + wp.where(axis == 2, 1, 0)
-    if plane % 2 == parity and is_active(grid, bits, ni, nj, nk):
-        case = cell_case(grid, bits.inside, row, i)
-        if is_ambiguous(case, face) and is_one_polygon(polygons_inout[s], face):
-            other_row = nj + nk * grid.ny
-            other = find_special(special, other_row, ni)
-            if is_one_polygon(polygons_inout[other], face - 1):
-                joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
-                other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
-                joined_inout[s] = joined
-                joined_inout[other] = other_joined
-                polygons_inout[s] = trace_cell(case, joined)
-                polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
-                flips_inout[s] = flips_inout[s] + wp.int64(1)
+    if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
+        other_row = nj + nk * grid.ny
+        other = find_special(special, other_row, ni)
+        if is_one_polygon(polygons_inout[other], face - 1):
+            joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
+            other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
+            joined_inout[s] = joined
+            joined_inout[other] = other_joined
+            polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
+            polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
+            flips_inout[s] = flips_inout[s] + wp.int64(1)
 
 
 @wp.func
@@ -529,6 +560,7 @@ def number_vertices_kernel(
     bits: CellBits,
     special: SpecialCells,
     splits_fans: wp.bool,
+    has_absent: wp.int32,
     # Out:
     labels_out: wp.array(dtype=wp.uint64),
     polygon_count_out: wp.array(dtype=wp.int64),
@@ -545,13 +577,12 @@ def number_vertices_kernel(
     case = cell_case(grid, bits.inside, row, i)
     labels = special.polygons[s]
     joined = special.joined[s]
-    with_quad = wp.uint32(0)
+    with_quad = edges_with_quad(grid, bits, i, j, k, labels, has_absent)
     polygons = int(0)
     for edge in range(12):
-        if is_crossed(case, edge):
-            polygons = wp.max(polygons, label_of(labels, edge) + 1)
-            if edge_has_quad(grid, bits, i, j, k, edge):
-                with_quad |= wp.uint32(1) << wp.uint32(edge)
+        label = label_of(labels, edge)
+        if label != NO_LABEL:
+            polygons = wp.max(polygons, label + 1)
     result = NO_LABELS
     vertices = int(0)
     unused = int(0)

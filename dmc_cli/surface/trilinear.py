@@ -56,6 +56,15 @@ def single_precision(f: CornerValues64) -> CornerValues:
 
 
 @wp.func
+def fits_single(f: CornerValues) -> wp.bool:
+    """Return whether corner values need no scaling in single precision."""
+    a = wp.max(wp.max(wp.abs(f[0]), wp.abs(f[1])), wp.max(wp.abs(f[2]), wp.abs(f[3])))
+    b = wp.max(wp.max(wp.abs(f[4]), wp.abs(f[5])), wp.max(wp.abs(f[6]), wp.abs(f[7])))
+    largest = wp.max(a, b)
+    return largest > wp.float32(SMALL) and largest < wp.float32(LARGE)
+
+
+@wp.func
 def trilinear_value(f: Any, u: Any, v: Any, w: Any):
     """Return the interpolant at (u, v, w)."""
     x00 = f[0] + u * (f[1] - f[0])
