@@ -75,7 +75,7 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
     choose_format(output.path, output.output_format)
     check_output(output.path, force=output.force)
     if output.report is not None:
-        check_output(output.report, force=True)
+        check_output(output.report, force=output.force)
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
         modules = [
@@ -90,7 +90,11 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
     with watch.stage("surface", "extracting the surface"):
         uploaded = upload_volume(volume, device)
         surface = extract_surface(
-            uploaded, settings.surface, affine, reserve=lambda v, q: reserve_mesh(v, q, volume, settings)
+            uploaded,
+            settings.surface,
+            affine,
+            even_slices=output.space == "voxel",
+            reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
         )
     _refuse_empty(surface, volume, settings)
     normals = None
@@ -193,4 +197,4 @@ def _finish(settings: ConvertSettings, mesh: MeshFile, report: dict[str, Any], w
         report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
         report["memory"] = measure_memory(report["settings"]["device"])
         if output.report is not None:
-            write_output(output.report, [report_text(report).encode()], force=True)
+            write_output(output.report, [report_text(report).encode()], force=output.force)

@@ -18,6 +18,7 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, GridShape
+from dmc_cli.surface.slices import slice_depths, slice_distance
 from dmc_cli.surface.trilinear import (
     trilinear_slope_u,
     trilinear_slope_v,
@@ -63,6 +64,7 @@ def measure_deviation_kernel(
     field: Field,
     grid: Grid,
     to_world: wp.mat33d,
+    depths: wp.array[wp.float64],
     cells: wp.array[wp.int64],
     locals: wp.array[wp.vec3f],
     # Out:
@@ -87,6 +89,7 @@ def measure_deviation_kernel(
         w = wp.float64(p[2])
         deviation = wp.abs(trilinear_value(f, u, v, w))
         slope = wp.vec3d(trilinear_slope_u(f, v, w), trilinear_slope_v(f, u, w), trilinear_slope_w(f, u, v))
+        slope[2] = slope[2] / slice_distance(depths, row / grid.ny)
         total[0] += deviation
         total[1] += deviation * deviation
         peaks[0] = wp.max(peaks[0], deviation)
@@ -129,7 +132,7 @@ def measure_deviation(
     sums = device.empty((blocks, int(SUMS)), wp.float64)
     peaks = device.empty((blocks, int(PEAKS)), wp.float64)
     to_world = wp.mat33d(*np.linalg.inv(volume.affine[:3, :3]).T.ravel())
-    inputs = [field, grid.struct(), to_world, cells, locals]
+    inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device), cells, locals]
     device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
     total, squares, distance, distances = sums.numpy().sum(axis=0).tolist()
     most, farthest = peaks.numpy().max(axis=0).tolist()

@@ -12,6 +12,7 @@ exact_vertices   exact vertices of the other cells
 paper_vertices   vertices of all cells by the papers' placements
 vertices    vertices of all cells, by whichever placement
 quads       one quad a crossed edge
+slices      unevenly spaced slices: vertices mapped by a table of positions
 surface     the stages in order
 normals     vertex normals by central differences
 """
@@ -28,6 +29,7 @@ from dmc_cli.surface import (
     paper_vertices,
     polygons,
     quads,
+    slices,
     vertices,
 )
 from dmc_cli.surface.field import DeviceVolume, upload_volume
@@ -48,5 +50,5 @@ __all__ = [
 def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, for loading them ahead of time."""
     placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
-    modules = [inside, cells, polygons, vertices, *placing, quads]
+    modules = [inside, cells, polygons, vertices, *placing, quads, slices]
     return [*modules, normals] if normals_too else modules

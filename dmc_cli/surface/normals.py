@@ -28,6 +28,7 @@ from dmc_cli.surface.field import (
     stored_value,
 )
 from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.slices import node_distance
 from dmc_cli.surface.surface import Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -46,6 +47,7 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
         surface.grid.struct(),
         surface.field,
         wp.mat33(*to_output.ravel()),
+        surface.depths,
         surface.vertex_cell,
         surface.vertex_local,
     ]
@@ -212,6 +214,7 @@ def compute_normals_kernel(
     grid: Grid,
     field: Field,
     to_output: wp.mat33,
+    depths: wp.array(dtype=wp.float64),
     cells: wp.array(dtype=wp.int64),
     locals: wp.array(dtype=wp.vec3),
     # Out:
@@ -221,6 +224,11 @@ def compute_normals_kernel(
     v = first + wp.tid()
     row = wp.int32(cells[v] / wp.int64(grid.nx))
     i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
-    normal = to_output * field_gradient(field, grid, i, row % grid.ny, row // grid.ny, locals[v])
+    k = row // grid.ny
+    gradient = field_gradient(field, grid, i, row % grid.ny, k, locals[v])
+    if depths.shape[0] > 0:
+        low = wp.float32(node_distance(depths, k))
+        gradient[2] = gradient[2] / (low + locals[v][2] * (wp.float32(node_distance(depths, k + 1)) - low))
+    normal = to_output * gradient
     length = wp.length(normal)
     normals_out[v] = wp.where(length > 0.0, normal / length, wp.vec3(0.0, 0.0, 1.0))

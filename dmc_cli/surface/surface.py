@@ -14,6 +14,7 @@ from dmc_cli.surface.grid import GridShape, grid_of
 from dmc_cli.surface.inside import find_inside
 from dmc_cli.surface.polygons import Polygons, trace_polygons
 from dmc_cli.surface.quads import connect_quads
+from dmc_cli.surface.slices import map_vertices, slice_depths
 from dmc_cli.surface.vertices import place_vertices
 
 
@@ -53,7 +54,8 @@ class Surface:
         cells: Active cells and their numbering.
         polygons: The special cells' polygons.
         stored_isovalue: The level that was cut, in stored values.
-        affine: Shape (4, 4): the grid's node index to the output space.
+        affine: Shape (4, 4): the grid's node index, slices even, to the output space.
+        depths: Depths of unevenly spaced slices, float64 (nz,), as `slice_depths` returns them; else empty.
         device: Where the arrays are.
     """
 
@@ -70,6 +72,7 @@ class Surface:
     polygons: Polygons
     stored_isovalue: float
     affine: np.ndarray[Any, Any]
+    depths: Any
     device: Device
 
 
@@ -77,6 +80,8 @@ def extract_surface(
     volume: DeviceVolume,
     settings: SurfaceSettings,
     affine: np.ndarray[Any, Any] | None = None,
+    *,
+    even_slices: bool = False,
     reserve: Callable[[int, int], None] | None = None,
 ) -> Surface:
     """Extract the isosurface of a volume as quads.
@@ -85,6 +90,7 @@ def extract_surface(
         volume: Values on the device.
         settings: Isovalue, side, topology, border, orientation.
         affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
+        even_slices: Leave slice positions aside, as grid coordinates do.
         reserve: Called with the numbers of vertices and quads before memory for them is taken; it may raise.
 
     Raises:
@@ -103,6 +109,10 @@ def extract_surface(
     if reserve is not None:
         reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
     vertices = place_vertices(cells, polygons, field, grid, target, device, settings.placement)
+    depths = slice_depths(None if even_slices else volume.volume, grid, device)
+    position = vertices.position
+    if depths.shape[0]:
+        position = map_vertices(vertices.cell, vertices.local, depths, grid, vertices.grid_affine, device)
     is_reversed = _is_reversed(settings, target)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
     counts = SurfaceCounts(
@@ -117,7 +127,7 @@ def extract_surface(
         no_data_nodes=nodes.no_data_count,
     )
     return Surface(
-        vertices=vertices.position,
+        vertices=position,
         vertex_cell=vertices.cell,
         vertex_local=vertices.local,
         quads=quads.corners,
@@ -130,6 +140,7 @@ def extract_surface(
         polygons=polygons,
         stored_isovalue=field.isovalue,
         affine=vertices.grid_affine,
+        depths=depths,
         device=device,
     )
 
