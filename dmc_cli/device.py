@@ -122,20 +122,17 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         progress: Who listens.
     """
     block_dim = 1 if device.is_cpu else None
-    missing = [module for module in modules if not _is_compiled(module)]
-    for module in modules:
-        if module not in missing:
-            wp.load_module(module, device=device.name, block_dim=block_dim)
+    names = [wp.get_module(module.__name__) for module in modules]
+    missing = [module for module in names if not _is_compiled(module)]
+    wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)
     if missing:
         with progress.stage(f"compiling {len(missing)} kernel modules, once for this version"):
-            for done, module in enumerate(missing):
-                progress.advance(done / len(missing))
-                wp.load_module(module, device=device.name, block_dim=block_dim)
+            wp.force_load(device.name, missing, block_dim=block_dim, max_workers=device.threads)
 
 
-def _is_compiled(module: ModuleType) -> bool:
+def _is_compiled(module: Any) -> bool:
     """Return whether the kernel cache holds a module, for whichever device."""
-    name = wp.get_module(module.__name__).get_module_identifier()
+    name = module.get_module_identifier()
     return (Path(wp.config.kernel_cache_dir) / name).is_dir()
 
 

@@ -1,7 +1,8 @@
 """Vertices of ordinary cells on CPU: sixteen at a time, so that the compiler can use vector instructions.
 
 The arithmetic is that of `placement`; only the loops are turned inside out. Corner values are gathered into
-lanes, one loop without a branch places all lanes, and the few that it cannot place are done one by one.
+lanes, and one loop without a branch places all lanes. The few that it cannot place get local coordinates below
+0, for `exact_vertices` to place one by one.
 """
 
 from typing import Any
@@ -17,14 +18,13 @@ from dmc_cli.surface.field import (
     UINT16,
     UINT32,
     Field,
-    cell_values,
     needs_care,
 )
 from dmc_cli.surface.grid import Grid, world_coordinate
-from dmc_cli.surface.placement import crossed_edges, place_vertex, solve_on_steepest_axis
-from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single, single_precision
+from dmc_cli.surface.placement import crossed_edges, solve_on_steepest_axis
+from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
 
-VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags} -mprefer-vector-width=512"
+VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags or '-march=native'} -mprefer-vector-width=512"
 """Warp's own flags, and leave to use the widest vector registers there are."""
 
 wp.set_module_options(
@@ -36,6 +36,8 @@ LANES = 16
 
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
+CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
+"""F at the corners of a block's cells: corner after corner."""
 
 
 @wp.func
@@ -84,7 +86,7 @@ def place_block_kernel(
     # Out:
     position_out: wp.array(dtype=wp.vec3),
     local_out: wp.array(dtype=wp.vec3),
-    fallbacks_out: wp.array(dtype=wp.int64),
+    left_out: wp.array(dtype=wp.uint8),
 ):
     """Place the vertices of a block of ordinary cells. One thread a block."""
     block = first + wp.tid()
@@ -95,9 +97,7 @@ def place_block_kernel(
     ck = IntLanes()
     rows = IntLanes()
     columns = IntLanes()
-    one = IntLanes(1)
     ny = grid.ny - 2 * grid.border
-    layer = IntLanes(ny)
     nz = grid.nz - 2 * grid.border
     last = grid.nx - 2 * grid.border - 2
     j = int(0)
@@ -119,19 +119,12 @@ def place_block_kernel(
         # any cell of the volume does for one that needs care: it is done again below
         columns[lane] = wp.clamp(i - grid.border, 0, last)
         rows[lane] = wp.clamp(j - grid.border, 0, ny - 2) + ny * wp.clamp(k - grid.border, 0, nz - 2)
-    # one corner after the other: a struct of all would be copied about
-    right = columns + one
-    f0 = gather_field(field, rows, columns)
-    f1 = gather_field(field, rows, right)
-    rows += one
-    f2 = gather_field(field, rows, columns)
-    f3 = gather_field(field, rows, right)
-    rows += layer - one
-    f4 = gather_field(field, rows, columns)
-    f5 = gather_field(field, rows, right)
-    rows += one
-    f6 = gather_field(field, rows, columns)
-    f7 = gather_field(field, rows, right)
+    values = CornerLanes()
+    for corner in range(8):
+        corner_rows = rows + IntLanes(((corner >> 1) & 1) + ny * (corner >> 2))
+        corner_values = gather_field(field, corner_rows, columns + IntLanes(corner & 1))
+        for lane in range(LANES):
+            values[corner * LANES + lane] = corner_values[lane]
     m00 = matrix[0, 0]
     m01 = matrix[0, 1]
     m02 = matrix[0, 2]
@@ -148,20 +141,25 @@ def place_block_kernel(
     vs = FloatLanes()
     ws = FloatLanes()
     for lane in range(LANES):
-        f = CornerValues(f0[lane], f1[lane], f2[lane], f3[lane], f4[lane], f5[lane], f6[lane], f7[lane])
+        f = CornerValues(
+            values[lane],
+            values[LANES + lane],
+            values[2 * LANES + lane],
+            values[3 * LANES + lane],
+            values[4 * LANES + lane],
+            values[5 * LANES + lane],
+            values[6 * LANES + lane],
+            values[7 * LANES + lane],
+        )
         q = solve_on_steepest_axis(f, crossed_edges(f))
         us[lane] = wp.where(fits_single(f), q[0], -1.0)
         vs[lane] = q[1]
         ws[lane] = q[2]
-    fallbacks = int(0)
-    for lane in range(size):
+    left = int(0)
+    for lane in range(LANES):
         if us[lane] < 0.0 or needs_care(field, grid, ci[lane], cj[lane], ck[lane]):
-            f = single_precision(cell_values(field, grid, ci[lane], cj[lane], ck[lane]))
-            p = place_vertex(f, crossed_edges(f))
-            us[lane] = p[0]
-            vs[lane] = p[1]
-            ws[lane] = p[2]
-            fallbacks += int(p[3])
+            us[lane] = -1.0
+            left = 1
     xs = FloatLanes()
     ys = FloatLanes()
     zs = FloatLanes()
@@ -175,4 +173,5 @@ def place_block_kernel(
     for lane in range(size):
         local_out[start + lane] = wp.vec3(us[lane], vs[lane], ws[lane])
         position_out[start + lane] = wp.vec3(xs[lane], ys[lane], zs[lane])
-    fallbacks_out[block] = wp.int64(fallbacks)
+    if size == LANES:  # else the block goes on with vertices of special cells
+        left_out[block] = wp.uint8(left)

@@ -11,7 +11,7 @@ from dmc_cli.surface.grid import Grid, world_position
 from dmc_cli.surface.placement import EdgeSet, crossed_edges, edge_set
 from dmc_cli.surface.placement_iterative import place_at_mean, place_by_steps
 from dmc_cli.surface.placement_sampled import place_by_samples
-from dmc_cli.surface.polygons import SpecialCells, polygon_of_vertex
+from dmc_cli.surface.polygons import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import CornerValues, single_precision
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -33,20 +33,6 @@ def place_by(method: wp.int32, f: CornerValues, edges: EdgeSet) -> wp.vec4:
     else:
         p = place_at_mean(f, edges)
     return p
-
-
-@wp.func
-def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.int32:
-    """Return which special cell the n-th vertex of special cells belongs to, by bisection."""
-    low = int(0)
-    high = count
-    while high - low > 1:
-        middle = low + (high - low) // 2
-        if special.first_vertex[middle] <= n:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @wp.kernel

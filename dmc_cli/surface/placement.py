@@ -8,7 +8,6 @@ nearest root on the segments from the mean to the crossings, which always exists
 surface; the paper's own last resort, the mean itself, is not needed.
 """
 
-from typing import Any
 
 import warp as wp
 

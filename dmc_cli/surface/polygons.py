@@ -625,3 +625,17 @@ def polygon_of_vertex(special: SpecialCells, s: wp.int64, n: wp.int32) -> wp.uin
         if label_of(special.polygons[s], edge) == polygon:
             edges |= wp.uint32(1) << wp.uint32(edge)
     return edges
+
+
+@wp.func
+def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.int32:
+    """Return which special cell the n-th vertex of special cells belongs to, by bisection."""
+    low = int(0)
+    high = count
+    while high - low > 1:
+        middle = low + (high - low) // 2
+        if special.first_vertex[middle] <= n:
+            low = middle
+        else:
+            high = middle
+    return low

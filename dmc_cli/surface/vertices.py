@@ -15,7 +15,7 @@ from dmc_cli.device import Device
 from dmc_cli.settings import Placement
 from dmc_cli.surface.blocks import LANES, place_block_kernel
 from dmc_cli.surface.cells import CellBits, Cells
-from dmc_cli.surface.exact_vertices import place_ordinary_vertices_kernel, place_special_vertices_kernel
+from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
 from dmc_cli.surface.grid import Grid, GridShape, bit_index, grid_affine
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
@@ -87,17 +87,20 @@ def _place_exactly(
     vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], device: Device
 ) -> int:
     """Place all vertices on the surface and return how many took a fallback."""
-    ordinary, special = cells.ordinary_count, polygons.special_count
-    block = LANES if device.is_cpu else 1
-    kernel = place_block_kernel if device.is_cpu else place_ordinary_vertices_kernel
-    fallbacks = device.empty(-(-ordinary // block), wp.int64)
-    inputs = [*scene, ordinary, vertices.cell]
-    device.launch(kernel, fallbacks.shape[0], inputs, [vertices.position, vertices.local, fallbacks])
-    special_fallbacks = device.empty(special, wp.int64)
-    inputs = [*scene, polygons.special, ordinary]
-    outputs = [vertices.position, vertices.cell, vertices.local, special_fallbacks]
-    device.launch(place_special_vertices_kernel, special, inputs, outputs)
-    return device.total(fallbacks) + device.total(special_fallbacks)
+    ordinary, count = cells.ordinary_count, polygons.vertex_count
+    size = LANES if device.is_cpu else 1
+    left = wp.full(-(-count // size), 1, dtype=wp.uint8, device=device.name)
+    if device.is_cpu:
+        blocks = -(-ordinary // LANES)
+        inputs = [*scene, ordinary, vertices.cell]
+        device.launch(place_block_kernel, blocks, inputs, [vertices.position, vertices.local, left])
+    else:
+        vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
+    fallbacks = device.empty(left.shape[0], wp.int64)
+    inputs = [*scene, size, left, ordinary, polygons.special, polygons.special_count]
+    outputs = [vertices.cell, vertices.local, vertices.position, fallbacks]
+    device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs)
+    return device.total(fallbacks)
 
 
 @wp.kernel
