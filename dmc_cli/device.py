@@ -132,7 +132,7 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
 
 def _is_compiled(module: Any) -> bool:
     """Return whether the kernel cache holds a module, for whichever device."""
-    name = module.get_module_identifier()
+    name: str = module.get_module_identifier()
     return (Path(wp.config.kernel_cache_dir) / name).is_dir()
 
 

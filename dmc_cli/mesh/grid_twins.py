@@ -1,16 +1,16 @@
 """Twins from the grid: no hash, no sort, no guess.
 
-A mesh edge is dual to a segment in a cell face, and the segment joins two of the face's grid edges. The twin of
-the halfedge on that side of the quad round one of them is the halfedge on that side of the quad round the other;
-there is none if no quad goes round it. That is right also where four quads share two vertices, where Grosso &
-Zint 2021 (section 3.2) pair by whatever order a hash table has.
+A mesh edge is dual to a segment in a cell face, and the segment joins two of the face's grid edges. The
+twin of the halfedge on that side of the quad round one of them is the halfedge on that side of the quad
+round the other; there is none if no quad goes round it. That is right also where four quads share two
+vertices, where Grosso & Zint 2021 (section 3.2) pair by whatever order a hash table has.
 
 Where all cells round an edge are ordinary, each of the four faces has exactly one other edge with a quad: the
 parallel one, or one of the two across. Elsewhere the inside bits and the special cell's decision tell.
 
-The kernel also finds the quads with a *defect*: a side without a twin, or with two vertices that more than two
-quads join. Simplification leaves them and their neighbours alone. Crowded vertex pairs come from ambiguous faces
-only: any two vertices are joined through at most one cell face.
+The kernel also finds the quads with a *defect*: a side without a twin, or with two vertices that more than
+two quads join. Simplification leaves them and their neighbours alone. Crowded vertex pairs come from
+ambiguous faces only: any two vertices are joined through at most one cell face.
 """
 
 from typing import Any
@@ -33,8 +33,8 @@ from dmc_cli.mesh.quad_ranks import (
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, bit_index, has_bit
-from dmc_cli.surface.polygons import SpecialCells, find_special
 from dmc_cli.surface.quads import surely_ordinary
+from dmc_cli.surface.special_cells import SpecialCells, find_special
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

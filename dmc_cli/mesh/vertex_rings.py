@@ -1,10 +1,10 @@
 """What the grid knows of each vertex: an outgoing halfedge, and how many mesh edges meet there.
 
-The quads of a vertex go round the grid edges of its cell that its polygon crosses. All edges of an ordinary cell's
-polygon have quads, so its valence is the number of its crossed edges, and any of its halfedges will do: the first
-of fixed candidates is taken. A special cell lists its vertices' edges; a vertex on a boundary takes the outgoing
-halfedge without a twin (the first by edge, should there be several fans), so that twin-of-previous walks the whole
-fan, and has one mesh edge more for each fan.
+The quads of a vertex go round the grid edges of its cell that its polygon crosses. All edges of an ordinary
+cell's polygon have quads, so its valence is the number of its crossed edges, and any of its halfedges will
+do: the first of fixed candidates is taken. A special cell lists its vertices' edges; a vertex on a boundary
+takes the outgoing halfedge without a twin (the first by edge, should there be several fans), so that
+twin-of-previous walks the whole fan, and has one mesh edge more for each fan.
 """
 
 from typing import Any
@@ -17,13 +17,14 @@ from dmc_cli.mesh.quad_ranks import QuadWord, edges_at, quad_in, quad_round, wor
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, bit_index, has_bit, next_node
-from dmc_cli.surface.polygons import EDGE_HIGH, EDGE_LOW, NO_LABEL, SpecialCells, label_of
+from dmc_cli.surface.special_cells import SpecialCells
+from dmc_cli.surface.tracing import EDGE_HIGH, EDGE_LOW, NO_LABEL, label_of
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 
 def find_vertex_rings(surface: Surface, words: Any, twin: Any, device: Device) -> tuple[Any, Any]:
-    """Return an outgoing halfedge, int32 (V,), and the valence, uint8 (V,), of each vertex.
+    """Return an outgoing halfedge, int32 (V,), and the valence, int32 (V,), of each vertex.
 
     Args:
         surface: The surface as it was extracted.
@@ -32,7 +33,7 @@ def find_vertex_rings(surface: Surface, words: Any, twin: Any, device: Device) -
         device: Where to work.
     """
     count = surface.vertices.shape[0]
-    halfedge, valence = device.empty(count, wp.int32), device.empty(count, wp.uint8)
+    halfedge, valence = device.empty(count, wp.int32), device.empty(count, wp.int32)
     grid, cells, polygons = surface.grid.struct(), surface.cells, surface.polygons
     is_reversed = int(surface.is_reversed)
     inputs = [grid, cells.bits, is_reversed, words]
@@ -124,8 +125,8 @@ def some_halfedge(
 ) -> wp.int32:
     """Return a halfedge from the vertex of ordinary cell b of a word.
 
-    If none of its x edges is crossed, its low and its high face across x are alike: then one of the low face's
-    edges is crossed. `inside` words are those of the rows, turned where quads are reversed.
+    If none of its x edges is crossed, its low and its high face across x are alike: then one of the low
+    face's edges is crossed. `inside` words are those of the rows, turned where quads are reversed.
     """
     h = int(0)
     if has_bit(here[0], b):
@@ -157,7 +158,7 @@ def ring_ordinary_kernel(
     words: wp.array2d(dtype=QuadWord),
     # Out:
     halfedge_out: wp.array(dtype=wp.int32),
-    valence_out: wp.array(dtype=wp.uint8),
+    valence_out: wp.array(dtype=wp.int32),
 ):
     """Find a halfedge and the valence of the ordinary cells' vertices. One thread a row."""
     row = first + wp.tid()
@@ -190,7 +191,7 @@ def ring_ordinary_kernel(
                 left &= left - wp.uint32(1)
                 count = digit_at(counts.ones, b) + 2 * digit_at(counts.twos, b)
                 count += 4 * digit_at(counts.fours, b) + 8 * digit_at(counts.eights, b)
-                valence_out[v] = wp.uint8(count)
+                valence_out[v] = count
                 halfedge_out[v] = some_halfedge(
                     here, word_y, word_z, word_yz, inside, inside_y, inside_z, inside_yz, b
                 )
@@ -206,7 +207,7 @@ def halfedge_from_cell(
     cell: wp.vec3i,
     edge: wp.int32,
 ) -> wp.int32:
-    """Return the halfedge that leaves a cell's vertex in the quad round an edge of the cell, which has one."""
+    """Return the halfedge that leaves a cell's vertex in the quad round one of its edges."""
     low = EDGE_LOW[edge]
     across = EDGE_HIGH[edge] - low
     axis = wp.where(across == 1, 0, wp.where(across == 2, 1, 2))
@@ -233,7 +234,7 @@ def ring_special_kernel(
     twin: wp.array(dtype=wp.int32),
     # Out:
     halfedge_out: wp.array(dtype=wp.int32),
-    valence_out: wp.array(dtype=wp.uint8),
+    valence_out: wp.array(dtype=wp.int32),
 ):
     """Find a halfedge and the valence of the special cells' vertices. One thread a special cell."""
     s = first + wp.tid()
@@ -256,4 +257,4 @@ def ring_special_kernel(
                 elif twin[h] < 0 and twin[leaving] >= 0:
                     leaving = h
         halfedge_out[start + n] = leaving
-        valence_out[start + n] = wp.uint8(valence)
+        valence_out[start + n] = valence

@@ -4,7 +4,11 @@ grid        numbering of nodes, cells, edges and faces; one bit a node
 field       the scalar field F whose zero set is the surface
 inside      inside bits: the one pass over the values
 cells       active cells, ordinary and special, and their numbers
-polygons    MC polygons of the special cells, traced
+tracing     the polygons of one cell, followed from face to face
+special_cells   the cells with more than one polygon, or at a border
+flips       face flips that make the mesh manifold
+fans        from polygons to vertices
+polygons    decide, trace, flip, number: the special cells' stage
 placement   one vertex a polygon on the trilinear surface
 placement_sampled, placement_iterative   one vertex a polygon as the papers place it
 blocks      exact vertices of ordinary cells on CPU, sixteen at a time
@@ -24,12 +28,15 @@ from dmc_cli.surface import (
     blocks,
     cells,
     exact_vertices,
+    fans,
+    flips,
     inside,
     normals,
     paper_vertices,
     polygons,
     quads,
     slices,
+    special_cells,
     vertices,
 )
 from dmc_cli.surface.field import DeviceVolume, upload_volume
@@ -50,5 +57,5 @@ __all__ = [
 def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, for loading them ahead of time."""
     placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
-    modules = [inside, cells, polygons, vertices, *placing, quads, slices]
+    modules = [inside, cells, special_cells, polygons, flips, fans, vertices, *placing, quads, slices]
     return [*modules, normals] if normals_too else modules

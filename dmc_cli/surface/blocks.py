@@ -1,8 +1,8 @@
 """Vertices of ordinary cells on CPU: sixteen at a time, so that the compiler can use vector instructions.
 
 The arithmetic is that of `placement`; only the loops are turned inside out. Corner values are gathered into
-lanes, and one loop without a branch places all lanes. The few that it cannot place get local coordinates below
-0, for `exact_vertices` to place one by one.
+lanes, and one loop without a branch places all lanes. The few that it cannot place get local coordinates
+below 0, for `exact_vertices` to place one by one.
 """
 
 from typing import Any

@@ -9,7 +9,7 @@ import warp as wp
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, world_position
 from dmc_cli.surface.placement import crossed_edges, edge_set, place_vertex
-from dmc_cli.surface.polygons import SpecialCells, polygon_of_vertex, special_cell_of
+from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import single_precision
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})

@@ -149,8 +149,8 @@ def stored_isovalue(volume: Volume, isovalue: float) -> float:
         rounded = float(volume.values.dtype.type(stored))
     if not math.isfinite(rounded):
         raise EmptySurfaceError(
-            f"there is no surface at isovalue {isovalue:g}: it is beyond every {volume.values.dtype.name} number;"
-            " choose an isovalue in the range that `dmc info` tells"
+            f"there is no surface at isovalue {isovalue:g}: it is beyond every {volume.values.dtype.name}"
+            " number; choose an isovalue in the range that `dmc info` tells"
         )
     return rounded
 
@@ -181,7 +181,7 @@ def padding_range(volume: Volume) -> tuple[float, float]:
 
 
 def absent_value(volume: Volume, field: Any) -> float:
-    """Return F of nodes without data under a closed border: the extreme value on the side that is not the object."""
+    """Return F of nodes without data under a closed border: the extreme that is not the object's."""
     ends = volume.value_range()
     if ends is None:
         return float(field.outside)
@@ -276,7 +276,7 @@ def stored_cell(field: Field, row: wp.int32, ny: wp.int32, i: wp.int32) -> Corne
 
 @wp.func
 def needs_care(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
-    """Return whether cell (i, j, k) may have a corner that is not stored as it counts: under a closed border."""
+    """Return whether a corner of cell (i, j, k) may count for something else than what is stored."""
     at_border = i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2
     return grid.border == 1 and (at_border or field.has_absent == 1)
 

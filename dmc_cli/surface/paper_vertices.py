@@ -11,7 +11,7 @@ from dmc_cli.surface.grid import Grid, world_position
 from dmc_cli.surface.placement import EdgeSet, crossed_edges, edge_set
 from dmc_cli.surface.placement_iterative import place_at_mean, place_by_steps
 from dmc_cli.surface.placement_sampled import place_by_samples
-from dmc_cli.surface.polygons import SpecialCells, polygon_of_vertex, special_cell_of
+from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import CornerValues, single_precision
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})

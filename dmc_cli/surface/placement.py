@@ -8,7 +8,6 @@ nearest root on the segments from the mean to the crossings, which always exists
 surface; the paper's own last resort, the mean itself, is not needed.
 """
 
-
 import warp as wp
 
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient, trilinear_value
@@ -34,7 +33,8 @@ class EdgeSet:
     """A number for each edge of a cell, by axis, in the order of the cell's faces: low low, high low, ...
 
     x holds edges 0 2 4 6, y holds 3 1 7 5, z holds 8 9 11 10. As a set of edges: 1 for a member, 0 for the
-    others, so that arithmetic takes the place of branches and the compiler can place several vertices at once.
+    others, so that arithmetic takes the place of branches and the compiler can place several vertices
+    at once.
     """
 
     x: wp.vec4

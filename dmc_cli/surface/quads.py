@@ -15,7 +15,9 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits, Cells, load_word
 from dmc_cli.surface.grid import Grid, GridShape, bit_index, has_bit, low_bits, next_node, previous_node
-from dmc_cli.surface.polygons import Polygons, SpecialCells, find_special, label_of
+from dmc_cli.surface.polygons import Polygons
+from dmc_cli.surface.special_cells import SpecialCells, find_special
+from dmc_cli.surface.tracing import label_of
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -178,7 +180,7 @@ def oriented(quad: wp.vec4i, forward: wp.bool) -> wp.vec4i:
 def surely_ordinary(
     grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32
 ) -> wp.uint32:
-    """Return a bit for each node of a word: whether all active cells that its edges could need are ordinary."""
+    """Return a bit for each node of a word: whether all active cells round its edges are ordinary."""
     special = bits.active[row, w] & ~bits.ordinary[row, w]
     behind = special_before(bits, row, w)
     if j > 0:

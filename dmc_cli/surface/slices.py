@@ -19,9 +19,10 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 
 def slice_depths(volume: Volume | None, grid: GridShape, device: Device) -> Any:
-    """Return the depth of each slice of the grid, float64 (nz,), empty where slices are even (or `volume` is None).
+    """Return the depth of each slice of the grid, float64 (nz,), empty where slices are even.
 
-    A virtual slice of a closed border has the distance of the two slices beside it.
+    A virtual slice of a closed border has the distance of the two slices beside it. Without a volume slices
+    are even.
     """
     if volume is None or volume.slice_positions is None:
         return device.empty(0, wp.float64)

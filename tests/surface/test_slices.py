@@ -15,7 +15,7 @@ SPACING = np.array([1.0, 1.0, 1.5])
 
 
 def sphere(positions: np.ndarray, shear: float = 0.0) -> Volume:
-    """A ball of 12 mm round the middle of slices at these positions, sheared along y as a gantry tilt does."""
+    """A ball of 12 mm round the middle of slices at these positions, sheared along y as by a gantry tilt."""
     affine = np.diag([*SPACING, 1.0])
     affine[1, 2] = shear
     depths = positions / np.linalg.norm(affine[:3, 2])  # in steps of the third column

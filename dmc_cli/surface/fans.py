@@ -1,0 +1,161 @@
+"""From polygons to vertices: none for a polygon without a quad, one a fan of quads.
+
+Edges of an open border, or beside a cell that does not exist, have no quad. So a polygon there may end up
+without any, and gives no vertex; or its quads form several fans. With manifold topology each fan then gets a
+vertex of its own, all at one place.
+"""
+
+import warp as wp
+
+from dmc_cli.surface.cells import CellBits
+from dmc_cli.surface.grid import Grid, has_bit
+from dmc_cli.surface.special_cells import SpecialCells, cell_case, is_active
+from dmc_cli.surface.tracing import (
+    EDGE_HIGH,
+    EDGE_LOW,
+    FACE_EDGE_BITS,
+    NO_LABEL,
+    NO_LABELS,
+    label_of,
+    next_edge,
+    with_label,
+)
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+@wp.func
+def edge_has_quad(
+    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, edge: wp.int32
+) -> wp.bool:
+    """Return whether a crossed edge of cell (i, j, k) has a quad: the three cells beside it exist."""
+    corner = EDGE_LOW[edge]
+    axis = EDGE_HIGH[edge] - corner  # 1, 2, 4 for x, y, z
+    di = 2 * (corner & 1) - 1
+    dj = 2 * ((corner >> 1) & 1) - 1
+    dk = 2 * (corner >> 2) - 1
+    found = bool(False)
+    if axis == 1:
+        found = is_active(grid, bits, i, j + dj, k) and is_active(grid, bits, i, j, k + dk)
+        found = found and is_active(grid, bits, i, j + dj, k + dk)
+    elif axis == 2:
+        found = is_active(grid, bits, i + di, j, k) and is_active(grid, bits, i, j, k + dk)
+        found = found and is_active(grid, bits, i + di, j, k + dk)
+    else:
+        found = is_active(grid, bits, i + di, j, k) and is_active(grid, bits, i, j + dj, k)
+        found = found and is_active(grid, bits, i + di, j + dj, k)
+    return found
+
+
+@wp.func
+def edges_with_quad(
+    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, labels: wp.uint64, has_absent: wp.int32
+) -> wp.uint32:
+    """Return a bit for each crossed edge of cell (i, j, k) that has a quad."""
+    found = wp.uint32(0)
+    if has_absent == 1:
+        for edge in range(12):
+            if label_of(labels, edge) != NO_LABEL and edge_has_quad(grid, bits, i, j, k, edge):
+                found |= wp.uint32(1) << wp.uint32(edge)
+    else:  # all cells of the grid exist, so only edges in the grid's own faces have none
+        bare = int(0)
+        bare |= wp.where(i == 0, FACE_EDGE_BITS[0], 0) | wp.where(i == grid.nx - 2, FACE_EDGE_BITS[1], 0)
+        bare |= wp.where(j == 0, FACE_EDGE_BITS[2], 0) | wp.where(j == grid.ny - 2, FACE_EDGE_BITS[3], 0)
+        bare |= wp.where(k == 0, FACE_EDGE_BITS[4], 0) | wp.where(k == grid.nz - 2, FACE_EDGE_BITS[5], 0)
+        for edge in range(12):
+            if label_of(labels, edge) != NO_LABEL:
+                found |= wp.uint32(1) << wp.uint32(edge)
+        found &= ~wp.uint32(bare)
+    return found
+
+
+@wp.func
+def label_fans(
+    case: wp.int32,
+    joined: wp.uint32,
+    labels: wp.uint64,
+    start: wp.int32,
+    with_quad: wp.uint32,
+    label: wp.int32,
+) -> wp.uint64:
+    """Give each run of edges with quads round the polygon of edge `start` its own label.
+
+    `start` has no quad; the labels count up from `label`.
+    """
+    result = with_label(labels, start, NO_LABEL)
+    current = int(label - 1)
+    previous = int(-1)
+    edge = int(start)
+    following = next_edge(case, joined, previous, edge)
+    while following != start:
+        if has_bit(with_quad, following):
+            if not has_bit(with_quad, edge):
+                current += 1
+            result = with_label(result, following, current)
+        else:
+            result = with_label(result, following, NO_LABEL)
+        previous = edge
+        edge = following
+        following = next_edge(case, joined, previous, edge)
+    return result
+
+
+@wp.kernel
+def number_vertices_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    splits_fans: wp.bool,
+    has_absent: wp.int32,
+    # Out:
+    labels_out: wp.array(dtype=wp.uint64),
+    polygon_count_out: wp.array(dtype=wp.int64),
+    vertex_count_out: wp.array(dtype=wp.int64),
+    unused_out: wp.array(dtype=wp.int64),
+    multi_out: wp.array(dtype=wp.int64),
+):
+    """Turn polygons into vertices: none for a polygon without quads, one a fan. One thread a special cell."""
+    s = first + wp.tid()
+    row = special.row[s]
+    i = special.i[s]
+    j = row % grid.ny
+    k = row // grid.ny
+    case = cell_case(grid, bits.inside, row, i)
+    labels = special.polygons[s]
+    joined = special.joined[s]
+    with_quad = edges_with_quad(grid, bits, i, j, k, labels, has_absent)
+    polygons = int(0)
+    for edge in range(12):
+        label = label_of(labels, edge)
+        if label != NO_LABEL:
+            polygons = wp.max(polygons, label + 1)
+    result = NO_LABELS
+    vertices = int(0)
+    unused = int(0)
+    for polygon in range(polygons):
+        bare = int(-1)  # an edge without a quad, if there is one
+        quads = int(0)
+        for edge in range(12):
+            if label_of(labels, edge) == polygon:
+                if has_bit(with_quad, edge):
+                    quads += 1
+                    result = with_label(result, edge, vertices)
+                else:
+                    bare = edge
+        if quads == 0:
+            unused += 1
+        elif bare >= 0 and splits_fans:
+            result = label_fans(case, joined, result, bare, with_quad, vertices)
+            for edge in range(12):
+                label = label_of(result, edge)
+                if label != NO_LABEL:
+                    vertices = wp.max(vertices, label + 1)
+        else:
+            vertices += 1
+    labels_out[s] = result
+    polygon_count_out[s] = wp.int64(polygons)
+    vertex_count_out[s] = wp.int64(vertices)
+    unused_out[s] = wp.int64(unused)
+    multi_out[s] = wp.int64(wp.where(polygons > 1, 1, 0))

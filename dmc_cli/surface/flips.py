@@ -1,0 +1,84 @@
+"""Face flips that make the mesh manifold (`--topology manifold`).
+
+Where an ambiguous face has both its segments in one polygon in both of its cells, the dual mesh would have
+an edge with four quads. Flipping the decision of that face splits a polygon in each cell. One sweep over six
+classes of faces (x even, x odd, y even, y odd, z even, z odd; index of the face along its axis, in the whole
+grid) suffices: a flip never merges polygons and makes no new bad face, and no two faces of a class share a
+cell. Each flip closes a tunnel or cuts a bridge.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.device import Device
+from dmc_cli.surface.cells import CellBits, Cells
+from dmc_cli.surface.grid import Grid, has_bit
+from dmc_cli.surface.special_cells import SpecialCells, cell_case, find_special, is_active
+from dmc_cli.surface.tracing import FACE_EDGES, label_of, trace_cell
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
+    """Flip the faces that make non-manifold edges; return their number."""
+    flips = device.zeros(count, wp.int64)
+    for axis in range(3):
+        for parity in range(2):
+            inputs = [struct, cells.bits, special, axis, parity]
+            device.launch(flip_faces_kernel, count, inputs, [special.joined, special.polygons, flips])
+    return device.total(flips)
+
+
+@wp.func
+def is_one_polygon(labels: wp.uint64, face: wp.int32) -> wp.bool:
+    """Return whether all segments of an ambiguous face are in one polygon."""
+    label = label_of(labels, FACE_EDGES[4 * face])
+    same = bool(True)
+    for side in range(1, 4):
+        if label_of(labels, FACE_EDGES[4 * face + side]) != label:
+            same = False
+    return same
+
+
+@wp.kernel
+def flip_faces_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    axis: wp.int32,
+    parity: wp.int32,
+    # In/out:
+    joined_inout: wp.array(dtype=wp.uint32),
+    polygons_inout: wp.array(dtype=wp.uint64),
+    flips_inout: wp.array(dtype=wp.int64),
+):
+    """Flip the bad faces of one class. One thread a special cell, for its high face on `axis`.
+
+    Two faces of a class never share a cell, so no thread writes what another one reads.
+    """
+    s = first + wp.tid()
+    row = special.row[s]
+    i = special.i[s]
+    j = row % grid.ny
+    k = row // grid.ny
+    plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
+    face = 2 * axis + 1
+    if plane % 2 != parity or not has_bit(joined_inout[s], face + 8):
+        return
+    ni = i + wp.where(axis == 0, 1, 0)
+    nj = j + wp.where(axis == 1, 1, 0)
+    nk = k + wp.where(axis == 2, 1, 0)
+    if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
+        other_row = nj + nk * grid.ny
+        other = find_special(special, other_row, ni)
+        if is_one_polygon(polygons_inout[other], face - 1):
+            joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
+            other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
+            joined_inout[s] = joined
+            joined_inout[other] = other_joined
+            polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
+            polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
+            flips_inout[s] = flips_inout[s] + wp.int64(1)

@@ -1,0 +1,124 @@
+"""The special cells: a sorted list with what was found out about each, and how to look one up."""
+
+import warp as wp
+
+from dmc_cli.surface.cells import CellBits
+from dmc_cli.surface.grid import Grid, bit_index, has_bit
+from dmc_cli.surface.tracing import NO_LABEL, label_of
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+AMBIGUOUS = wp.uint32(1 << 8)
+"""The first of the bits of `SpecialCells.joined` that say which faces are ambiguous."""
+
+
+@wp.struct
+class SpecialCells:
+    """The special cells in grid order; each row's lie at `starts[row]` to `starts[row + 1]`.
+
+    `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous.
+    `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
+    likewise the number of its vertex among the cell's. `first_vertex` counts the vertices of the special
+    cells before.
+    """
+
+    starts: wp.array(dtype=wp.int64)
+    row: wp.array(dtype=wp.int32)
+    i: wp.array(dtype=wp.int32)
+    joined: wp.array(dtype=wp.uint32)
+    polygons: wp.array(dtype=wp.uint64)
+    vertices: wp.array(dtype=wp.uint64)
+    first_vertex: wp.array(dtype=wp.int64)
+
+
+@wp.func
+def find_special(special: SpecialCells, row: wp.int32, i: wp.int32) -> wp.int64:
+    """Return the number of a special cell by bisection of its row's; the cell is one."""
+    low = special.starts[row]
+    high = special.starts[row + 1] - wp.int64(1)
+    while low < high:
+        middle = (low + high) / wp.int64(2)
+        if special.i[middle] < i:
+            low = middle + wp.int64(1)
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.int32:
+    """Return which special cell the n-th vertex of special cells belongs to, by bisection."""
+    low = int(0)
+    high = count
+    while high - low > 1:
+        middle = low + (high - low) // 2
+        if special.first_vertex[middle] <= n:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def polygon_of_vertex(special: SpecialCells, s: wp.int64, n: wp.int32) -> wp.uint32:
+    """Return the edges (a bit each) of the whole polygon that vertex n of a special cell stands for."""
+    polygon = int(NO_LABEL)
+    for edge in range(12):
+        if label_of(special.vertices[s], edge) == n:
+            polygon = label_of(special.polygons[s], edge)
+    edges = wp.uint32(0)
+    for edge in range(12):
+        if label_of(special.polygons[s], edge) == polygon:
+            edges |= wp.uint32(1) << wp.uint32(edge)
+    return edges
+
+
+@wp.func
+def is_active(grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+    """Return whether (i, j, k) is an active cell; indices may be off the grid."""
+    found = bool(False)
+    if i >= 0 and j >= 0 and k >= 0 and i < grid.nx - 1 and j < grid.ny - 1 and k < grid.nz - 1:
+        found = has_bit(bits.active[j + k * grid.ny, i // 32], i % 32)
+    return found
+
+
+@wp.func
+def cell_case(grid: Grid, inside: wp.array2d(dtype=wp.uint32), row: wp.int32, i: wp.int32) -> wp.int32:
+    """Return a cell's case: bit c is set if corner c is inside."""
+    w = i // 32
+    b = i % 32
+    w1 = (i + 1) // 32
+    b1 = (i + 1) % 32
+    case = int(0)
+    for r in range(4):
+        corner_row = row + (r & 1) + (r >> 1) * grid.ny
+        if has_bit(inside[corner_row, w], b):
+            case |= 1 << (2 * r)
+        if has_bit(inside[corner_row, w1], b1):
+            case |= 2 << (2 * r)
+    return case
+
+
+@wp.kernel
+def list_special_cells_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    starts: wp.array(dtype=wp.int64),
+    # Out:
+    row_out: wp.array(dtype=wp.int32),
+    i_out: wp.array(dtype=wp.int32),
+):
+    """List the special cells. One thread a row."""
+    row = first + wp.tid()
+    slot = starts[row]
+    if slot < starts[row + 1]:
+        for w in range(grid.words):
+            left = bits.active[row, w] & ~bits.ordinary[row, w]
+            while left != wp.uint32(0):
+                row_out[slot] = row
+                i_out[slot] = 32 * w + bit_index(left)
+                slot += wp.int64(1)
+                left &= left - wp.uint32(1)
