@@ -1,6 +1,7 @@
 """The conversion, stage by stage: the table of contents of the package.
 
-    volume -> cells -> polygons -> vertices -> quads -> halfedges -> report -> files
+    volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh -> report
+    -> files
 
 Each stage is one call; its time goes to the report under its name.
 """
@@ -12,10 +13,17 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
+from dmc_cli.mesh import kernel_modules as mesh_kernels
 from dmc_cli.mesh.check import check_mesh
+from dmc_cli.mesh.coloring import color_quads, color_vertices, reduce_colors
+from dmc_cli.mesh.halfedges import build_halfedges
+from dmc_cli.mesh.simplify import simplify
+from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import kernel_modules as report_kernels
 from dmc_cli.report.measures import measure_surface
@@ -30,8 +38,20 @@ from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
 from dmc_cli.writers.atomic import check_output, write_output
+from dmc_cli.writers.halfedge_dump import HalfedgeDump, check_dump_name, halfedge_rows, write_halfedges
 from dmc_cli.writers.mesh_file import MeshFile
 from dmc_cli.writers.write import choose_format, write_mesh
+
+
+@dataclass(frozen=True)
+class ConnectedMesh:
+    """A surface with what follows it: halfedges, colours, simplification; None for what was not asked for."""
+
+    surface: Surface
+    halfedges: Any = None
+    color: Any = None
+    color24: Any = None
+    simplification: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -74,15 +94,14 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
     watch = Stopwatch(progress)
     choose_format(output.path, output.output_format)
     check_output(output.path, force=output.force)
-    if output.report is not None:
-        check_output(output.report, force=output.force)
+    if output.halfedges is not None:
+        check_dump_name(output.halfedges)
+    for path in (output.halfedges, output.report):
+        if path is not None:
+            check_output(path, force=output.force)
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
-        modules = [
-            *surface_kernels(normals_too=output.normals, placement=settings.surface.placement),
-            *(report_kernels() if _measures(settings) else []),
-        ]
-        load_kernels(device, modules, progress)
+        load_kernels(device, _needed_kernels(settings), progress)
     with watch.stage("read", "reading"):
         volume = read_volume(settings.input, settings.read, progress)
     affine, space = output_affine(volume, output.space)
@@ -97,20 +116,23 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
             reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
         )
     _refuse_empty(surface, volume, settings)
+    connected = _connect(surface, settings, watch)
+    surface = connected.surface
     normals = None
-    if output.normals:
+    if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(surface, settings.surface)
-    report = _measured(settings, volume, surface, watch)
+    report = _measured(settings, volume, connected, watch)
     if output.check:
-        check_mesh(surface, normals, report, settings.surface)
+        check_mesh(surface, connected.halfedges, normals, report, settings)
     mesh = MeshFile(
         vertices=surface.vertices.numpy(),
         quads=surface.quads.numpy(),
-        normals=None if normals is None else normals.numpy(),
+        normals=None if normals is None or not output.normals else normals.numpy(),
         space=space,
     )
-    _finish(settings, mesh, report, watch)
+    dump = None if output.halfedges is None else _dump(connected, normals)
+    _finish(settings, mesh, dump, report, watch)
     return ConvertResult(mesh, report)
 
 
@@ -123,7 +145,19 @@ def compile_kernels(progress: Progress = SILENT) -> None:
 
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
-    return [*surface_kernels(), *surface_kernels(placement="sampled"), *report_kernels()]
+    placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
+    return [*placements, *mesh_kernels(simplify=True), *report_kernels()]
+
+
+def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
+    """Return the modules with kernels that a run needs."""
+    dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
+    modules = surface_kernels(
+        normals_too=settings.output.normals or dumped, placement=settings.surface.placement
+    )
+    if dumped or wanted or _measures(settings):
+        modules += mesh_kernels(simplify=wanted, colors=dumped)
+    return modules + (report_kernels() if _measures(settings) else [])
 
 
 def _measures(settings: ConvertSettings) -> bool:
@@ -152,14 +186,61 @@ def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -
     raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
 
 
+def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+    """Build the halfedges, colour and simplify, as far as it is needed."""
+    wanted = settings.mesh.simplify != "none"
+    dumped = settings.output.halfedges is not None
+    if not (wanted or dumped or _measures(settings)):
+        return ConnectedMesh(surface)
+    with watch.stage("halfedges", "building the halfedges"):
+        halfedges = build_halfedges(surface)
+    color24 = color = None
+    if dumped or (wanted and settings.mesh.simplify_rules == "paper"):
+        with watch.stage("coloring", "colouring"):
+            color24 = color_quads(surface, halfedges.words)
+            color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
+    if not wanted:
+        return ConnectedMesh(surface, halfedges, color, color24)
+    before = irregular_percent(surface.device, halfedges.valence)
+    with watch.stage("simplify", "simplifying"):
+        result = simplify(surface, halfedges, settings.mesh, color, color24)
+    found = {
+        "removed_3x3y": sum(result.removed_3x3y),
+        "removed_3333": result.removed_3333,
+        "refused": result.refused,
+        "irregular_percent_before": before,
+        "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
+    }
+    return ConnectedMesh(result.surface, result.halfedges, result.color, result.color24, found)
+
+
+def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
+    """Return the tables of the halfedge dump."""
+    surface, halfedges = connected.surface, connected.halfedges
+    assert halfedges is not None and connected.color is not None and connected.color24 is not None
+    quads = surface.quads.numpy()
+    return HalfedgeDump(
+        vertices=surface.vertices.numpy(),
+        normals=normals.numpy(),
+        quads=quads,
+        halfedges=halfedge_rows(quads, halfedges.twin.numpy()),
+        vertex_halfedge=halfedges.vertex_halfedge.numpy(),
+        face_halfedge=np.arange(0, 4 * len(quads), 4, dtype=np.int32),
+        face_color=connected.color.numpy(),
+        face_color24=connected.color24.numpy(),
+        vertex_color=color_vertices(surface).numpy(),
+    )
+
+
 def _measured(
-    settings: ConvertSettings, volume: Volume, surface: Surface, watch: Stopwatch
+    settings: ConvertSettings, volume: Volume, connected: ConnectedMesh, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
     measures = None
+    surface = connected.surface
     if _measures(settings):
         with watch.stage("report", "measuring"):
-            measures = measure_surface(surface, volume)
+            measures = measure_surface(surface, connected.halfedges.twin, volume)
     device = surface.device
     facts = RunFacts(
         volume=volume,
@@ -170,6 +251,7 @@ def _measured(
         vertex_count=surface.vertices.shape[0],
         quad_count=surface.quads.shape[0],
         measures=measures,
+        simplification=connected.simplification,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),
@@ -177,7 +259,13 @@ def _measured(
     return build_report(facts)
 
 
-def _finish(settings: ConvertSettings, mesh: MeshFile, report: dict[str, Any], watch: Stopwatch) -> None:
+def _finish(
+    settings: ConvertSettings,
+    mesh: MeshFile,
+    dump: HalfedgeDump | None,
+    report: dict[str, Any],
+    watch: Stopwatch,
+) -> None:
     """Check what is required, then write the mesh and the report."""
     output = settings.output
     try:
@@ -191,6 +279,8 @@ def _finish(settings: ConvertSettings, mesh: MeshFile, report: dict[str, Any], w
                     ascii=output.ascii,
                     force=output.force,
                 )
+                if output.halfedges is not None and dump is not None:
+                    write_halfedges(output.halfedges, dump, force=output.force)
             report["warnings"] += written.warnings
     finally:
         watch.total()

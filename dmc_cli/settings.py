@@ -20,10 +20,13 @@ Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Placement = Literal["exact", "sampled", "iterative", "centroid"]
 Border = Literal["open", "closed"]
+Simplify = Literal["none", "3x3y", "3333", "all"]
+SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
 SyntheticField = Literal["genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "noise"]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
+PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
 
 STREAM = "-"
@@ -35,6 +38,14 @@ def check_choice(name: str, value: object, choices: object) -> None:
     allowed = get_args(choices)
     if value not in allowed:
         raise SettingsError(f"{name} is {value!r}; expected one of {', '.join(allowed)}")
+
+
+def check_run(device: str, threads: int | None) -> None:
+    """Raise SettingsError unless a device and a number of CPU threads can be meant."""
+    if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", device):
+        raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
+    if threads is not None and threads < 1:
+        raise SettingsError(f"threads is {threads}; expected 1 or more")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,13 +132,27 @@ class SurfaceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MeshSettings:
+    """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface."""
+
+    simplify: Simplify = "none"
+    simplify_rules: SimplifyRules = "safe"
+    project: bool = True
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        check_choice("simplify", self.simplify, Simplify)
+        check_choice("simplify_rules", self.simplify_rules, SimplifyRules)
+
+
+@dataclass(frozen=True, kw_only=True)
 class OutputSettings:
     """What to write where, and what must hold before it is written.
 
-    `path` and `report` may be `-`, standard output. Without `output_format` the suffix of `path`
-    chooses it. `require` lists what the mesh must be; `check` verifies every invariant of the result;
-    `dry_run` stops after the forecast; `memory` is the budget in bytes that the forecast is held
-    against.
+    `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
+    `output_format` the suffix of `path` chooses it. `require` lists what the mesh must be; `check` verifies
+    every invariant of the result; `dry_run` stops after the forecast; `memory` is the budget in bytes that
+    the forecast is held against.
     """
 
     path: str
@@ -137,6 +162,7 @@ class OutputSettings:
     ascii: bool = False
     force: bool = False
     allow_empty: bool = False
+    halfedges: str | None = None
     report: str | None = None
     require: tuple[Requirement, ...] = ()
     check: bool = False
@@ -152,9 +178,12 @@ class OutputSettings:
             check_choice("require", requirement, Requirement)
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
-        if self.path == STREAM and self.report == STREAM:
+        outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
+        streamed = [name for name, path in outputs.items() if path == STREAM]
+        if len(streamed) > 1:
             raise SettingsError(
-                "the mesh and the report are both sent to standard output; give one of them a file's name"
+                f"the {streamed[0]} and the {streamed[1]} are both sent to standard output; give one of them"
+                " a file's name"
             )
 
 
@@ -166,12 +195,53 @@ class ConvertSettings:
     surface: SurfaceSettings
     output: OutputSettings
     read: ReadSettings = field(default_factory=ReadSettings)
+    mesh: MeshSettings = field(default_factory=MeshSettings)
     device: str = "auto"
     threads: int | None = None
 
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
-        if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", self.device):
-            raise SettingsError(f"device is {self.device!r}; expected auto, cpu, cuda or cuda:N")
-        if self.threads is not None and self.threads < 1:
-            raise SettingsError(f"threads is {self.threads}; expected 1 or more")
+        check_run(self.device, self.threads)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureSettings:
+    """Which mesh file to measure; `volume` and `isovalue`, both or neither, are what it is held against."""
+
+    mesh: str
+    volume: str | None = None
+    isovalue: float | None = None
+    read: ReadSettings = field(default_factory=ReadSettings)
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        check_run(self.device, self.threads)
+        if self.isovalue is not None and not math.isfinite(self.isovalue):
+            raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
+        if self.isovalue is not None and self.volume is None:
+            raise SettingsError(
+                f"isovalue {self.isovalue:g} was given, but no volume; name the volume that the mesh was"
+                " made from with --volume"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings:
+    """Which of the papers' tables to make again, from data sets of at most `up_to` nodes an axis."""
+
+    table: tuple[PaperTable, ...] = ()
+    up_to: int = 512
+    placement: Placement = "sampled"
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every range once, at the door."""
+        for table in self.table:
+            check_choice("table", table, PaperTable)
+        if self.up_to < 1:
+            raise SettingsError(f"up_to is {self.up_to}; expected a number of nodes an axis")
+        check_choice("placement", self.placement, Placement)
+        check_run(self.device, self.threads)

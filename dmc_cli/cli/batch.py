@@ -33,6 +33,7 @@ from dmc_cli.errors import BatchError
 )
 @options.batch_isovalue_option
 @options.shape_of_surface_options
+@options.mesh_options
 @options.read_options
 @options.noise_options
 @options.output_options

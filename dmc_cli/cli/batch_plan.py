@@ -15,12 +15,19 @@ import click
 
 from dmc_cli.cli.options import gather
 from dmc_cli.errors import SettingsError
-from dmc_cli.settings import STREAM, ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+from dmc_cli.settings import (
+    STREAM,
+    ConvertSettings,
+    MeshSettings,
+    OutputSettings,
+    ReadSettings,
+    SurfaceSettings,
+)
 
 _COMPRESSED = {".gz", ".bz2", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
 
-_PATHS = ("output", "report")
+_PATHS = ("output", "halfedges", "report")
 """Options that are templates of paths."""
 
 
@@ -110,9 +117,18 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
                 "index": index,
             }
             paths = {name: _fill(name, values[name], fields, base) for name in _PATHS if values.get(name)}
-            output = gather(OutputSettings, values | {"report": paths.get("report")}, path=paths["output"])
+            files = {name: paths.get(name) for name in ("halfedges", "report")}
+            output = gather(OutputSettings, values | files, path=paths["output"])
             surface = gather(SurfaceSettings, values | {"isovalue": isovalue})
-            yield gather(ConvertSettings, values, input=source, read=read, surface=surface, output=output)
+            yield gather(
+                ConvertSettings,
+                values,
+                input=source,
+                read=read,
+                surface=surface,
+                mesh=gather(MeshSettings, values),
+                output=output,
+            )
 
 
 def _sources(patterns: Any, folder: Path) -> Iterator[str]:
@@ -156,9 +172,10 @@ def _check_outputs(items: list[ConvertSettings]) -> None:
     """Raise if two items would write the same file."""
     owners: dict[str, ConvertSettings] = {}
     for item in items:
-        for path in filter(None, (item.output.path, item.output.report)):
+        paths = [path for path in (item.output.path, item.output.halfedges, item.output.report) if path]
+        for path in paths:
             other = owners.setdefault(str(Path(path).absolute()), item)
-            if other is not item or item.output.path == item.output.report:
+            if other is not item or len(set(paths)) < len(paths):
                 raise SettingsError(
                     f"{path} is the output of {other.input} at {other.surface.isovalue:g} and of"
                     f" {item.input} at {item.surface.isovalue:g}; expected one file an item; use {{stem}}"

@@ -9,13 +9,14 @@ from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import echo_summary
 from dmc_cli.errors import SettingsError
-from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
 
 
 @click.command(cls=SectionedCommand, short_help="Turn a volume into a quad mesh.")
 @options.input_argument
 @options.output_argument
 @options.surface_options
+@options.mesh_options
 @options.read_options
 @options.noise_options
 @options.output_options
@@ -37,7 +38,15 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     if values["isovalue"] is None:
         raise missing_isovalue(input, read)
     surface = options.gather(SurfaceSettings, values)
-    settings = options.gather(ConvertSettings, values, input=input, read=read, surface=surface, output=output)
+    settings = options.gather(
+        ConvertSettings,
+        values,
+        input=input,
+        read=read,
+        surface=surface,
+        mesh=options.gather(MeshSettings, values),
+        output=output,
+    )
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
             from dmc_cli import pipeline

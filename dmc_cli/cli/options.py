@@ -13,7 +13,14 @@ import click
 from dmc_cli.cli.group import VERBOSE
 from dmc_cli.cli.parameters import ChoiceList, Size, Triple
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, Requirement, SurfaceSettings
+from dmc_cli.settings import (
+    ConvertSettings,
+    MeshSettings,
+    OutputSettings,
+    ReadSettings,
+    Requirement,
+    SurfaceSettings,
+)
 
 Decorator = Callable[[Any], Any]
 Settings = TypeVar("Settings")
@@ -185,6 +192,29 @@ shape_of_surface_options = stack(
 
 surface_options = stack(isovalue_option, shape_of_surface_options)
 
+mesh_options = stack(
+    setting(
+        MeshSettings,
+        "simplify",
+        section="Mesh",
+        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both.",
+    ),
+    setting(
+        MeshSettings,
+        "simplify_rules",
+        section="Mesh",
+        help="Keep the mesh manifold and unfolded, or follow the papers' bare rules.",
+    ),
+    setting(
+        MeshSettings,
+        "project",
+        "--project/--no-project",
+        section="Mesh",
+        is_flag=True,
+        help="Put the vertices of simplification back on the surface.",
+    ),
+)
+
 output_options = stack(
     setting(
         OutputSettings, "output_format", section="Output", help="The format, where the suffix does not tell."
@@ -205,6 +235,13 @@ output_options = stack(
     ),
     setting(
         OutputSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
+    ),
+    setting(
+        OutputSettings,
+        "halfedges",
+        section="Output",
+        metavar="FILE",
+        help="Write the halfedges and colours, too: .npz or .txt.",
     ),
     setting(
         OutputSettings,

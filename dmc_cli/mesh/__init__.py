@@ -1,0 +1,34 @@
+"""The quad mesh after its surface: connectivity, colours, simplification, in the order of the papers.
+
+quad_ranks       numbers of the quads round grid edges, as ranks
+grid_twins       twins of halfedges, from the cell faces' segments
+vertex_rings     a halfedge and the valence of each vertex
+halfedges        the halfedge structure
+coloring         colours of vertices and quads
+working_mesh     a mesh while quads are being removed
+selection        sets of quads or vertices
+simplify_3x3y    the pattern 3-X-3-Y
+project          the nearest point of the surface
+merged_vertices  where merged vertices go, and whether they may
+simplify_3333    the pattern 3-3-3-3
+compaction       renumbering without gaps
+simplify         the passes in order
+check            invariants of a finished mesh
+check_halfedges  invariants of a halfedge structure
+"""
+
+from types import ModuleType
+
+
+def kernel_modules(*, simplify: bool = False, colors: bool = False) -> list[ModuleType]:
+    """Return the modules whose kernels the stages need, for loading them ahead of time."""
+    from dmc_cli.mesh import coloring, grid_twins, quad_ranks, selection, vertex_rings
+
+    modules = [quad_ranks, grid_twins, vertex_rings]
+    if colors or simplify:
+        modules += [coloring, selection]
+    if simplify:
+        from dmc_cli.mesh import compaction, merged_vertices, simplify_3x3y, simplify_3333, valences
+
+        modules += [simplify_3x3y, merged_vertices, simplify_3333, compaction, valences]
+    return modules

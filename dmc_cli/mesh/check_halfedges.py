@@ -1,7 +1,7 @@
 """Every invariant of a halfedge structure, in plain NumPy: what is wrong, and where.
 
-Origin, face and next of a halfedge follow from its number, so that next has period four and face and origin agree
-with the quads by construction; what is stored can be wrong: twins and the vertices' halfedges.
+Origin, face and next of a halfedge follow from its number, so that next has period four and face and origin
+agree with the quads by construction; what is stored can be wrong: twins and the vertices' halfedges.
 """
 
 from typing import Any
@@ -90,8 +90,9 @@ def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
 def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
     """Return how many rings and fans the halfedges of each vertex form, (V,).
 
-    All vertices walk at once, from twin to next: what the first walk from a vertex's own halfedge does not visit
-    belongs to a further fan, for which the lowest boundary halfedge left, or any, starts another walk.
+    All vertices walk at once, from twin to next: what the first walk from a vertex's own halfedge does not
+    visit belongs to a further fan, for which the lowest boundary halfedge left, or any, starts another
+    walk.
     """
     origin = quads.ravel()
     visited = np.zeros(len(origin), bool)
@@ -109,7 +110,7 @@ def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
 
 
 def _walk(starts: Array, twin: Array, visited: Array) -> None:
-    """Mark the halfedges met on the way round from each start by twin-of-previous, until home or a boundary."""
+    """Mark the halfedges met from each start by twin-of-previous, until home or a boundary."""
     visited[starts] = True
     home, here = starts, starts
     while len(here):

@@ -1,9 +1,9 @@
-"""The halfedge structure of a quad mesh (Grosso & Zint 2021, section 3.2), from the grid instead of a hash table.
+"""The halfedge structure of a quad mesh (Grosso & Zint 2021, section 3.2), from the grid.
 
-Conventions: halfedge 4q + c belongs to corner c of quad q. It starts at the vertex there (its origin) and ends at
-the one of corner c + 1, where the next halfedge of the quad starts. So origin, face, next and the first halfedge
-of a face follow from the number and are not stored; `writers/halfedge_dump.py` writes them out. The twin runs the
-other way on the other side of the edge; on a boundary it is absent (-1).
+Conventions: halfedge 4q + c belongs to corner c of quad q. It starts at the vertex there (its origin) and
+ends at the one of corner c + 1, where the next halfedge of the quad starts. So origin, face, next and the
+first halfedge of a face follow from the number and are not stored; `writers/halfedge_dump.py` writes them
+out. The twin runs the other way on the other side of the edge; on a boundary it is absent (-1).
 """
 
 from dataclasses import dataclass
@@ -29,9 +29,10 @@ class Halfedges:
     Attributes:
         quads: int32 vec4 (Q,), vertex numbers: the origins of halfedges 4q to 4q + 3.
         twin: int32 (4Q,), -1 on a boundary.
-        vertex_halfedge: int32 (V,), a halfedge that starts at the vertex; on a boundary the one without a twin,
+        vertex_halfedge: int32 (V,), a halfedge that starts at the vertex; on a boundary the one without a
+        twin,
             so that twin-of-previous walks the whole fan.
-        valence: uint8 (V,), mesh edges at the vertex: one an outgoing halfedge, one a twinless incoming one.
+        valence: int32 (V,), mesh edges at the vertex: one an outgoing halfedge, one a twinless incoming one.
         defect: uint8 (Q,), 1 if a side has no twin, or joins two vertices that more than two quads join.
         words: The quads' ranks, as `rank_quads` returns them; None once quads were removed.
     """

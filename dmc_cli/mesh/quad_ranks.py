@@ -1,14 +1,14 @@
 """Quad numbers as ranks: the number of the quad round any grid edge, without a table of edges.
 
 Quads are numbered word by word of 32 nodes in grid order, in a word first those round edges along x, then y,
-then z, each by the edge's lower node (`surface/quads.py`). So a word's three planes of bits (which of its nodes
-have an edge with a quad) and the number of its first quad give any quad's number by counting bits.
+then z, each by the edge's lower node (`surface/quads.py`). So a word's three planes of bits (which of its
+nodes have an edge with a quad) and the number of its first quad give any quad's number by counting bits.
 
 Conventions: a *face* stands across axis p at its lowest node m and spans u = p + 1 and v = p + 2 (mod 3). Its
 four edges are U0 (along u at m), U1 (along u at m + v), V0 (along v at m) and V1 (along v at m + u). A quad's
-*side* s joins its corners s and s + 1 when its normal points along the edge's axis: with the next two axes b and
-c, side 0 crosses the face across b at node - c, side 1 that across c at the node, side 2 that across b at the
-node, side 3 that across c at node - b. In a reversed quad, halfedge 3 - s is on side s.
+*side* s joins its corners s and s + 1 when its normal points along the edge's axis: with the next two axes
+b and c, side 0 crosses the face across b at node - c, side 1 that across c at the node, side 2 that across
+b at the node, side 3 that across c at node - b. In a reversed quad, halfedge 3 - s is on side s.
 """
 
 from typing import Any
@@ -71,8 +71,8 @@ def rank_quads_kernel(
 class EdgeRun:
     """Edges along one axis from 32 nodes in a row, a bit each, and how to number their quads.
 
-    The run may begin one node before or after a word of nodes; then one of its bits, `seam`, lies in the next word
-    and has the number `seam_number`.
+    The run may begin one node before or after a word of nodes; then one of its bits, `seam`, lies in the
+    next word and has the number `seam_number`.
     """
 
     bits: wp.uint32

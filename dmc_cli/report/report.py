@@ -166,7 +166,7 @@ def _settings_section(settings: ConvertSettings, resolved: Mapping[str, Any]) ->
     """Return every setting under the name of its option, in one level."""
     output = asdict(settings.output)
     section = {"input": settings.input, "output": output.pop("path")}
-    section |= asdict(settings.surface) | asdict(settings.read) | output
+    section |= asdict(settings.surface) | asdict(settings.mesh) | asdict(settings.read) | output
     section |= {"device": settings.device, "threads": settings.threads}
     return section | dict(resolved)
 

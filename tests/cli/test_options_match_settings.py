@@ -13,14 +13,17 @@ OF_COMMAND = {
     "convert": {
         settings.ReadSettings,
         settings.SurfaceSettings,
+        settings.MeshSettings,
         settings.OutputSettings,
         settings.ConvertSettings,
     },
     "info": {settings.ReadSettings},
     "synth": {settings.SynthSettings},
+    "measure": {settings.ReadSettings, settings.MeasureSettings},
+    "reproduce": {settings.ReproduceSettings},
 }
 NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json"}
-GATHERED = {"read", "surface", "output"}  # fields that are settings themselves
+GATHERED = {"read", "surface", "mesh", "output"}  # fields that are settings themselves
 PAIRS = [
     (command, owner, field)
     for command, owners in OF_COMMAND.items()

@@ -22,8 +22,8 @@ from tests.fields import (
     volume_of,
     white_noise,
 )
-from tests.oracle.halfedges import fan_counts, find_faults, twins_from_grid, valences
 from tests.oracle.edges import vertex_pairs
+from tests.oracle.halfedges import fan_counts, find_faults, twins_from_grid, valences
 from tests.oracle.surface import extract_oracle_surface
 from tests.strategies import volumes_with_settings
 from tests.surface.agreement import extract_on

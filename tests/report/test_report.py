@@ -118,7 +118,8 @@ def test_the_input_is_told_in_the_order_x_y_z(report):
 
 def test_every_setting_is_told_resolved(report, facts):
     settings = report["settings"]
-    expected = {f.name for part in (facts.settings.surface, facts.settings.read) for f in fields(part)}
+    parts = (facts.settings.surface, facts.settings.mesh, facts.settings.read)
+    expected = {f.name for part in parts for f in fields(part)}
     expected |= {f.name for f in fields(facts.settings.output)} - {"path"}
     assert set(settings) == expected | {"input", "output", "device"}
     assert (settings["output"], settings["device"], settings["threads"]) == ("out.ply", "cpu", 2)

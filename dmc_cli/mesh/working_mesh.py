@@ -1,0 +1,107 @@
+"""A mesh while quads are being removed: numbers stay, what has gone is marked.
+
+Every pass of the simplification changes the arrays in place and keeps twins, valences and the vertices'
+halfedges true; `mesh/compaction.py` renumbers once at the end. That is the papers' rebuild after each pass,
+with the work confined to where quads went.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.device import Device
+from dmc_cli.mesh.halfedges import Halfedges, flat_quads, next_halfedge, previous_halfedge
+from dmc_cli.surface import Surface
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class MeshArrays:
+    """The kernels' view of a mesh; corners and twin (4Q,), defect and quad_gone (Q,), the others (V,)."""
+
+    corners: wp.array(dtype=wp.int32)
+    twin: wp.array(dtype=wp.int32)
+    defect: wp.array(dtype=wp.uint8)
+    quad_gone: wp.array(dtype=wp.uint8)
+    vertex_halfedge: wp.array(dtype=wp.int32)
+    valence: wp.array(dtype=wp.int32)
+    vertex_gone: wp.array(dtype=wp.uint8)
+    position: wp.array(dtype=wp.vec3)
+    cell: wp.array(dtype=wp.int64)
+    local: wp.array(dtype=wp.vec3)
+
+
+@dataclass(frozen=True)
+class WorkingMesh:
+    """The arrays and where they came from.
+
+    Attributes:
+        arrays: The kernels' `MeshArrays`, those of surface and halfedges themselves.
+        quad_count: Quads at the beginning.
+        surface: For its field, grid and affine.
+        color: Colours 0 to 4 a quad, uint8 (Q,), kept proper; None if they are not wanted.
+        color24: The grid's colours, uint8 (Q,), or None.
+        device: Where the arrays are.
+    """
+
+    arrays: Any
+    quad_count: int
+    surface: Surface
+    color: Any | None
+    color24: Any | None
+    device: Device
+
+
+def working_mesh(
+    surface: Surface, halfedges: Halfedges, color: Any | None = None, color24: Any | None = None
+) -> WorkingMesh:
+    """Take over the arrays of a surface and its halfedges: both are of no use afterwards."""
+    device = surface.device
+    arrays = MeshArrays()
+    arrays.corners, arrays.twin = flat_quads(halfedges.quads), halfedges.twin
+    arrays.defect, arrays.valence = halfedges.defect, halfedges.valence
+    arrays.vertex_halfedge = halfedges.vertex_halfedge
+    arrays.position, arrays.cell = surface.vertices, surface.vertex_cell
+    arrays.local = surface.vertex_local
+    quad_count = surface.quads.shape[0]
+    arrays.quad_gone = device.zeros(quad_count, wp.uint8)
+    arrays.vertex_gone = device.zeros(surface.vertices.shape[0], wp.uint8)
+    return WorkingMesh(arrays, quad_count, surface, color, color24, device)
+
+
+@wp.func
+def head(mesh: MeshArrays, h: wp.int32) -> wp.int32:
+    """Return the vertex where a halfedge ends."""
+    return mesh.corners[next_halfedge(h)]
+
+
+@wp.func
+def opposite_halfedge(h: wp.int32) -> wp.int32:
+    """Return the halfedge on the other side of the quad."""
+    return (h & ~3) | ((h + 2) & 3)
+
+
+@wp.func
+def turned(mesh: MeshArrays, h: wp.int32) -> wp.int32:
+    """Return the next outgoing halfedge of a vertex, twin of previous; -1 at the end of a fan."""
+    return mesh.twin[previous_halfedge(h)]
+
+
+@wp.func
+def is_skipped(mesh: MeshArrays, q: wp.int32) -> wp.bool:
+    """Return whether a quad or a neighbour has a side without a twin or on a crowded vertex pair."""
+    skipped = mesh.defect[q] != wp.uint8(0)
+    if not skipped:
+        for c in range(4):
+            if mesh.defect[mesh.twin[4 * q + c] >> 2] != wp.uint8(0):
+                skipped = bool(True)
+    return skipped
+
+
+@wp.func
+def set_twins(mesh: MeshArrays, h: wp.int32, other: wp.int32):
+    """Make two halfedges twins; neither is absent."""
+    mesh.twin[h] = other
+    mesh.twin[other] = h
