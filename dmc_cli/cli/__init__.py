@@ -8,7 +8,7 @@ import sys
 
 import click
 
-from dmc_cli.cli import batch, completion, convert, doctor, info, synth
+from dmc_cli.cli import batch, completion, convert, doctor, info, measure, reproduce, synth
 from dmc_cli.cli.group import DmcGroup
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 
@@ -32,6 +32,8 @@ for command in (
     convert.convert,
     info.info,
     synth.synth,
+    measure.measure,
+    reproduce.reproduce,
     batch.batch,
     doctor.doctor,
     completion.completion,

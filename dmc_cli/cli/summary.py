@@ -33,6 +33,29 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
         yield f"time      {_time_line(timings)}"
 
 
+def measure_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `dmc measure`."""
+    for warning in report["warnings"]:
+        yield f"warning   {warning}"
+    mesh, topology, quality = report["mesh"], report["topology"], report["quality"]
+    triangles = f", {mesh['triangles']} triangles" if mesh["triangles"] else ""
+    yield f"mesh      {_mesh_line(mesh)}{triangles}"
+    yield f"topology  {_topology_line(topology)}, Euler characteristic {topology['euler_characteristic']}"
+    histogram = ", ".join(f"{count} of {valence}" for valence, count in topology["valence_histogram"].items())
+    yield f"valences  {histogram}; {topology['irregular_percent']:.2f} % irregular"
+    yield (
+        f"shape     mean {_number(quality['shape_mean'], 4)}, least {_number(quality['shape_min'])};"
+        f" mean ratio {_number(quality['mean_ratio_mean'], 4)};"
+        f" scaled Jacobian at least {_number(quality['scaled_jacobian_min'])}"
+    )
+    yield f"angles    {_number(quality['min_angle'], 4)} to {_number(quality['max_angle'], 4)} degrees"
+    if deviation := report["deviation"]:
+        yield (
+            f"deviation mean {_number(deviation['mean'])}, at most {_number(deviation['max'])} in values,"
+            f" {_number(deviation['max_relative'])} of their range, {_number(deviation['max_mm'])} mm"
+        )
+
+
 def volume_line(volume: dict[str, Any]) -> str:
     """Size, type, spacing and space of a volume in one line."""
     size = " x ".join(str(count) for count in volume["shape"])
@@ -118,8 +141,8 @@ def _time_line(timings: dict[str, float]) -> str:
     return f"{total} ({stages})" if stages else total
 
 
-def _number(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.2g}"
+def _number(value: float | None, digits: int = 2) -> str:
+    return "unknown" if value is None else f"{value:.{digits}g}"
 
 
 def _matrix(rows: list[list[float]]) -> str:

@@ -10,18 +10,22 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import Device, load_kernels, select_device
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.report import kernel_modules
 from dmc_cli.report.deviation import Deviation, measure_deviation
 from dmc_cli.report.mesh_files.mesh_input import MeshInput
+from dmc_cli.report.mesh_files.read import read_mesh
 from dmc_cli.report.plain_values import plain
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
 from dmc_cli.report.topology import measure_topology
 from dmc_cli.report.twins import find_twins
 from dmc_cli.report.versions import collect_versions
-from dmc_cli.settings import SurfaceSettings
+from dmc_cli.settings import MeasureSettings, SurfaceSettings
 from dmc_cli.surface.field import absent_value, make_field, upload_volume
 from dmc_cli.surface.grid import grid_of
+from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.volume import Volume
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -33,6 +37,26 @@ class VolumeReference:
 
     volume: Volume
     isovalue: float
+
+
+def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict[str, Any]:
+    """Return the report on a mesh file, as `dmc measure` does.
+
+    Raises:
+        MeshFileError: The mesh is missing or damaged.
+        VolumeError: The volume cannot be read.
+        DeviceError: There is no such device.
+    """
+    device = select_device(settings.device, settings.threads)
+    load_kernels(device, kernel_modules(), progress)
+    with progress.stage("reading"):
+        mesh = read_mesh(settings.mesh)
+        reference = None
+        if settings.volume is not None and settings.isovalue is not None:
+            volume = read_volume(settings.volume, settings.read, progress)
+            reference = VolumeReference(volume=volume, isovalue=settings.isovalue)
+    with progress.stage("measuring"):
+        return measure_mesh(device, mesh, settings.mesh, reference)
 
 
 def measure_mesh(

@@ -17,9 +17,8 @@ def examples(command):
 
 @pytest.mark.parametrize("command", dmc.commands)
 def test_help_has_two_examples(command):
-    found = examples(command)
-    assert len(found) >= 2
-    assert all(shlex.split(example)[1] == command for example in found)
+    own = [example for example in examples(command) if shlex.split(example)[1] == command]
+    assert len(own) >= 2  # another command may come first, to make what this one needs
 
 
 @pytest.mark.parametrize("command", dmc.commands)

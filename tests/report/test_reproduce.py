@@ -14,8 +14,8 @@ from dmc_cli.report.reproduce import (
     rows_as_json,
     rows_as_text,
 )
-from dmc_cli.report.reproduce_run import measure_data_sets
-from dmc_cli.settings import ReadSettings, SurfaceSettings
+from dmc_cli.report.reproduce_run import measure_data_sets, reproduce_tables
+from dmc_cli.settings import ReadSettings, ReproduceSettings, SurfaceSettings
 from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.synthetic import synthetic_volume
 from tests.conftest import ROOT
@@ -31,7 +31,7 @@ def found():
         DataSet(field="iwp", nodes=32),
         DataSet(field="sphere", nodes=16),
     ]
-    return measure_data_sets(Device("cpu", 2), sets)
+    return measure_data_sets(Device("cpu", 2), sets, "exact")
 
 
 def printed(table, data, mesh, quantity):
@@ -91,7 +91,9 @@ def test_the_rest_is_the_printed_one():
 
 def test_genus_two_64_is_irregular_as_printed(found):
     rows = compare_tables(found)
-    rows_by = {(r.value.table, r.value.quantity): r for r in rows if r.found is not None}
+    rows_by = {
+        (r.value.table, r.value.quantity): r for r in rows if r.found is not None and r.value.mesh == "dmc"
+    }
     assert rows_by[8, "irregular_percent"].found == pytest.approx(43.37, abs=0.005)
     assert rows_by[6, "mean_deviation"].found == pytest.approx(1.5e-2, rel=0.1)
     assert rows_by[7, "mean_ratio"].found == pytest.approx(0.87, abs=0.015)
@@ -104,6 +106,47 @@ def test_counts_are_those_of_the_reference(found):
     expected = {(r["field"], int(r["n"])): r for r in csv.DictReader(lines)}["genus_two", 64]
     for quantity in ("vertices", "quads", "crossed_edges"):
         assert found["genus_two_64", "dmc"][quantity] == int(expected[quantity])
+
+
+def test_genus_two_64_is_simplified_as_printed(found):
+    simplified = found["genus_two_64", "dmc_simplified"]
+    assert (simplified["removed_3x3y"], simplified["removed_3333"]) == (865 + 68, 0)
+    assert (simplified["vertices"], simplified["quads"]) == (8825, 8827)
+    assert simplified["irregular_percent"] == pytest.approx(8.85, abs=0.005)
+
+
+def test_times_are_taken(found):
+    assert {name for name in found["iwp_32", "dmc"] if name.endswith("_ms")} == {
+        "surface_ms",
+        "halfedges_ms",
+        "coloring_ms",
+    }
+    assert found["iwp_32", "dmc_simplified"]["simplify_ms"] > 0
+
+
+def test_tables_and_sizes_are_chosen():
+    rows = reproduce_tables(ReproduceSettings(table=("7", "8"), up_to=64, device="cpu"))
+    assert {(row.value.table, row.value.data.name) for row in rows} == {
+        (7, "genus_two_64"),
+        (8, "genus_two_64"),
+    }
+    assert all(row.found is not None for row in rows)
+    assert mismatches(rows) == []
+    for row in rows:
+        tolerance = 0.4 if row.value.quantity == "irregular_triangle_percent" else 0.0051
+        assert row.found == pytest.approx(row.value.printed, abs=tolerance)
+
+
+@pytest.mark.slow
+def test_every_figure_that_can_be_reproduced_is():
+    rows = reproduce_tables(ReproduceSettings(device="cpu"))
+    assert len(rows) == len(PAPER_VALUES)
+    assert mismatches(rows) == []
+    found = {(r.value.table, r.value.data.name, r.value.mesh, r.value.quantity): r.found for r in rows}
+    assert found[4, "genus_two_256", "dmc_simplified", "removed_3x3y"] == 16285
+    assert found[6, "iwp_512", "dmc", "mean_deviation_1e4"] == pytest.approx(0.970, abs=5e-4)
+    assert found[6, "iwp_512", "dmc_simplified", "mean_deviation_1e4"] == pytest.approx(1.063, abs=5e-4)
+    assert found[8, "iwp_512", "dmc_simplified", "irregular_percent"] == pytest.approx(4.32, abs=5e-3)
 
 
 def test_unused_vertices_count_as_irregular(found):

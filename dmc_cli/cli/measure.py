@@ -1,0 +1,62 @@
+"""`dmc measure`: topology, quality and deviation of a mesh file."""
+
+import json
+from typing import Any
+
+import click
+
+from dmc_cli.cli import options
+from dmc_cli.cli.convert import missing_isovalue
+from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.summary import measure_lines
+from dmc_cli.settings import MeasureSettings, ReadSettings
+
+
+@click.command(cls=SectionedCommand, short_help="Measure a mesh file.")
+@click.argument("mesh")
+@options.setting(
+    MeasureSettings,
+    "volume",
+    section="Deviation",
+    metavar="INPUT",
+    help="The volume that the mesh is an isosurface of; anything that `dmc convert` reads.",
+)
+@options.setting(
+    MeasureSettings,
+    "isovalue",
+    "-i",
+    "--isovalue",
+    section="Deviation",
+    type=float,
+    help="The level of the isosurface, in the volume's physical values.",
+)
+@options.read_options
+@options.noise_options
+@options.json_option
+@options.device_option
+@options.threads_option
+@options.verbosity_options
+def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
+    """Measure the mesh file MESH: topology, quality, and with --volume how far it is from the isosurface.
+
+    MESH holds quads or triangles: .ply, .obj, .off, or a format of meshio such as .vtk or .stl.
+
+    \b
+    Examples:
+      dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 500
+      dmc measure tooth.ply
+      dmc measure tooth.ply --volume sample_data/nrrd/tooth.nrrd -i 500 --json
+    """
+    read = options.gather(ReadSettings, values)
+    settings = options.gather(MeasureSettings, values, read=read)
+    if settings.volume is not None and settings.isovalue is None:
+        raise missing_isovalue(settings.volume, read)
+    with shown_progress(quiet=quiet, verbose=verbose) as progress:
+        with progress.stage("loading"):
+            from dmc_cli.report.measure import measure_file
+        report = measure_file(settings, progress)
+    if as_json:
+        click.echo(json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        click.echo("\n".join(measure_lines(report)))
