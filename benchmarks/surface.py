@@ -69,11 +69,11 @@ def measure(volume, isovalue: float, device, rounds: int, fast: bool) -> dict:
 
 
 def machine() -> dict:
-    model = next(
-        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line),
-        platform.processor(),
-    )
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=ROOT).stdout
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    models = [line.split(":")[1].strip() for line in lines if "model name" in line]
+    model = models[0] if models else platform.processor()
+    git = ["git", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(git, capture_output=True, text=True, cwd=ROOT, check=False).stdout
     return {
         "date": date.today().isoformat(),
         "processor": f"{model}, {os.cpu_count()} cores",
@@ -94,8 +94,10 @@ def table(results: dict, device: str) -> str:
     for name, found in results.items():
         cells = [name, str(found["quads"]), f"{1e3 * found['seconds']['dmc']:.1f}"]
         for peer in GOALS:
-            known = peer in found["seconds"]
-            cells += [f"{1e3 * found['seconds'][peer]:.1f}" if known else "", f"{found['ratios'][peer]:.1f}" if known else ""]
+            if peer in found["seconds"]:
+                cells += [f"{1e3 * found['seconds'][peer]:.1f}", f"{found['ratios'][peer]:.1f}"]
+            else:
+                cells += ["", ""]
         lines.append("| " + " | ".join(cells) + " |")
     goals = ", ".join(f"{name} {goal:g}" for name, goal in GOALS.items())
     lines.append(f"\nDevice {device}. Goals for the ratios: {goals}.")
@@ -103,7 +105,7 @@ def table(results: dict, device: str) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description="Time surface extraction beside its peers.")
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--fast", action="store_true", help="only the fastest peer")
@@ -126,8 +128,10 @@ def main() -> None:
         where = ROOT / "benchmarks" / "results"
         where.mkdir(exist_ok=True)
         head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
-        (where / f"{options.out}.md").write_text(f"# Surface extraction beside its peers\n\n{head}\n\n{text}\n")
-        (where / f"{options.out}.json").write_text(json.dumps(facts | {"results": results}, indent=2) + "\n")
+        report = f"# Surface extraction beside its peers\n\n{head}\n\n{text}\n"
+        (where / f"{options.out}.md").write_text(report)
+        everything = json.dumps(facts | {"results": results}, indent=2)
+        (where / f"{options.out}.json").write_text(everything + "\n")
 
 
 if __name__ == "__main__":

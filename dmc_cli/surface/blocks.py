@@ -74,6 +74,36 @@ def gather_field(field: Field, rows: IntLanes, columns: IntLanes) -> FloatLanes:
     return lanes
 
 
+@wp.func
+def gather_corners(field: Field, rows: IntLanes, columns: IntLanes, ny: wp.int32) -> CornerLanes:
+    """Return F at the corners of cells of the volume, ny rows a layer."""
+    values = CornerLanes()
+    for corner in range(8):
+        corner_rows = rows + IntLanes(((corner >> 1) & 1) + ny * (corner >> 2))
+        corner_values = gather_field(field, corner_rows, columns + IntLanes(corner & 1))
+        for lane in range(LANES):
+            values[corner * LANES + lane] = corner_values[lane]
+    return values
+
+
+@wp.func
+def world_lanes(
+    m: wp.vec4d, i: IntLanes, j: IntLanes, k: IntLanes, u: FloatLanes, v: FloatLanes, w: FloatLanes
+) -> FloatLanes:
+    """Return one world coordinate of points of cells; m is that row of the affine map."""
+    world = FloatLanes()
+    a = m[0]
+    b = m[1]
+    c = m[2]
+    d = m[3]
+    for lane in range(LANES):
+        x = wp.float64(i[lane]) + wp.float64(u[lane])
+        y = wp.float64(j[lane]) + wp.float64(v[lane])
+        z = wp.float64(k[lane]) + wp.float64(w[lane])
+        world[lane] = world_coordinate(a, b, c, d, x, y, z)
+    return world
+
+
 @wp.kernel
 def place_block_kernel(
     # In:
@@ -119,24 +149,7 @@ def place_block_kernel(
         # any cell of the volume does for one that needs care: it is done again below
         columns[lane] = wp.clamp(i - grid.border, 0, last)
         rows[lane] = wp.clamp(j - grid.border, 0, ny - 2) + ny * wp.clamp(k - grid.border, 0, nz - 2)
-    values = CornerLanes()
-    for corner in range(8):
-        corner_rows = rows + IntLanes(((corner >> 1) & 1) + ny * (corner >> 2))
-        corner_values = gather_field(field, corner_rows, columns + IntLanes(corner & 1))
-        for lane in range(LANES):
-            values[corner * LANES + lane] = corner_values[lane]
-    m00 = matrix[0, 0]
-    m01 = matrix[0, 1]
-    m02 = matrix[0, 2]
-    m03 = matrix[0, 3]
-    m10 = matrix[1, 0]
-    m11 = matrix[1, 1]
-    m12 = matrix[1, 2]
-    m13 = matrix[1, 3]
-    m20 = matrix[2, 0]
-    m21 = matrix[2, 1]
-    m22 = matrix[2, 2]
-    m23 = matrix[2, 3]
+    values = gather_corners(field, rows, columns, ny)
     us = FloatLanes()
     vs = FloatLanes()
     ws = FloatLanes()
@@ -160,16 +173,9 @@ def place_block_kernel(
         if us[lane] < 0.0 or needs_care(field, grid, ci[lane], cj[lane], ck[lane]):
             us[lane] = -1.0
             left = 1
-    xs = FloatLanes()
-    ys = FloatLanes()
-    zs = FloatLanes()
-    for lane in range(LANES):
-        x = wp.float64(ci[lane]) + wp.float64(us[lane])
-        y = wp.float64(cj[lane]) + wp.float64(vs[lane])
-        z = wp.float64(ck[lane]) + wp.float64(ws[lane])
-        xs[lane] = world_coordinate(m00, m01, m02, m03, x, y, z)
-        ys[lane] = world_coordinate(m10, m11, m12, m13, x, y, z)
-        zs[lane] = world_coordinate(m20, m21, m22, m23, x, y, z)
+    xs = world_lanes(wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]), ci, cj, ck, us, vs, ws)
+    ys = world_lanes(wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]), ci, cj, ck, us, vs, ws)
+    zs = world_lanes(wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]), ci, cj, ck, us, vs, ws)
     for lane in range(size):
         local_out[start + lane] = wp.vec3(us[lane], vs[lane], ws[lane])
         position_out[start + lane] = wp.vec3(xs[lane], ys[lane], zs[lane])

@@ -144,6 +144,45 @@ def vertex_at(
     return v
 
 
+@wp.func
+def careful_quad_x(
+    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, ny: wp.int32, i: wp.int32
+) -> wp.vec4i:
+    """Return the quad round the edge along x from node i of a row, whatever its cells; normal along x."""
+    return wp.vec4i(
+        vertex_at(bits, special, ordinary_count, row - ny - 1, i, 6),
+        vertex_at(bits, special, ordinary_count, row - ny, i, 4),
+        vertex_at(bits, special, ordinary_count, row, i, 0),
+        vertex_at(bits, special, ordinary_count, row - 1, i, 2),
+    )
+
+
+@wp.func
+def careful_quad_y(
+    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, ny: wp.int32, i: wp.int32
+) -> wp.vec4i:
+    """The same along y."""
+    return wp.vec4i(
+        vertex_at(bits, special, ordinary_count, row - ny, i - 1, 5),
+        vertex_at(bits, special, ordinary_count, row, i - 1, 1),
+        vertex_at(bits, special, ordinary_count, row, i, 3),
+        vertex_at(bits, special, ordinary_count, row - ny, i, 7),
+    )
+
+
+@wp.func
+def careful_quad_z(
+    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, i: wp.int32
+) -> wp.vec4i:
+    """The same along z."""
+    return wp.vec4i(
+        vertex_at(bits, special, ordinary_count, row - 1, i - 1, 10),
+        vertex_at(bits, special, ordinary_count, row - 1, i, 11),
+        vertex_at(bits, special, ordinary_count, row, i, 8),
+        vertex_at(bits, special, ordinary_count, row, i - 1, 9),
+    )
+
+
 @wp.struct
 class WordRank:
     """A word of ordinary cells and the number of the first of them."""
@@ -247,13 +286,7 @@ def connect_quads_kernel(
                 left &= left - wp.uint32(1)
                 quad = wp.vec4i(number(both, b), number(front, b), number(here, b), number(below, b))
                 if not has_bit(plain, b):
-                    i = 32 * w + b
-                    quad = wp.vec4i(
-                        vertex_at(bits, special, ordinary_count, row_yz, i, 6),
-                        vertex_at(bits, special, ordinary_count, row_z, i, 4),
-                        vertex_at(bits, special, ordinary_count, row, i, 0),
-                        vertex_at(bits, special, ordinary_count, row_y, i, 2),
-                    )
+                    quad = careful_quad_x(bits, special, ordinary_count, row, grid.ny, 32 * w + b)
                 quads_out[q] = oriented(quad, has_bit(forward, b))
                 q += wp.int64(1)
             left = edges.y
@@ -264,13 +297,7 @@ def connect_quads_kernel(
                 v_z = number(front, b)
                 quad = wp.vec4i(v_z - 1, v - 1, v, v_z)
                 if not has_bit(plain, b):
-                    i = 32 * w + b
-                    quad = wp.vec4i(
-                        vertex_at(bits, special, ordinary_count, row_z, i - 1, 5),
-                        vertex_at(bits, special, ordinary_count, row, i - 1, 1),
-                        vertex_at(bits, special, ordinary_count, row, i, 3),
-                        vertex_at(bits, special, ordinary_count, row_z, i, 7),
-                    )
+                    quad = careful_quad_y(bits, special, ordinary_count, row, grid.ny, 32 * w + b)
                 quads_out[q] = oriented(quad, has_bit(forward, b))
                 q += wp.int64(1)
             left = edges.z
@@ -281,12 +308,6 @@ def connect_quads_kernel(
                 v_y = number(below, b)
                 quad = wp.vec4i(v_y - 1, v_y, v, v - 1)
                 if not has_bit(plain, b):
-                    i = 32 * w + b
-                    quad = wp.vec4i(
-                        vertex_at(bits, special, ordinary_count, row_y, i - 1, 10),
-                        vertex_at(bits, special, ordinary_count, row_y, i, 11),
-                        vertex_at(bits, special, ordinary_count, row, i, 8),
-                        vertex_at(bits, special, ordinary_count, row, i - 1, 9),
-                    )
+                    quad = careful_quad_z(bits, special, ordinary_count, row, 32 * w + b)
                 quads_out[q] = oriented(quad, has_bit(forward, b))
                 q += wp.int64(1)

@@ -11,11 +11,11 @@ from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.cells import Cells, find_cells
 from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
 from dmc_cli.surface.grid import GridShape, grid_of
-from dmc_cli.surface.inside import find_inside
+from dmc_cli.surface.inside import InsideBits, find_inside
 from dmc_cli.surface.polygons import Polygons, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
-from dmc_cli.surface.vertices import place_vertices
+from dmc_cli.surface.vertices import Vertices, place_vertices
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,28 @@ def extract_surface(
         position = map_vertices(vertices.cell, vertices.local, depths, grid, vertices.grid_affine, device)
     is_reversed = _is_reversed(settings, target)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
-    counts = SurfaceCounts(
+    return Surface(
+        vertices=position,
+        vertex_cell=vertices.cell,
+        vertex_local=vertices.local,
+        quads=quads.corners,
+        quad_starts=quads.starts,
+        is_reversed=is_reversed,
+        counts=_counts(nodes, cells, polygons, vertices),
+        field=field,
+        grid=grid,
+        cells=cells,
+        polygons=polygons,
+        stored_isovalue=field.isovalue,
+        affine=vertices.grid_affine,
+        depths=depths,
+        device=device,
+    )
+
+
+def _counts(nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Vertices) -> SurfaceCounts:
+    """Gather what the stages counted."""
+    return SurfaceCounts(
         polygons=polygons.polygon_count,
         unused_vertices=polygons.unused_count,
         crossed_edges=cells.crossed_edges,
@@ -125,23 +146,6 @@ def extract_surface(
         flipped_faces=polygons.flipped_faces,
         fallback_vertices=vertices.fallback_count,
         no_data_nodes=nodes.no_data_count,
-    )
-    return Surface(
-        vertices=position,
-        vertex_cell=vertices.cell,
-        vertex_local=vertices.local,
-        quads=quads.corners,
-        quad_starts=quads.starts,
-        is_reversed=is_reversed,
-        counts=counts,
-        field=field,
-        grid=grid,
-        cells=cells,
-        polygons=polygons,
-        stored_isovalue=field.isovalue,
-        affine=vertices.grid_affine,
-        depths=depths,
-        device=device,
     )
 
 
