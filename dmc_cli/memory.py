@@ -1,11 +1,14 @@
 """How much memory a conversion needs, told before it is taken."""
 
+import mmap
 import os
+from typing import Any
 
 import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.settings import ConvertSettings
+from dmc_cli.volume.allocation import available_bytes
 from dmc_cli.volume.volume import Volume
 
 BITS_BYTES_A_NODE = 5 / 8
@@ -15,6 +18,17 @@ VERTEX_BYTES = 12 + 12 + 8 + 12
 """Position, local coordinates, cell and normal."""
 
 QUAD_BYTES = 16
+
+
+def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
+    """Raise MemoryBudgetError unless a volume fits, before its values are read."""
+    _reserve(value_bytes + int(BITS_BYTES_A_NODE * nodes), settings, "the volume and its cells")
+    available = available_bytes()
+    if settings.output.memory is None and available is not None and value_bytes > available:
+        raise MemoryBudgetError(
+            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free; end"
+            " other programs, crop or downsample the volume, or force it with --memory"
+        )
 
 
 def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
@@ -30,8 +44,16 @@ def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSet
 
 def _node_bytes(volume: Volume) -> int:
     """Bytes of the volume's values, unless a file holds them, and of the bits of its nodes."""
-    held = 0 if isinstance(volume.values, np.memmap) else volume.values.nbytes
+    held = 0 if _is_mapped(volume.values) else volume.values.nbytes
     return held + int(BITS_BYTES_A_NODE * volume.values.size)
+
+
+def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
+    """Whether values lie in a file that is mapped, behind whatever views there are of it."""
+    owner: Any = values
+    while isinstance(owner, (np.ndarray, memoryview)):
+        owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
+    return isinstance(owner, mmap.mmap)
 
 
 def _reserve(needed: int, settings: ConvertSettings, what: str) -> None:

@@ -3,7 +3,9 @@
     volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh -> report
     -> files
 
-Each stage is one call; its time goes to the report under its name.
+Each stage is one call; its time goes to the report under its name. The volume is read by a thread while
+kernels are loaded. Stages that not every run needs are imported where they are called: their kernels cost
+as much to import as a small surface to extract.
 """
 
 import time
@@ -19,14 +21,9 @@ from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
 from dmc_cli.mesh import kernel_modules as mesh_kernels
-from dmc_cli.mesh.check import check_mesh
-from dmc_cli.mesh.coloring import color_quads, color_vertices, reduce_colors
-from dmc_cli.mesh.halfedges import build_halfedges
-from dmc_cli.mesh.simplify import simplify
-from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.progress import SILENT, Progress
+from dmc_cli.read_ahead import ReadAhead
 from dmc_cli.report import kernel_modules as report_kernels
-from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import RunFacts, build_report, report_text
 from dmc_cli.report.requirements import check_requirements
@@ -34,7 +31,6 @@ from dmc_cli.report.versions import collect_versions
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
-from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
 from dmc_cli.writers.atomic import check_output, write_output
@@ -83,8 +79,15 @@ class Stopwatch:
         self.milliseconds["total"] = 1e3 * (time.perf_counter() - self._start)
 
 
-def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertResult:
+def convert(
+    settings: ConvertSettings, progress: Progress = SILENT, ahead: ReadAhead | None = None
+) -> ConvertResult:
     """Turn a volume into a quad mesh file, as `dmc convert` does.
+
+    Args:
+        settings: What to convert, and how.
+        progress: Who is told the stages.
+        ahead: The reading of the input where it has begun already.
 
     Raises:
         DmcError: What went wrong, by class; nothing was written then but a report that was asked for
@@ -99,11 +102,13 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
     for path in (output.halfedges, output.report):
         if path is not None:
             check_output(path, force=output.force)
+    ahead = ahead or ReadAhead(settings)
     device = select_device(settings.device, settings.threads)
+    ahead.check()
     with watch.stage("compile", "loading kernels"):
         load_kernels(device, _needed_kernels(settings), progress)
     with watch.stage("read", "reading"):
-        volume = read_volume(settings.input, settings.read, progress)
+        volume = ahead.result(progress)
     affine, space = output_affine(volume, output.space)
     reserve_cells(volume, settings)
     with watch.stage("surface", "extracting the surface"):
@@ -124,6 +129,8 @@ def convert(settings: ConvertSettings, progress: Progress = SILENT) -> ConvertRe
             normals = compute_normals(surface, settings.surface)
     report = _measured(settings, volume, connected, watch)
     if output.check:
+        from dmc_cli.mesh.check import check_mesh
+
         check_mesh(surface, connected.halfedges, normals, report, settings)
     mesh = MeshFile(
         vertices=surface.vertices.numpy(),
@@ -192,15 +199,22 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
     dumped = settings.output.halfedges is not None
     if not (wanted or dumped or _measures(settings)):
         return ConnectedMesh(surface)
+    from dmc_cli.mesh.halfedges import build_halfedges
+
     with watch.stage("halfedges", "building the halfedges"):
         halfedges = build_halfedges(surface)
     color24 = color = None
     if dumped or (wanted and settings.mesh.simplify_rules == "paper"):
+        from dmc_cli.mesh.coloring import color_quads, reduce_colors
+
         with watch.stage("coloring", "colouring"):
             color24 = color_quads(surface, halfedges.words)
             color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
     if not wanted:
         return ConnectedMesh(surface, halfedges, color, color24)
+    from dmc_cli.mesh.simplify import simplify
+    from dmc_cli.mesh.valences import irregular_percent
+
     before = irregular_percent(surface.device, halfedges.valence)
     with watch.stage("simplify", "simplifying"):
         result = simplify(surface, halfedges, settings.mesh, color, color24)
@@ -216,6 +230,8 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
 
 def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
+    from dmc_cli.mesh.coloring import color_vertices
+
     surface, halfedges = connected.surface, connected.halfedges
     assert halfedges is not None and connected.color is not None and connected.color24 is not None
     quads = surface.quads.numpy()
@@ -239,6 +255,8 @@ def _measured(
     measures = None
     surface = connected.surface
     if _measures(settings):
+        from dmc_cli.report.measures import measure_surface
+
         with watch.stage("report", "measuring"):
             measures = measure_surface(surface, connected.halfedges.twin, volume)
     device = surface.device

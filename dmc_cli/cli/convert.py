@@ -49,8 +49,11 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     )
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
+            from dmc_cli.read_ahead import ReadAhead
+
+            ahead = ReadAhead(settings)  # reads while Warp, which is most of the loading, is imported
             from dmc_cli import pipeline
-        result = pipeline.convert(settings, progress)
+        result = pipeline.convert(settings, progress, ahead)
     if not quiet:
         echo_summary(result.report)
 

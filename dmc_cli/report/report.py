@@ -8,15 +8,17 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from dmc_cli.report.deviation import Deviation
 from dmc_cli.report.plain_values import plain
-from dmc_cli.report.quality import Quality
-from dmc_cli.report.topology import Topology
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface.surface import SurfaceCounts
 from dmc_cli.volume.volume import Volume
+
+if TYPE_CHECKING:  # their kernels are only imported by runs that measure
+    from dmc_cli.report.deviation import Deviation
+    from dmc_cli.report.quality import Quality
+    from dmc_cli.report.topology import Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -29,9 +31,9 @@ HASH_BLOCK = 1 << 22
 class Measures:
     """What is measured only if a report, a requirement or a check asks for it."""
 
-    topology: Topology
-    quality: Quality
-    deviation: Deviation
+    topology: "Topology"
+    quality: "Quality"
+    deviation: "Deviation"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,19 +109,19 @@ def measured_sections(measures: Measures | None) -> dict[str, Any]:
     }
 
 
-def topology_section(topology: Topology) -> dict[str, Any]:
+def topology_section(topology: "Topology") -> dict[str, Any]:
     """Return the section `topology`: every field, in the order of the class."""
     return asdict(topology)
 
 
-def quality_section(quality: Quality) -> dict[str, Any]:
+def quality_section(quality: "Quality") -> dict[str, Any]:
     """Return the section `quality`: every field but those that belong to the section `mesh`."""
     return {
         key: value for key, value in asdict(quality).items() if key not in ("area", "signed_volume", "bounds")
     }
 
 
-def extent_section(quality: Quality, topology: Topology) -> dict[str, Any]:
+def extent_section(quality: "Quality", topology: "Topology") -> dict[str, Any]:
     """Return area, enclosed volume and bounds; the volume is None if the mesh has a boundary."""
     encloses = topology.is_closed and topology.components > 0
     return {

@@ -2,12 +2,30 @@
 
 import math
 import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
+
+Forecast = Callable[[int, int], None]
+"""Takes a number of nodes and the bytes of their values; raises MemoryBudgetError if that is too much."""
+
+_forecast: ContextVar[Forecast | None] = ContextVar("forecast", default=None)
+
+
+@contextmanager
+def forecasting(forecast: Forecast) -> Iterator[None]:
+    """Ask `forecast` before any values are allocated, instead of what memory is free, while this is open."""
+    token = _forecast.set(forecast)
+    try:
+        yield
+    finally:
+        _forecast.reset(token)
 
 
 def available_bytes() -> int | None:
@@ -36,16 +54,19 @@ def allocate_values(
         dtype: Type of a value; its byte order is ignored.
 
     Raises:
-        MemoryBudgetError: The values do not fit into the memory that is free.
+        MemoryBudgetError: The values do not fit into the memory that is free, or the run's into its budget.
     """
     native = np.dtype(dtype).newbyteorder("=")
     needed = math.prod(shape) * native.itemsize
+    forecast = _forecast.get()
+    if forecast is not None:
+        forecast(math.prod(shape), needed)
     available = available_bytes()
     message = (
         f"{name}: {needed / 2**20:,.0f} MiB needed for {' x '.join(map(str, shape))} values of {native}; "
         f"{(available or 0) / 2**20:,.0f} MiB of memory are free; use a smaller volume or a larger machine"
     )
-    if available is not None and needed > available:
+    if forecast is None and available is not None and needed > available:
         raise MemoryBudgetError(message)
     try:
         return np.empty(shape[::-1], native)

@@ -111,6 +111,19 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
     return _read_path(Path(path), path, settings, progress)
 
 
+def check_input(path: str, settings: ReadSettings) -> None:
+    """Find out, without reading it, whether there is an input and a reader for it.
+
+    Raises:
+        VolumeError: There is no such input, or it is empty.
+        UnsupportedFormatError: No reader knows it.
+    """
+    if path.startswith(PREFIX):
+        parse_synthetic(path)
+    elif path != STREAM:
+        input_format(Path(path), path, settings)
+
+
 def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
     """What there is to choose from in an input: the series of a folder, or the one volume of a file.
 
