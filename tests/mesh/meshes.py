@@ -1,0 +1,71 @@
+"""A mesh through the stages, and as plain arrays for the oracle."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.mesh.coloring import color_quads, reduce_colors
+from dmc_cli.mesh.halfedges import Halfedges, build_halfedges
+from dmc_cli.mesh.simplify import Simplified, simplify
+from dmc_cli.settings import MeshSettings
+from dmc_cli.surface import Surface
+from tests.oracle.simplify import ColoredMesh
+
+
+@dataclass(frozen=True)
+class ColoredSurface:
+    """A surface with halfedges and colours."""
+
+    surface: Surface
+    halfedges: Halfedges
+    color: Any
+    color24: Any
+
+    def for_oracle(self) -> ColoredMesh:
+        """Copies of the arrays, positions in double precision."""
+        return ColoredMesh(
+            self.surface.vertices.numpy().astype(np.float64),
+            self.surface.quads.numpy().astype(np.int64),
+            self.halfedges.twin.numpy().astype(np.int64),
+            self.color.numpy().copy(),
+        )
+
+    def simplified(self, **settings: Any) -> Simplified:
+        """The result of simplification; the arrays are of no use afterwards."""
+        chosen = MeshSettings(**{"simplify": "all", **settings})
+        return simplify(self.surface, self.halfedges, chosen, self.color, self.color24)
+
+
+def colored(surface: Surface) -> ColoredSurface:
+    """A surface with its halfedges and colours."""
+    halfedges = build_halfedges(surface)
+    color24 = color_quads(surface, halfedges.words)
+    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
+    return ColoredSurface(surface, halfedges, color, color24)
+
+
+def vertex_pair_uses(quads: np.ndarray) -> np.ndarray:
+    """How many quads have each vertex pair that is a side of one."""
+    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    return np.unique(sides, axis=0, return_counts=True)[1]
+
+
+def euler_and_components(quads: np.ndarray, twin: np.ndarray) -> tuple[int, int]:
+    """V - E + F with edges as twin pairs or boundary halfedges, and the sets of quads joined by twins."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(quads)
+    with_twin = np.flatnonzero(twin >= 0)
+    edges = len(with_twin) // 2 + int((twin < 0).sum())
+    if not count:
+        return 0, 0
+    links = coo_array((np.ones(len(with_twin)), (with_twin // 4, twin[with_twin] // 4)), shape=(count, count))
+    return len(np.unique(quads)) - edges + count, connected_components(links, directed=False)[0]
+
+
+def quad_normals(positions: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """The cross product of each quad's diagonals."""
+    corner = positions[quads]
+    return np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])

@@ -1,0 +1,71 @@
+"""Colours are the oracle's, proper across every twin, and the same on any device and number of threads."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from dmc_cli.mesh.coloring import color_vertices, repair_colors
+from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.settings import SurfaceSettings
+from tests.fields import one_inside_node, paper_field, white_noise
+from tests.mesh.meshes import colored
+from tests.oracle.coloring import grid_color
+from tests.oracle.coloring import reduce_colors as reduce_by_oracle
+from tests.oracle.surface import extract_oracle_surface
+from tests.strategies import volumes_with_settings
+from tests.surface.agreement import extract_on
+
+
+def assert_proper(color, twin):
+    color, twin = np.repeat(color, 4), np.asarray(twin)
+    with_twin = twin != NO_TWIN
+    assert (color[with_twin] != color[twin[with_twin]]).all()
+
+
+@given(volumes_with_settings())
+def test_the_colors_of_any_volume_are_the_oracles(volume_and_settings):
+    volume, settings = volume_and_settings
+    mesh = colored(extract_on("cpu", volume, settings))
+    oracle = extract_oracle_surface(volume, settings)
+    expected = np.array([grid_color(edge) for edge, _ in oracle.quads], dtype=np.uint8)
+    np.testing.assert_array_equal(mesh.color24.numpy(), expected)
+    twin = mesh.halfedges.twin.numpy()
+    np.testing.assert_array_equal(mesh.color.numpy(), reduce_by_oracle(expected, twin))
+    assert_proper(expected, twin)
+    assert_proper(mesh.color.numpy(), twin)
+
+
+def test_genus_two_ends_with_the_colors_of_the_notes(extract):
+    surface = extract(paper_field("genus_two", 256), topology="asymptotic", threads=2)
+    counts = np.bincount(colored(surface).color.numpy())
+    assert counts.tolist() == [62198, 53391, 31935, 10985, 395]
+
+
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_threads_do_not_show(extract, border):
+    one, four = (colored(extract(white_noise(40), border=border, threads=threads)) for threads in (1, 4))
+    np.testing.assert_array_equal(one.color.numpy(), four.color.numpy())
+    np.testing.assert_array_equal(one.color24.numpy(), four.color24.numpy())
+
+
+def test_the_vertices_of_a_box_have_the_eight_colors(extract):
+    colors = color_vertices(extract(one_inside_node())).numpy()
+    assert sorted(colors.tolist()) == list(range(8))
+
+
+def test_neighboring_vertices_have_different_colors(extract):
+    surface = extract(white_noise(16))
+    colors, quads = color_vertices(surface).numpy(), surface.quads.numpy()
+    assert (colors[quads] != colors[np.roll(quads, -1, axis=1)]).all()
+
+
+def test_repair_makes_any_coloring_proper(device):
+    mesh = colored(extract_on(device, white_noise(16), SurfaceSettings(isovalue=0.0), threads=2))
+    twin, color = mesh.halfedges.twin, mesh.color
+    color.zero_()
+    import warp as wp
+
+    seams = wp.array(np.arange(twin.shape[0], dtype=np.int32), device=device)
+    repair_colors(mesh.surface.device, twin, color, seams)
+    assert color.numpy().max() < 5
+    assert_proper(color.numpy(), twin.numpy())
