@@ -133,14 +133,20 @@ class SurfaceSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSettings:
-    """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface."""
+    """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
+
+    `relax` is the number of steps of smoothing on the surface, after simplification.
+    """
 
     simplify: Simplify = "none"
     simplify_rules: SimplifyRules = "safe"
     project: bool = True
+    relax: int = 0
 
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
+        if self.relax < 0:
+            raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
         check_choice("simplify", self.simplify, Simplify)
         check_choice("simplify_rules", self.simplify_rules, SimplifyRules)
 

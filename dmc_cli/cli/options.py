@@ -213,6 +213,14 @@ mesh_options = stack(
         is_flag=True,
         help="Put the vertices of simplification back on the surface.",
     ),
+    setting(
+        MeshSettings,
+        "relax",
+        section="Mesh",
+        type=int,
+        metavar="N",
+        help="Smooth on the surface in N steps: vertices glide to where quads have better shapes.",
+    ),
 )
 
 output_options = stack(

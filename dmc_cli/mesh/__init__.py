@@ -13,6 +13,9 @@ merged_vertices  where merged vertices go, and whether they may
 simplify_3333    the pattern 3-3-3-3
 compaction       renumbering without gaps
 simplify         the passes in order
+quad_square      how far a quad is from a square
+glide            a vertex's step along the surface
+relax            smoothing on the surface
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
 """
@@ -20,7 +23,7 @@ check_halfedges  invariants of a halfedge structure
 from types import ModuleType
 
 
-def kernel_modules(*, simplify: bool = False, colors: bool = False) -> list[ModuleType]:
+def kernel_modules(*, simplify: bool = False, colors: bool = False, relax: bool = False) -> list[ModuleType]:
     """Return the modules whose kernels the stages need, for loading them ahead of time."""
     from dmc_cli.mesh import coloring, grid_twins, quad_ranks, selection, vertex_rings
 
@@ -31,4 +34,8 @@ def kernel_modules(*, simplify: bool = False, colors: bool = False) -> list[Modu
         from dmc_cli.mesh import compaction, merged_vertices, simplify_3x3y, simplify_3333, valences
 
         modules += [simplify_3x3y, merged_vertices, simplify_3333, compaction, valences]
+    if relax:
+        from dmc_cli.mesh import relax as relaxation
+
+        modules.append(relaxation)
     return modules
