@@ -1,7 +1,7 @@
 """The conversion, stage by stage: the table of contents of the package.
 
-    volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh -> report
-    -> files
+    volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh
+    -> relaxed mesh -> report -> files
 
 Each stage is one call; its time goes to the report under its name. The volume is read by a thread while
 kernels are loaded. Stages that not every run needs are imported where they are called: their kernels cost
@@ -11,7 +11,7 @@ as much to import as a small surface to extract.
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
@@ -47,6 +47,7 @@ class ConnectedMesh:
     halfedges: Any = None
     color: Any = None
     color24: Any = None
+    vertex_color: Any = None
     simplification: dict[str, Any] | None = None
 
 
@@ -63,14 +64,14 @@ class Stopwatch:
 
     def __init__(self, progress: Progress) -> None:
         self.milliseconds: dict[str, float] = {}
-        self._progress = progress
+        self.progress = progress
         self._start = time.perf_counter()
 
     @contextmanager
     def stage(self, name: str, shown: str) -> Iterator[None]:
         """Time a stage; `shown` is its name for people."""
         start = time.perf_counter()
-        with self._progress.stage(shown):
+        with self.progress.stage(shown):
             yield
         self.milliseconds[name] = self.milliseconds.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
 
@@ -121,7 +122,7 @@ def convert(
             reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
         )
     _refuse_empty(surface, volume, settings)
-    connected = _connect(surface, settings, watch)
+    connected = _relaxed(_connect(surface, settings, watch), settings, watch)
     surface = connected.surface
     normals = None
     if output.normals or output.halfedges is not None:
@@ -153,7 +154,7 @@ def compile_kernels(progress: Progress = SILENT) -> None:
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    return [*placements, *mesh_kernels(simplify=True), *report_kernels()]
+    return [*placements, *mesh_kernels(simplify=True, relax=True), *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -162,8 +163,8 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     modules = surface_kernels(
         normals_too=settings.output.normals or dumped, placement=settings.surface.placement
     )
-    if dumped or wanted or _measures(settings):
-        modules += mesh_kernels(simplify=wanted, colors=dumped)
+    if dumped or wanted or settings.mesh.relax or _measures(settings):
+        modules += mesh_kernels(simplify=wanted, colors=dumped, relax=settings.mesh.relax > 0)
     return modules + (report_kernels() if _measures(settings) else [])
 
 
@@ -197,7 +198,7 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
     """Build the halfedges, colour and simplify, as far as it is needed."""
     wanted = settings.mesh.simplify != "none"
     dumped = settings.output.halfedges is not None
-    if not (wanted or dumped or _measures(settings)):
+    if not (wanted or dumped or settings.mesh.relax or _measures(settings)):
         return ConnectedMesh(surface)
     from dmc_cli.mesh.halfedges import build_halfedges
 
@@ -225,13 +226,28 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
         "irregular_percent_before": before,
         "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
     }
-    return ConnectedMesh(result.surface, result.halfedges, result.color, result.color24, found)
+    return ConnectedMesh(
+        result.surface, result.halfedges, result.color, result.color24, simplification=found
+    )
+
+
+def _relaxed(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+    """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
+    if settings.output.halfedges is not None:
+        from dmc_cli.mesh.coloring import color_vertices
+
+        connected = replace(connected, vertex_color=color_vertices(connected.surface))
+    if not settings.mesh.relax:
+        return connected
+    from dmc_cli.mesh.relax import relax
+
+    with watch.stage("relax", "relaxing"):
+        surface = relax(connected.surface, connected.halfedges, settings.mesh.relax, watch.progress)
+    return replace(connected, surface=surface)
 
 
 def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
-    from dmc_cli.mesh.coloring import color_vertices
-
     surface, halfedges = connected.surface, connected.halfedges
     assert halfedges is not None and connected.color is not None and connected.color24 is not None
     quads = surface.quads.numpy()
@@ -244,7 +260,7 @@ def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
         face_halfedge=np.arange(0, 4 * len(quads), 4, dtype=np.int32),
         face_color=connected.color.numpy(),
         face_color24=connected.color24.numpy(),
-        vertex_color=color_vertices(surface).numpy(),
+        vertex_color=connected.vertex_color.numpy(),
     )
 
 

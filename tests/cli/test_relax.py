@@ -34,7 +34,8 @@ def test_the_colours_of_the_dump_stay_those_of_the_cells(run, tmp_path):
     for steps in (0, 3):
         path = tmp_path / f"{steps}.npz"
         run(*CONVERT, tmp_path / "mesh.ply", "-i", 0, "--halfedges", path, "--relax", steps, "--force")
-        dumps.append(np.load(path))
+        with np.load(path) as file:
+            dumps.append(dict(file))
     for name in ("vertex_color", "face_color", "halfedges", "quads"):
         np.testing.assert_array_equal(dumps[0][name], dumps[1][name])
     assert (dumps[0]["vertices"] != dumps[1]["vertices"]).any()
