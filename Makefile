@@ -69,10 +69,11 @@ fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) an
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
 
 bench: $(VENV)/.installed-dev ## time the surface beside other programs, on two CPU threads
-	$(PY) -m benchmarks.surface
+	$(PY) benchmarks/surface.py --out surface
+	$(PY) benchmarks/memory.py
 
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
-	$(PY) -m benchmarks.surface --device cuda:0
+	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda
 
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term

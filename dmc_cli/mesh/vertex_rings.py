@@ -16,7 +16,7 @@ from dmc_cli.mesh.grid_twins import is_inside, one_step
 from dmc_cli.mesh.quad_ranks import QuadWord, edges_at, quad_in, quad_round, word_after
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
-from dmc_cli.surface.grid import Grid, bit_index, has_bit, next_node
+from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index, has_bit, next_node
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import EDGE_HIGH, EDGE_LOW, NO_LABEL, label_of
 
@@ -162,7 +162,7 @@ def ring_ordinary_kernel(
 ):
     """Find a halfedge and the valence of the ordinary cells' vertices. One thread a row."""
     row = first + wp.tid()
-    turn = wp.where(is_reversed == 1, wp.uint32(0xFFFFFFFF), wp.uint32(0))
+    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     for w in range(grid.words):
         left = bits.ordinary[row, w]
         if left != wp.uint32(0):
