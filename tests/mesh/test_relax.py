@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from dmc_cli.mesh.halfedges import build_halfedges
 from dmc_cli.mesh.relax import relax
@@ -20,6 +21,8 @@ from tests.fields import (
 )
 from tests.oracle.grid import cut_grid
 from tests.oracle.trilinear import distances_at
+from tests.strategies import volumes_with_settings
+from tests.surface.agreement import extract_on
 from tests.surface.real import REAL_VOLUMES, read_real_volume
 
 OBLIQUE = np.array([[0.3, 0.1, 0, -100], [-0.1, 0.3, 0.2, 50], [0, 0.05, -2, 7], [0, 0, 0, 1]])
@@ -162,13 +165,13 @@ def test_vertices_move_by_less_than_half_a_cell_a_step(extract, volume_and_isova
     assert np.abs(way @ np.linalg.inv(surface.affine[:3, :3]).T).max() <= 0.5 + 1e-4
 
 
-@pytest.mark.parametrize("settings", [{"orientation": "gradient"}, {"inside": "below"}, {}])
+@pytest.mark.parametrize("turned", [{"orientation": "gradient"}, {"inside": "below"}, {}])
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_orientation_and_mirrors_change_nothing(extract, settings, mirrored):
+def test_orientation_and_mirrors_change_nothing(extract, turned, mirrored):
     values = paper_field("genus_two", 32).values
     plain = relaxed(extract(volume_of(values)))
     affine = np.diag([-1.0 if mirrored else 1.0, 1.0, 1.0, 1.0])
-    other = relaxed(extract(volume_of(values, affine=affine), **settings))
+    other = relaxed(extract(volume_of(values, affine=affine), **turned))
     difference = np.abs(other.vertices.numpy() @ affine[:3, :3] - plain.vertices.numpy())
     assert np.quantile(difference, 0.9) < 1e-5  # a rounding may decide whether a step is halved
     assert difference.max() < 0.02
@@ -196,6 +199,22 @@ def test_the_smallest_meshes_pass(extract, volume, topology):
 def test_a_box_round_one_node_becomes_no_worse(extract):
     surface = extract(one_inside_node())
     assert quad_shapes(relaxed(surface)).min() >= quad_shapes(surface).min() - 1e-6
+
+
+@given(volumes_with_settings())
+@settings(max_examples=60)
+def test_any_small_volume_passes_and_stays_on_its_surface(drawn):
+    volume, chosen = drawn
+    surface = extract_on("cpu", volume, chosen)
+    after = relaxed(surface, 2)
+    local = after.vertex_local.numpy()
+    assert ((local >= 0) & (local <= 1)).all()
+    if not len(surface.quads):
+        return
+    assert quad_shapes(after).min() >= quad_shapes(surface).min() - 1e-4
+    grid = cut_grid(volume, chosen)
+    distance = np.abs(distances_at(grid, after.vertex_cell.numpy(), local))
+    assert distance.max() <= 1e-5 * np.ptp(grid.distance[grid.data])
 
 
 @pytest.mark.parametrize("placement", ["sampled", "centroid"])
