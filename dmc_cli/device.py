@@ -29,8 +29,9 @@ launch (some 30 microseconds) does not show."""
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
 
-SMALLEST_SLAB = 64
-"""Rows a slab at least: below this a launch costs more than it does."""
+ROWS_A_SLAB = 64
+ITEMS_A_SLAB = 4096
+"""Rows and single cells, vertices or quads a slab at least: fewer cost less than their launch."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +51,20 @@ class Device:
     def _pool(self) -> ThreadPoolExecutor:
         return ThreadPoolExecutor(self.threads, thread_name_prefix="dmc")
 
-    def launch(self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
-        """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here."""
+    def launch(
+        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
+    ) -> None:
+        """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here.
+
+        On CPU a slab has at least `grain` of them: so many that a launch does not cost more than it does.
+        """
         if dim == 0:
             return
-        if not self.is_cpu or self.threads == 1 or dim <= SMALLEST_SLAB:
+        if not self.is_cpu or self.threads == 1 or dim <= grain:
             wp.launch(kernel, dim=dim, inputs=[0, *inputs], outputs=[*outputs], device=self.name)
             return
         kernel.module.load(self.name, block_dim=1)  # once, before threads race to compile it
-        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // SMALLEST_SLAB))
+        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // grain))
         bounds = [dim * s // slabs for s in range(slabs + 1)]
 
         def run(slab: int) -> None:

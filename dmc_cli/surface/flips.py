@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.grid import Grid, has_bit
 from dmc_cli.surface.special_cells import SpecialCells, cell_case, find_special, is_active
@@ -26,7 +26,8 @@ def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Devi
     for axis in range(3):
         for parity in range(2):
             inputs = [struct, cells.bits, special, axis, parity]
-            device.launch(flip_faces_kernel, count, inputs, [special.joined, special.polygons, flips])
+            outputs = [special.joined, special.polygons, flips]
+            device.launch(flip_faces_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     return device.total(flips)
 
 

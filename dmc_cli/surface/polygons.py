@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.fans import number_vertices_kernel
 from dmc_cli.surface.field import Field, node_value
@@ -78,10 +78,9 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
         [special.row, special.i],
     )
     ambiguous = device.empty(count, wp.int64)
-    device.launch(
-        decide_faces_kernel, count, [struct, cells.bits, field, special], [special.joined, ambiguous]
-    )
-    device.launch(trace_kernel, count, [struct, cells.bits, special], [special.polygons])
+    inputs = [struct, cells.bits, field, special]
+    outputs = [special.joined, special.polygons, ambiguous]
+    device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     flipped_faces = flip_faces(cells, special, count, struct, device) if manifold else 0
     polygons, vertices, unused, multi = (device.empty(count, wp.int64) for _ in range(4))
     device.launch(
@@ -89,6 +88,7 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
         count,
         [struct, cells.bits, special, manifold, field.has_absent],
         [special.vertices, polygons, vertices, unused, multi],
+        ITEMS_A_SLAB,
     )
     special.first_vertex, vertex_count = device.starts(vertices)
     return Polygons(
@@ -113,7 +113,7 @@ def face_value(
 
 
 @wp.kernel
-def decide_faces_kernel(
+def trace_polygons_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
@@ -122,9 +122,10 @@ def decide_faces_kernel(
     special: SpecialCells,
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
+    polygons_out: wp.array(dtype=wp.uint64),
     ambiguous_out: wp.array(dtype=wp.int64),
 ):
-    """Decide the ambiguous faces, and count those that no lower cell shares. One thread a special cell."""
+    """Decide the ambiguous faces, count those no lower cell shares, and trace. One thread a special cell."""
     s = first + wp.tid()
     row = special.row[s]
     i = special.i[s]
@@ -152,20 +153,5 @@ def decide_faces_kernel(
             if face % 2 == 1 or not low:
                 count += wp.int64(1)
     joined_out[s] = joined
+    polygons_out[s] = trace_cell(case, joined)
     ambiguous_out[s] = count
-
-
-@wp.kernel
-def trace_kernel(
-    # In:
-    first: wp.int32,
-    grid: Grid,
-    bits: CellBits,
-    special: SpecialCells,
-    # Out:
-    polygons_out: wp.array(dtype=wp.uint64),
-):
-    """Trace the polygons. One thread a special cell."""
-    s = first + wp.tid()
-    case = cell_case(grid, bits.inside, special.row[s], special.i[s])
-    polygons_out[s] = trace_cell(case, special.joined[s])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.settings import Placement
 from dmc_cli.surface.blocks import LANES, place_block_kernel
 from dmc_cli.surface.cells import CellBits, Cells
@@ -21,6 +21,9 @@ from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+BLOCKS_A_SLAB = ITEMS_A_SLAB // LANES
+"""Blocks of vertices a slab at least."""
 
 
 @dataclass(frozen=True)
@@ -93,13 +96,15 @@ def _place_exactly(
     if device.is_cpu:
         blocks = -(-ordinary // LANES)
         inputs = [*scene, ordinary, vertices.cell]
-        device.launch(place_block_kernel, blocks, inputs, [vertices.position, vertices.local, left])
+        device.launch(
+            place_block_kernel, blocks, inputs, [vertices.position, vertices.local, left], LANES * 16
+        )
     else:
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
     fallbacks = device.empty(left.shape[0], wp.int64)
     inputs = [*scene, size, left, ordinary, polygons.special, polygons.special_count]
     outputs = [vertices.cell, vertices.local, vertices.position, fallbacks]
-    device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs)
+    device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
     return device.total(fallbacks)
 
 
