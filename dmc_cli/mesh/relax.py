@@ -108,13 +108,15 @@ class _Scratch:
     aim: Any
     level: Any
     has_moved: Any
+    must_retreat: Any
 
     @staticmethod
     def of(vertex_count: int, quad_count: int, device: Device) -> "_Scratch":
         """Return room for a mesh."""
         quads = [device.empty(quad_count, kind) for kind in (wp.float32, wp.uint8)]
         kinds = (wp.float32, wp.vec3, wp.int8, wp.uint8)
-        return _Scratch(*quads, *(device.empty(vertex_count, kind) for kind in kinds))
+        vertices = [device.empty(vertex_count, kind) for kind in kinds]
+        return _Scratch(*quads, *vertices, device.zeros(vertex_count, wp.uint8))
 
 
 def _measure(ring: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
@@ -130,10 +132,11 @@ def _take_step(ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, de
     device.launch(aim_kernel, vertex_count, [ring, scratch.shape, now], outputs)
     is_failing, checks = True, 0
     while is_failing:
-        inputs = [ring, scene, now, scratch.aim, scratch.failing, int(checks < PATIENT_CHECKS)]
-        device.launch(move_kernel, vertex_count, inputs, [scratch.level, scratch.has_moved, then])
+        inputs = [scene, now, scratch.aim, int(checks < PATIENT_CHECKS)]
+        outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
+        device.launch(move_kernel, vertex_count, inputs, outputs)
         inputs = [ring, now, then, scratch.shape, scratch.floor, scratch.has_moved]
-        device.launch(check_kernel, quad_count, inputs, [scratch.failing])
+        device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
 
 
@@ -262,36 +265,22 @@ def aim_kernel(
     level_out[v] = level
 
 
-@wp.func
-def has_failing_quad(ring: Ring, failing: wp.array(dtype=wp.uint8), v: wp.int32) -> wp.bool:
-    """Return whether one of the quads round a vertex fails."""
-    start = ring.start[v]
-    h = start
-    result = bool(False)
-    for _quad in range(ring.valence[v]):
-        if failing[h >> 2] != wp.uint8(0):
-            result = bool(True)
-        h = turn(ring, h)
-    return result
-
-
 @wp.kernel
 def move_kernel(
     # In:
     first: wp.int32,
-    ring: Ring,
     scene: Scene,
     now: Spots,
     aim: wp.array(dtype=wp.vec3),
-    failing: wp.array(dtype=wp.uint8),
     is_patient: wp.int32,
     # In/out:
     level_inout: wp.array(dtype=wp.int8),
+    must_retreat_inout: wp.array(dtype=wp.uint8),
     # Out:
     has_moved_out: wp.array(dtype=wp.uint8),
     then: Spots,
 ):
-    """Move vertices with a failing quad by their next smaller step, at last by none. One thread a vertex."""
+    """Move vertices of failing quads by their next smaller step, at last by none. One thread a vertex."""
     v = first + wp.tid()
     level = level_inout[v]
     has_moved_out[v] = wp.uint8(0)
@@ -299,7 +288,7 @@ def move_kernel(
         level = wp.int8(0)
     elif level == wp.int8(FIXED):
         level = wp.int8(STAYS)
-    elif level == wp.int8(STAYS) or not has_failing_quad(ring, failing, v):
+    elif level == wp.int8(STAYS) or must_retreat_inout[v] == wp.uint8(0):
         return
     else:
         level = wp.int8(wp.where(is_patient == 1, wp.int32(level) + 1, STAYS))
@@ -320,6 +309,7 @@ def move_kernel(
         else:
             level = wp.int8(STAYS)
     level_inout[v] = level
+    must_retreat_inout[v] = wp.uint8(0)
     has_moved_out[v] = wp.uint8(1)
     then.position[v] = position
     then.cell[v] = cell
@@ -339,12 +329,14 @@ def faces_surface(ring: Ring, spots: Spots, h: wp.int32) -> wp.bool:
 
 @wp.func
 def is_spoilt(
-    ring: Ring, now: Spots, then: Spots, q: wp.int32, shape: wp.float32, floor: wp.float32
+    ring: Ring, now: Spots, then: Spots, q: wp.int32, shape: wp.float32, floor: wp.array(dtype=wp.float32)
 ) -> wp.bool:
-    """Return whether the moves worsen a quad below its floor or turn one of its corners."""
+    """Return whether the moves worsen a quad below its vertices' floors or turn one of its corners."""
     h = 4 * q
+    least = float(1.0)
     is_turned = bool(False)
     for corner in range(4):
+        least = wp.min(least, floor[ring.corners[h + corner]])
         if faces_surface(ring, now, h + corner) and not faces_surface(ring, then, h + corner):
             is_turned = bool(True)
     a = corner_point(ring, then.position, h, 0)
@@ -352,7 +344,7 @@ def is_spoilt(
     c = corner_point(ring, then.position, h, 2)
     d = corner_point(ring, then.position, h, 3)
     found = quad_shape(a, b, c, d)
-    return is_turned or (found < shape and (found < floor or found <= 0.0))
+    return is_turned or (found < shape and (found < least or found <= 0.0))
 
 
 @wp.kernel
@@ -365,20 +357,24 @@ def check_kernel(
     shape: wp.array(dtype=wp.float32),
     floor: wp.array(dtype=wp.float32),
     has_moved: wp.array(dtype=wp.uint8),
+    # In/out:
+    must_retreat_inout: wp.array(dtype=wp.uint8),
     # Out:
     failing_out: wp.array(dtype=wp.uint8),
 ):
-    """Find the quads that the moves spoil; one without moves since the last check keeps its answer.
+    """Find the quads that the last moves spoil, and tell their vertices. One thread a quad.
 
-    One thread a quad.
+    Several threads may tell a vertex, all the same.
     """
     q = first + wp.tid()
-    least = float(1.0)
     is_touched = bool(False)
     for corner in range(4):
-        v = ring.corners[4 * q + corner]
-        least = wp.min(least, floor[v])
-        if has_moved[v] != wp.uint8(0):
+        if has_moved[ring.corners[4 * q + corner]] != wp.uint8(0):
             is_touched = bool(True)
+    failing = wp.uint8(0)
     if is_touched:
-        failing_out[q] = wp.uint8(wp.where(is_spoilt(ring, now, then, q, shape[q], least), 1, 0))
+        if is_spoilt(ring, now, then, q, shape[q], floor):
+            failing = wp.uint8(1)
+            for corner in range(4):
+                must_retreat_inout[ring.corners[4 * q + corner]] = wp.uint8(1)
+    failing_out[q] = failing
