@@ -1,5 +1,6 @@
 """The group of all commands: the one place where errors become messages and exit status."""
 
+import errno
 import os
 import sys
 import traceback
@@ -9,12 +10,17 @@ import click
 
 from dmc_cli.cli.signals import Stopped
 from dmc_cli.errors import DeviceError, DmcError, WriteError
+from dmc_cli.settings import STREAM
+from dmc_cli.writers.atomic import write_error
 
 VERBOSE = "dmc_cli.verbose"
 """Key of the context's shared notes under which a command leaves how often `-v` was given."""
 
 _SHOW_CAUSE = 2
 """`-vv` shows where an expected error came from."""
+
+_STDOUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
+"""What a command's own output runs into; files are written by `writers`, which raises its own error."""
 
 
 class Failure(click.ClickException):
@@ -44,6 +50,11 @@ class DmcGroup(click.Group):
                 " volume and its mesh; crop the volume, or run where more memory is free",
                 DeviceError.exit_status,
             ) from error
+        except OSError as error:
+            if error.errno not in _STDOUT_ERRORS:
+                raise
+            _forget_broken_stdout()
+            raise Failure(str(write_error(STREAM, error)), WriteError.exit_status) from error
         except Stopped as stop:
             raise Failure(stop.message, stop.exit_status) from None
 

@@ -63,7 +63,7 @@ def check_output(path: str, *, force: bool) -> None:
             f"{path} exists already; expected a new name; choose another, or overwrite it with --force"
         )
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise _write_error(path, OSError(errno.EACCES, "Permission denied"))
+        raise write_error(path, OSError(errno.EACCES, "Permission denied"))
 
 
 def write_output(path: str, chunks: Iterable[bytes], *, force: bool) -> int:
@@ -110,7 +110,7 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
     except WriteError:
         raise
     except OSError as error:
-        raise _write_error(path, error) from error
+        raise write_error(path, error) from error
 
 
 @contextmanager
@@ -183,7 +183,7 @@ def _real(path: str) -> Path:
     return Path(path).resolve()
 
 
-def _write_error(path: str, error: OSError) -> WriteError:
+def write_error(path: str, error: OSError) -> WriteError:
     """Say what went wrong with the output, and that nothing was left behind."""
     name = "standard output" if path == STREAM else path
     reason = _REASONS.get(error.errno or 0, f"{error.strerror or error}; choose another place")

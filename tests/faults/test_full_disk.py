@@ -47,6 +47,20 @@ def test_a_full_disk_under_the_report(tmp_path):
     assert "/dev/full cannot be written: the disk is full" in result.stderr
 
 
+def test_a_full_disk_under_standard_output(tmp_path):
+    with open("/dev/full", "w") as full:
+        result = subprocess.run(
+            [sys.executable, "-m", "dmc_cli", "info", "synth:torus:24"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    assert result.returncode == 9
+    assert result.stderr.startswith("Error: standard output cannot be written: the disk is full")
+
+
 def test_a_reader_that_goes_away(tmp_path):
     command = [
         sys.executable,
