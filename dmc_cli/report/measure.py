@@ -25,6 +25,7 @@ from dmc_cli.report.versions import collect_versions
 from dmc_cli.settings import MeasureSettings, SurfaceSettings
 from dmc_cli.surface.field import absent_value, make_field, upload_volume
 from dmc_cli.surface.grid import grid_of
+from dmc_cli.surface.slices import slice_depths
 from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.volume import Volume
 
@@ -116,6 +117,7 @@ def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:
         points = points * (-1.0, -1.0, 1.0)
     to_grid = np.linalg.inv(volume.affine)
     at = points @ to_grid[:3, :3].T + to_grid[:3, 3] + 1.0
+    at[:, 2] = _slice_places(at[:, 2], volume)
     nodes = np.array(volume.shape) + 2
     lowest = np.clip(np.floor(at), 0, nodes - 2)
     local = at - lowest
@@ -123,6 +125,15 @@ def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:
     i, j, k = lowest.astype(np.int64).T
     cells = i + nodes[0] * (j + nodes[1] * k)
     return cells, np.clip(local, 0, 1).astype(np.float32), int(np.count_nonzero(is_outside))
+
+
+def _slice_places(depths: Array, volume: Volume) -> Array:
+    """Return coordinates along the slices of the grid with a closed border, from depths of even slices."""
+    known = slice_depths(volume, grid_of(volume.shape, border=1), Device("cpu")).numpy()
+    if not known.size:
+        return depths
+    beyond = depths - np.clip(depths, known[0], known[-1])
+    return np.asarray(np.interp(depths, known, np.arange(len(known))) + beyond)
 
 
 def _deviation(device: Device, reference: VolumeReference, cells: Array, locals: Array) -> Deviation:

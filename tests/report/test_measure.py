@@ -67,6 +67,19 @@ def test_a_moved_mesh_deviates_by_as_much():
     assert found["deviation"]["mean_mm"] < found["deviation"]["rms"]
 
 
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_a_mesh_of_uneven_slices_is_on_the_surface(border):
+    positions = np.cumsum(np.random.default_rng(2).uniform(0.5, 2.5, 24))
+    even = ball()
+    volume = Volume(
+        values=even.values, affine=even.affine, space="RAS", slice_positions=positions - positions[0]
+    )
+    mesh = mesh_of(volume, -500.0, border)
+    found = measure_mesh(DEVICE, mesh, "a.ply", VolumeReference(volume=volume, isovalue=-500.0))
+    assert found["warnings"] == []
+    assert found["deviation"]["max_relative"] < 1e-6
+
+
 def test_points_outside_the_volume_are_told():
     volume = ball()
     mesh = mesh_of(volume, 5.0)

@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 
 import dmc_cli
+from dmc_cli.pipeline import every_kernel
 
 ARCHITECTURES = [75, pytest.param(90, marks=pytest.mark.slow)]
 """Seconds a module and architecture; the second one finds what the first one misses only rarely."""
@@ -32,6 +33,10 @@ def imports_warp(module: pkgutil.ModuleInfo) -> bool:
 
 def test_the_surface_stage_has_kernel_modules():
     assert any(name.startswith("dmc_cli.surface.") for name in kernel_modules())
+
+
+def test_a_warm_up_compiles_them_all():
+    assert {module.__name__ for module in every_kernel()} == set(kernel_modules())
 
 
 @pytest.mark.parametrize("architecture", ARCHITECTURES)
