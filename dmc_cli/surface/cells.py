@@ -166,31 +166,30 @@ def find_cells_kernel(
         c2 = n10
         c4 = n01
         c6 = n11
-        n00 = load_word(inside, row, w + 1, grid.words)
-        n10 = load_word(inside, row_y, w + 1, grid.words)
-        n01 = load_word(inside, row_z, w + 1, grid.words)
-        n11 = load_word(inside, row_yz, w + 1, grid.words)
+        after = wp.min(w + 1, grid.words - 1)  # after the last word comes nothing that a cell has
+        n00 = inside[row, after]
+        n10 = inside[row_y, after]
+        n01 = inside[row_z, after]
+        n11 = inside[row_yz, after]
         c1 = next_node(c0, n00)
         c3 = next_node(c2, n10)
         c5 = next_node(c4, n01)
         c7 = next_node(c6, n11)
-        cells = low_bits(grid.nx - 1 - 32 * w)
-        x_edges = (c0 ^ c1) & cells
-        y_edges = c0 ^ c2
-        z_edges = c0 ^ c4
-        active = wp.uint32(0)
-        special = wp.uint32(0)
         some = c0 | c1 | c2 | c3 | c4 | c5 | c6 | c7
         every = c0 & c1 & c2 & c3 & c4 & c5 & c6 & c7
-        if some != every:
-            crossed_count += wp.int32(wp.bit_count(x_edges) + wp.bit_count(y_edges) + wp.bit_count(z_edges))
+        active = wp.uint32(0)
+        ordinary = wp.uint32(0)
+        if some != every:  # on a scan hardly ever
+            cells = low_bits(grid.nx - 1 - 32 * w)
+            crossed_count += wp.int32(
+                wp.bit_count((c0 ^ c1) & cells) + wp.bit_count(c0 ^ c2) + wp.bit_count(c0 ^ c4)
+            )
             if has_cells:
                 active = (some & ~every) & cells
                 special = several_polygons(c0, c1, c2, c3, c4, c5, c6, c7) | border_cells(grid, j, k, w)
-                special &= active
-        ordinary = active & ~special
-        ordinary_count += wp.int32(wp.bit_count(ordinary))
-        special_count += wp.int32(wp.bit_count(special))
+                ordinary = active & ~special
+                ordinary_count += wp.int32(wp.bit_count(ordinary))
+                special_count += wp.int32(wp.bit_count(active & special))
         active_out[row, w] = active
         ordinary_out[row, w] = ordinary
     ordinary_count_out[row] = wp.int64(ordinary_count)
