@@ -1,136 +1,209 @@
-"""Renumbering without gaps: what stays keeps its order."""
+"""Closing the gaps that removed quads and vertices leave: the last ones move into them.
 
-from dataclasses import replace
+What does not move keeps its number; the gaps, in ascending order, take what stays of the numbers beyond the
+new end, in ascending order. So the work and the memory beside the mesh grow with what was removed, not with
+the mesh.
+"""
+
+from dataclasses import dataclass, replace
 from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import Halfedges, flat_quads
-from dmc_cli.mesh.selection import new_number, rank_marks
+from dmc_cli.device import Device
+from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.mesh.selection import count_marks, list_mask, mask_length, part
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.surface import Surface
-from dmc_cli.surface.grid import bit_index
 
 wp.set_module_options({"enable_backward": False})
 
 
+@dataclass(frozen=True)
+class Moves:
+    """Which items go where: `gaps` take `movers` in order; `moved_to` tells, from `end` on, a mover's gap."""
+
+    end: int
+    gaps: Any
+    movers: Any
+    moved_to: Any
+
+
 def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | None]:
-    """Return the surface, its halfedges, the quads' colours and their colours from the grid, without gaps."""
+    """Return the surface, its halfedges, the quads' colours and their colours from the grid, without gaps.
+
+    They are views of the arrays that the mesh was made of.
+    """
     device, arrays, surface = mesh.device, mesh.arrays, mesh.surface
-    quad_mask, quad_starts, quad_count = rank_marks(device, arrays.quad_gone)
-    vertex_mask, vertex_starts, vertex_count = rank_marks(device, arrays.vertex_gone)
-    position, cell = device.empty(vertex_count, wp.vec3), device.empty(vertex_count, wp.int64)
-    local, valence = device.empty(vertex_count, wp.vec3), device.empty(vertex_count, wp.int32)
-    vertex_halfedge = device.empty(vertex_count, wp.int32)
-    device.launch(
-        compact_vertices_kernel,
-        vertex_mask.shape[0],
-        [arrays, vertex_mask, vertex_starts, quad_mask, quad_starts],
-        [position, cell, local, valence, vertex_halfedge],
+    vertices, quads = _plan_moves(device, arrays.vertex_gone), _plan_moves(device, arrays.quad_gone)
+    device.launch(move_vertices_kernel, vertices.gaps.shape[0], [arrays, vertices.gaps, vertices.movers], [])
+    device.launch(move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [])
+    for color in (mesh.color, mesh.color24):
+        if color is not None:
+            device.launch(move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color])
+    if vertices.gaps.shape[0]:
+        device.launch(rename_vertices_kernel, quads.end, [arrays, vertices.end, vertices.moved_to], [])
+    inputs = [arrays, quads.gaps, quads.movers, quads.end, quads.moved_to]
+    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [])
+    halfedges = Halfedges(
+        part(device, mesh.quads, 0, quads.end),
+        part(device, arrays.twin, 0, 4 * quads.end),
+        part(device, arrays.vertex_halfedge, 0, vertices.end),
+        part(device, arrays.valence, 0, vertices.end),
+        part(device, arrays.defect, 0, quads.end),
+        None,
     )
-    quads, twins = device.empty(quad_count, wp.vec4i), device.empty(quad_count, wp.vec4i)
-    defect = device.empty(quad_count, wp.uint8)
-    device.launch(
-        compact_quads_kernel,
-        quad_mask.shape[0],
-        [arrays, vertex_mask, vertex_starts, quad_mask, quad_starts],
-        [quads, twins, defect],
-    )
-    colors = []
-    for old in (mesh.color, mesh.color24):
-        new = None if old is None else device.empty(quad_count, wp.uint8)
-        if new is not None:
-            device.launch(compact_colors_kernel, quad_mask.shape[0], [old, quad_mask, quad_starts], [new])
-        colors.append(new)
-    halfedges = Halfedges(quads, flat_quads(twins), vertex_halfedge, valence, defect, None)
     simplified = replace(
-        surface, vertices=position, vertex_cell=cell, vertex_local=local, quads=quads, quad_starts=None
+        surface,
+        vertices=part(device, arrays.position, 0, vertices.end),
+        vertex_cell=part(device, arrays.cell, 0, vertices.end),
+        vertex_local=part(device, arrays.local, 0, vertices.end),
+        quads=halfedges.quads,
+        quad_starts=None,
     )
+    colors = [
+        None if color is None else part(device, color, 0, quads.end) for color in (mesh.color, mesh.color24)
+    ]
     return simplified, halfedges, colors[0], colors[1]
 
 
-@wp.kernel
-def compact_vertices_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,
-    vertex_mask: wp.array(dtype=wp.uint32),
-    vertex_starts: wp.array(dtype=wp.int64),
-    quad_mask: wp.array(dtype=wp.uint32),
-    quad_starts: wp.array(dtype=wp.int64),
-    # Out:
-    position_out: wp.array(dtype=wp.vec3),
-    cell_out: wp.array(dtype=wp.int64),
-    local_out: wp.array(dtype=wp.vec3),
-    valence_out: wp.array(dtype=wp.int32),
-    vertex_halfedge_out: wp.array(dtype=wp.int32),
-):
-    """Copy the vertices that stay. One thread 32 vertices."""
-    w = first + wp.tid()
-    left = vertex_mask[w]
-    slot = wp.int32(vertex_starts[w])
-    while left != wp.uint32(0):
-        v = 32 * w + bit_index(left)
-        left &= left - wp.uint32(1)
-        position_out[slot] = mesh.position[v]
-        cell_out[slot] = mesh.cell[v]
-        local_out[slot] = mesh.local[v]
-        valence_out[slot] = mesh.valence[v]
-        h = mesh.vertex_halfedge[v]
-        vertex_halfedge_out[slot] = 4 * new_number(quad_mask, quad_starts, h >> 2) + (h & 3)
-        slot += 1
+def _plan_moves(device: Device, gone: Any) -> Moves:
+    """Return where items go, given a mark (uint8, not 0) for each that has gone."""
+    count = gone.shape[0]
+    end = count - count_marks(device, gone)
+    mask = device.empty(mask_length(count), wp.uint32)
+    device.launch(find_moves_kernel, mask.shape[0], [gone, end], [mask])
+    listed = list_mask(device, mask)
+    half = listed.shape[0] // 2
+    moved_to = device.empty(count - end, wp.int32)
+    gaps, movers = part(device, listed, 0, half), part(device, listed, half, 2 * half)
+    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to])
+    return Moves(end, gaps, movers, moved_to)
 
 
 @wp.kernel
-def compact_quads_kernel(
+def find_moves_kernel(
     # In:
     first: wp.int32,
-    mesh: MeshArrays,
-    vertex_mask: wp.array(dtype=wp.uint32),
-    vertex_starts: wp.array(dtype=wp.int64),
-    quad_mask: wp.array(dtype=wp.uint32),
-    quad_starts: wp.array(dtype=wp.int64),
+    gone: wp.array(dtype=wp.uint8),
+    end: wp.int32,
     # Out:
-    quads_out: wp.array(dtype=wp.vec4i),
-    twins_out: wp.array(dtype=wp.vec4i),
-    defect_out: wp.array(dtype=wp.uint8),
+    mask_out: wp.array(dtype=wp.uint32),
 ):
-    """Copy the quads that stay, with new numbers. One thread 32 quads."""
+    """Find the gaps before the new end and what stays beyond it: as many of each. One thread 32 items."""
     w = first + wp.tid()
-    left = quad_mask[w]
-    slot = wp.int32(quad_starts[w])
-    while left != wp.uint32(0):
-        q = 32 * w + bit_index(left)
-        left &= left - wp.uint32(1)
-        quad = wp.vec4i()
-        twins = wp.vec4i()
-        for c in range(4):
-            quad[c] = new_number(vertex_mask, vertex_starts, mesh.corners[4 * q + c])
-            t = mesh.twin[4 * q + c]
-            twins[c] = -1
-            if t >= 0:
-                twins[c] = 4 * new_number(quad_mask, quad_starts, t >> 2) + (t & 3)
-        quads_out[slot] = quad
-        twins_out[slot] = twins
-        defect_out[slot] = mesh.defect[q]
-        slot += 1
+    word = wp.uint32(0)
+    for item in range(32 * w, wp.min(32 * w + 32, gone.shape[0])):
+        if (gone[item] != wp.uint8(0)) == (item < end):
+            word |= wp.uint32(1) << wp.uint32(item - 32 * w)
+    mask_out[w] = word
 
 
 @wp.kernel
-def compact_colors_kernel(
+def tell_moves_kernel(
     # In:
     first: wp.int32,
-    colors: wp.array(dtype=wp.uint8),
-    quad_mask: wp.array(dtype=wp.uint32),
-    quad_starts: wp.array(dtype=wp.int64),
+    gaps: wp.array(dtype=wp.int32),
+    movers: wp.array(dtype=wp.int32),
+    end: wp.int32,
     # Out:
-    colors_out: wp.array(dtype=wp.uint8),
+    moved_to_out: wp.array(dtype=wp.int32),
 ):
-    """Copy the colours of the quads that stay. One thread 32 quads."""
-    w = first + wp.tid()
-    left = quad_mask[w]
-    slot = wp.int32(quad_starts[w])
-    while left != wp.uint32(0):
-        colors_out[slot] = colors[32 * w + bit_index(left)]
-        left &= left - wp.uint32(1)
-        slot += 1
+    """Tell where each mover goes. One thread a mover."""
+    n = first + wp.tid()
+    moved_to_out[movers[n] - end] = gaps[n]
+
+
+@wp.kernel
+def move_vertices_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    gaps: wp.array(dtype=wp.int32),
+    movers: wp.array(dtype=wp.int32),
+):
+    """Move the vertices. One thread a mover."""
+    n = first + wp.tid()
+    gap = gaps[n]
+    v = movers[n]
+    mesh.position[gap] = mesh.position[v]
+    mesh.cell[gap] = mesh.cell[v]
+    mesh.local[gap] = mesh.local[v]
+    mesh.valence[gap] = mesh.valence[v]
+    mesh.vertex_halfedge[gap] = mesh.vertex_halfedge[v]
+
+
+@wp.kernel
+def move_quads_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    gaps: wp.array(dtype=wp.int32),
+    movers: wp.array(dtype=wp.int32),
+):
+    """Move the quads. One thread a mover."""
+    n = first + wp.tid()
+    gap = gaps[n]
+    q = movers[n]
+    for c in range(4):
+        mesh.corners[4 * gap + c] = mesh.corners[4 * q + c]
+        mesh.twin[4 * gap + c] = mesh.twin[4 * q + c]
+    mesh.defect[gap] = mesh.defect[q]
+
+
+@wp.kernel
+def move_colors_kernel(
+    # In:
+    first: wp.int32,
+    gaps: wp.array(dtype=wp.int32),
+    movers: wp.array(dtype=wp.int32),
+    # In/out:
+    colors_inout: wp.array(dtype=wp.uint8),
+):
+    """Move the quads' colours. One thread a mover."""
+    n = first + wp.tid()
+    colors_inout[gaps[n]] = colors_inout[movers[n]]
+
+
+@wp.kernel
+def rename_vertices_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    end: wp.int32,
+    moved_to: wp.array(dtype=wp.int32),
+):
+    """Give the quads their moved vertices' new numbers. One thread a quad."""
+    q = first + wp.tid()
+    for c in range(4):
+        v = mesh.corners[4 * q + c]
+        if v >= end:
+            mesh.corners[4 * q + c] = moved_to[v - end]
+
+
+@wp.kernel
+def rename_quads_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    gaps: wp.array(dtype=wp.int32),
+    movers: wp.array(dtype=wp.int32),
+    end: wp.int32,
+    moved_to: wp.array(dtype=wp.int32),
+):
+    """Tell twins and vertices the moved quads' new numbers. One thread a mover.
+
+    Two moved quads that are neighbours write the same to each other.
+    """
+    n = first + wp.tid()
+    for c in range(4):
+        h = 4 * gaps[n] + c
+        t = mesh.twin[h]
+        if t >= 4 * end:
+            t = 4 * moved_to[(t >> 2) - end] + (t & 3)
+            mesh.twin[h] = t
+        if t >= 0:
+            mesh.twin[t] = h
+        v = mesh.corners[h]
+        if mesh.vertex_halfedge[v] == 4 * movers[n] + c:
+            mesh.vertex_halfedge[v] = h

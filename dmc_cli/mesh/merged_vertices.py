@@ -45,10 +45,10 @@ def judge_topology(mesh: WorkingMesh, quads: Any) -> tuple[Any, Any]:
     return eligible, refused
 
 
-def judge_folds(mesh: WorkingMesh, quads: Any, position: Any, eligible: Any, refused: Any) -> None:
-    """Refuse the eligible quads whose merged vertex would turn a neighbour over; flags change in place."""
+def judge_folds(mesh: WorkingMesh, quads: Any, position: Any, chosen: Any, refused: Any) -> None:
+    """Refuse the chosen quads whose merged vertex would turn a neighbour over; flags change in place."""
     inputs = [mesh.arrays, quads, position]
-    mesh.device.launch(judge_folds_kernel, quads.shape[0], inputs, [eligible, refused])
+    mesh.device.launch(judge_folds_kernel, quads.shape[0], inputs, [chosen, refused])
 
 
 @wp.kernel
@@ -152,12 +152,12 @@ def judge_folds_kernel(
     quads: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
     # In/out:
-    eligible_inout: wp.array(dtype=wp.int64),
+    chosen_inout: wp.array(dtype=wp.int64),
     refused_inout: wp.array(dtype=wp.int64),
 ):
     """Refuse what would turn one of the four neighbours over. One thread a quad of the list."""
     n = first + wp.tid()
-    if eligible_inout[n] == wp.int64(1):
+    if chosen_inout[n] == wp.int64(1):
         h = 4 * quads[n] + corner_3x3y(mesh, quads[n])
         target = position[n]
         folds = turns_over(mesh, next_halfedge(mesh.twin[h]), target)
@@ -165,5 +165,5 @@ def judge_folds_kernel(
         folds = folds or turns_over(mesh, next_halfedge(mesh.twin[opposite_halfedge(h)]), target)
         folds = folds or turns_over(mesh, mesh.twin[previous_halfedge(h)], target)
         if folds:
-            eligible_inout[n] = wp.int64(0)
+            chosen_inout[n] = wp.int64(0)
             refused_inout[n] = wp.int64(1)

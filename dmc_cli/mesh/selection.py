@@ -17,6 +17,10 @@ WORDS = wp.constant(32)
 """Words of a mask that one thread counts and lists."""
 
 
+MARKS = wp.constant(1024)
+"""Marks that one thread counts."""
+
+
 def mask_length(count: int) -> int:
     """Return the number of words of a mask over `count` items."""
     return -(-count // 32)
@@ -41,20 +45,17 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
     return kept
 
 
-def rank_marks(device: Device, marks: Any) -> tuple[Any, Any, int]:
-    """Return the mask of what is not marked, how many such items lie before each word (int32), their number.
+def part(device: Device, array: Any, start: int, end: int) -> Any:
+    """Return a view of the items from `start` up to `end`, which may be none."""
+    return array[start:end] if end > start else device.empty(0, array.dtype)
 
-    Args:
-        device: Where to work.
-        marks: uint8 (n,), not 0 for a marked item.
-    """
-    count = marks.shape[0]
-    words = mask_length(count)
-    mask = device.empty(words, wp.uint32)
-    counts = device.empty(words, wp.int64)
-    device.launch(mask_unmarked_kernel, words, [marks], [mask, counts])
-    starts, total = device.starts(counts)
-    return mask, starts, total
+
+def count_marks(device: Device, marks: Any) -> int:
+    """Return how many items have a mark, uint8 (n,), not 0."""
+    blocks = -(-marks.shape[0] // int(MARKS))
+    counts = device.empty(blocks, wp.int64)
+    device.launch(count_marks_kernel, blocks, [marks], [counts])
+    return device.starts(counts)[1]
 
 
 @wp.kernel
@@ -109,27 +110,16 @@ def keep_flagged_kernel(
 
 
 @wp.kernel
-def mask_unmarked_kernel(
+def count_marks_kernel(
     # In:
     first: wp.int32,
     marks: wp.array(dtype=wp.uint8),
     # Out:
-    mask_out: wp.array(dtype=wp.uint32),
     counts_out: wp.array(dtype=wp.int64),
 ):
-    """Gather the items without a mark. One thread a word."""
-    w = first + wp.tid()
-    word = wp.uint32(0)
-    for item in range(32 * w, wp.min(32 * w + 32, marks.shape[0])):
-        if marks[item] == wp.uint8(0):
-            word |= wp.uint32(1) << wp.uint32(item - 32 * w)
-    mask_out[w] = word
-    counts_out[w] = wp.int64(wp.bit_count(word))
-
-
-@wp.func
-def new_number(mask: wp.array(dtype=wp.uint32), starts: wp.array(dtype=wp.int64), item: wp.int32) -> wp.int32:
-    """Return how many members of a mask lie before an item: its number once the others have gone."""
-    w = item >> 5
-    below = (wp.uint32(1) << wp.uint32(item & 31)) - wp.uint32(1)
-    return wp.int32(starts[w]) + wp.int32(wp.bit_count(mask[w] & below))
+    """Count the marked items. One thread a block of them."""
+    block = first + wp.tid()
+    count = wp.int32(0)
+    for item in range(block * MARKS, wp.min((block + 1) * MARKS, marks.shape[0])):
+        count += wp.where(marks[item] != wp.uint8(0), 1, 0)
+    counts_out[block] = wp.int64(count)

@@ -87,13 +87,16 @@ def choose_apart(mesh: WorkingMesh, quads: Any, eligible: Any, state: Any) -> An
     return flags
 
 
-def remove_3x3y(mesh: WorkingMesh, quads: Any, flags: Any, targets: tuple[Any, Any, Any]) -> Any:
+def remove_3x3y(
+    mesh: WorkingMesh, quads: Any, flags: Any, targets: tuple[Any, Any, Any], *, may_crowd: bool = True
+) -> Any:
     """Remove the flagged quads; return the halfedges that got new twins, int32, with gaps of -1.
 
     Args:
         mesh: The mesh, changed in place.
         quads: Quads with the pattern, no two flagged ones neighbours.
         flags: int64, 1 for those that go.
+        may_crowd: Whether a merged vertex may be joined twice to another, as under the papers' rules.
         targets: For each quad the merged vertex's position (vec3), cell (int64) and local coordinates (vec3).
     """
     device, count = mesh.device, quads.shape[0]
@@ -102,7 +105,8 @@ def remove_3x3y(mesh: WorkingMesh, quads: Any, flags: Any, targets: tuple[Any, A
     if count:
         # in one launch: on CPU an atomic is a plain load and store
         wp.launch(lower_valence_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
-    device.launch(mark_crowded_kernel, count, [mesh.arrays, quads, flags], [])
+    if may_crowd:
+        device.launch(mark_crowded_kernel, count, [mesh.arrays, quads, flags], [])
     return seams
 
 

@@ -39,6 +39,7 @@ class WorkingMesh:
 
     Attributes:
         arrays: The kernels' `MeshArrays`, those of surface and halfedges themselves.
+        quads: `arrays.corners` as int32 vec4 (Q,).
         quad_count: Quads at the beginning.
         surface: For its field, grid and affine.
         color: Colours 0 to 4 a quad, uint8 (Q,), kept proper; None if they are not wanted.
@@ -47,6 +48,7 @@ class WorkingMesh:
     """
 
     arrays: Any
+    quads: Any
     quad_count: int
     surface: Surface
     color: Any | None
@@ -68,7 +70,7 @@ def working_mesh(
     quad_count = surface.quads.shape[0]
     arrays.quad_gone = device.zeros(quad_count, wp.uint8)
     arrays.vertex_gone = device.zeros(surface.vertices.shape[0], wp.uint8)
-    return WorkingMesh(arrays, quad_count, surface, color, color24, device)
+    return WorkingMesh(arrays, halfedges.quads, quad_count, surface, color, color24, device)
 
 
 @wp.func

@@ -10,7 +10,16 @@ from dmc_cli.mesh.halfedges import Halfedges, build_halfedges
 from dmc_cli.mesh.simplify import Simplified, simplify
 from dmc_cli.settings import MeshSettings
 from dmc_cli.surface import Surface
-from tests.oracle.simplify import ColoredMesh
+from tests.oracle.simplify import (
+    ColoredMesh,
+    chosen_by_color,
+    chosen_by_counter,
+    outer_sides,
+    pattern_3x3y,
+    pattern_3333,
+    remove_3x3y,
+    remove_3333,
+)
 
 
 @dataclass(frozen=True)
@@ -69,3 +78,51 @@ def quad_normals(positions: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """The cross product of each quad's diagonals."""
     corner = positions[quads]
     return np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+
+
+@dataclass(frozen=True)
+class OracleResult:
+    """What the oracle leaves, and the numbers that its quads and vertices had at the beginning."""
+
+    mesh: ColoredMesh
+    removed: tuple[int, int, int]
+    quad_numbers: np.ndarray
+    vertex_numbers: np.ndarray
+
+    def with_gaps_filled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Quads, twins and positions as the kernels number them: the last ones move into the gaps."""
+        quad_order, vertex_order = filled(self.quad_numbers), filled(self.vertex_numbers)
+        quad_place, vertex_place = np.argsort(quad_order), np.argsort(vertex_order)
+        quads = vertex_place[self.mesh.quads][quad_order]
+        twins = self.mesh.twins.reshape(-1, 4)[quad_order].ravel()
+        twins = np.where(twins < 0, -1, 4 * quad_place[twins // 4] + twins % 4)
+        return quads, twins, self.mesh.positions[vertex_order]
+
+
+def filled(numbers: np.ndarray) -> np.ndarray:
+    """For each new number the index in `numbers` (ascending, with gaps) of the item that gets it."""
+    count = len(numbers)
+    order = np.empty(count, dtype=np.int64)
+    stays = numbers < count
+    order[numbers[stays]] = np.flatnonzero(stays)
+    gaps = np.setdiff1d(np.arange(count), numbers[stays])
+    order[gaps] = np.flatnonzero(~stays)
+    return order
+
+
+def simplified_by_oracle(mesh: ColoredMesh) -> OracleResult:
+    """The oracle's three passes, with the numbers that are left after each."""
+    quad_numbers, vertex_numbers = np.arange(len(mesh.quads)), np.arange(mesh.vertex_count)
+    removed = []
+    for choose in (chosen_by_color, chosen_by_counter):
+        chosen, corner = choose(mesh), pattern_3x3y(mesh)
+        gone = [int(mesh.quads[q, [corner[q], corner[q] + 2]].max()) for q in chosen]
+        quad_numbers, vertex_numbers = np.delete(quad_numbers, chosen), np.delete(vertex_numbers, gone)
+        mesh = remove_3x3y(mesh, chosen)
+        removed.append(len(chosen))
+    chosen = pattern_3333(mesh)
+    gone_quads = sorted({side // 4 for q in chosen for side in outer_sides(mesh, q)})
+    gone = np.unique(mesh.quads[chosen])
+    quad_numbers, vertex_numbers = np.delete(quad_numbers, gone_quads), np.delete(vertex_numbers, gone)
+    mesh = remove_3333(mesh, chosen)
+    return OracleResult(mesh, (*removed, len(gone_quads)), quad_numbers, vertex_numbers)

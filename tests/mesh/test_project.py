@@ -1,4 +1,4 @@
-"""Merged vertices go back on the trilinear surface; without projection they stay where the papers leave them."""
+"""Merged vertices go back on the trilinear surface; without projection they stay at the papers' place."""
 
 import numpy as np
 import pytest
