@@ -271,7 +271,7 @@ output_options = stack(
     setting(
         OutputSettings, "allow_empty", section="Output", is_flag=True, help="An empty surface is no error."
     ),
-    setting(OutputSettings, "dry_run", section="Output", is_flag=True, help="Forecast the memory and stop."),
+    setting(OutputSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."),
     setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists."),
 )
 
