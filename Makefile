@@ -68,9 +68,10 @@ test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: ou
 fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
 
-bench: $(VENV)/.installed-dev ## time the surface beside other programs, on two CPU threads
+bench: $(VENV)/.installed-dev ## time the surface beside other programs, and a whole convert beside its floor
 	$(PY) benchmarks/surface.py --out surface
 	$(PY) benchmarks/memory.py
+	$(PY) benchmarks/convert.py --out convert
 
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
 	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda

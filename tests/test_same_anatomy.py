@@ -1,0 +1,147 @@
+"""One scan in every format gives the same mesh in space, where an independent reader says that it lies."""
+
+import nibabel as nib
+import numpy as np
+import pytest
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
+from scipy.spatial import cKDTree
+
+from dmc_cli.pipeline import convert
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+from tests.volume.scanner import make_slice, save
+
+LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0])
+SHAPE = (9, 10, 11)
+SPACING = np.array([0.75, 0.5, 2.0])
+ORIGIN = np.array([10.0, -20.0, 30.0])
+ISOVALUE = 100.5
+
+
+def solid():
+    """A lopsided solid of integer values, well inside the grid."""
+    k, j, i = np.indices(SHAPE) - np.array([4, 5, 4]).reshape(3, 1, 1, 1)
+    return np.round(300 - 14 * (i**2 + 1.3 * j**2 + k**2 + 0.6 * i * j) + 20 * i).astype("<i2")
+
+
+VALUES = solid()
+OBLIQUE = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+OBLIQUE[:, 2] = np.cross(OBLIQUE[:, 0], OBLIQUE[:, 1])
+DIRECTIONS = {
+    "axial": np.eye(3),
+    "oblique": OBLIQUE,
+    "mirrored": np.diag([-1.0, 1.0, 1.0]),
+    "oblique-mirrored": OBLIQUE * [1, 1, -1],
+    "sagittal": np.eye(3)[:, [1, 2, 0]],
+}
+
+
+def image_of(directions):
+    image = sitk.GetImageFromArray(VALUES)
+    image.SetDirection(directions.ravel())
+    image.SetSpacing(SPACING)
+    image.SetOrigin(ORIGIN)
+    return image
+
+
+def as_itk_file(suffix):
+    def write(folder, directions):
+        sitk.WriteImage(image_of(directions), str(folder / f"scan{suffix}"), True)
+        return folder / f"scan{suffix}", {}
+
+    write.__name__ = suffix
+    return write
+
+
+def as_nibabel_file(folder, directions):
+    affine = np.eye(4)
+    affine[:3, :3] = LPS_OF_RAS @ directions * SPACING
+    affine[:3, 3] = LPS_OF_RAS @ ORIGIN
+    nib.save(nib.Nifti1Image(VALUES.T, affine), folder / "scan.nii")
+    return folder / "scan.nii", {}
+
+
+def as_dicom(folder, directions):
+    orientation = [float(f"{c:.9f}") for c in directions[:, :2].T.ravel()]
+    for k in range(SHAPE[0]):
+        position = [float(f"{c:.9f}") for c in ORIGIN + directions[:, 2] * SPACING[2] * k]
+        dataset = make_slice(position, k, values=VALUES[k] + np.int16(1024), orientation=orientation)
+        save(dataset, folder / "scan" / f"{k}.dcm")
+    return folder / "scan", {}
+
+
+WRITERS = [as_itk_file(".nrrd"), as_itk_file(".mha"), as_itk_file(".nii.gz"), as_nibabel_file, as_dicom]
+
+
+def mesh_of(path, folder, space, **read):
+    settings = ConvertSettings(
+        input=str(path),
+        read=ReadSettings(**read),
+        surface=SurfaceSettings(isovalue=ISOVALUE, border="closed"),
+        output=OutputSettings(
+            path=str(folder / "mesh.ply"), space=space, force=True, report=str(folder / "mesh.json")
+        ),
+    )
+    result = convert(settings)
+    return result.mesh, result.report
+
+
+@pytest.mark.parametrize("directions", DIRECTIONS.values(), ids=DIRECTIONS)
+@pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
+def test_the_mesh_lies_where_an_independent_reader_puts_the_grid(tmp_path, write, directions):
+    path, read = write(tmp_path, directions)
+    image = image_of(directions)
+    in_grid, _ = mesh_of(path, tmp_path, "voxel", **read)
+    found, report = mesh_of(path, tmp_path, "ras", **read)
+    grid = in_grid.vertices.astype(float)
+    if write is as_dicom and np.linalg.det(directions) < 0:
+        grid[:, 2] = SHAPE[0] - 1 - grid[:, 2]  # slices are sorted along the normal of their plane
+    placed = [image.TransformContinuousIndexToPhysicalPoint(index) for index in grid]
+    np.testing.assert_allclose(found.vertices, np.array(placed) @ LPS_OF_RAS, atol=2e-5)
+    assert report["topology"]["components"] == 1
+    inside = np.count_nonzero(VALUES > ISOVALUE) * np.prod(SPACING)
+    assert report["mesh"]["volume"] == pytest.approx(inside, rel=0.12)  # on so coarse a grid
+
+
+def test_all_formats_give_one_mesh(tmp_path):
+    meshes = {}
+    for write in WRITERS:
+        folder = tmp_path / write.__name__
+        folder.mkdir()
+        path, read = write(folder, OBLIQUE)
+        meshes[write.__name__] = mesh_of(path, folder, "ras", **read)[0]
+    first = meshes[".nrrd"]
+    for name, mesh in meshes.items():
+        np.testing.assert_array_equal(mesh.quads, first.quads, err_msg=name)
+        np.testing.assert_allclose(mesh.vertices, first.vertices, atol=2e-5, err_msg=name)
+        np.testing.assert_allclose(mesh.normals, first.normals, atol=1e-4, err_msg=name)
+
+
+def test_ras_and_lps_differ_by_two_signs(tmp_path):
+    path, _ = as_nibabel_file(tmp_path, OBLIQUE)
+    ras, lps = (mesh_of(path, tmp_path, space)[0] for space in ("ras", "lps"))
+    np.testing.assert_array_equal(ras.quads, lps.quads)
+    np.testing.assert_array_equal(ras.vertices @ LPS_OF_RAS.astype(np.float32), lps.vertices)
+
+
+def test_a_raw_file_gives_the_mesh_of_the_grid_it_is_told(tmp_path):
+    (tmp_path / "scan.raw").write_bytes(VALUES.tobytes())
+    told = {"shape": SHAPE[::-1], "dtype": "int16", "spacing": tuple(SPACING), "origin": tuple(ORIGIN)}
+    raw, _ = mesh_of(tmp_path / "scan.raw", tmp_path, "native", **told)
+    path, _ = as_itk_file(".mha")(tmp_path, np.eye(3))
+    meta, _ = mesh_of(path, tmp_path, "native")
+    np.testing.assert_array_equal(raw.quads, meta.quads)
+    np.testing.assert_array_equal(raw.vertices, meta.vertices)
+
+
+def test_the_sample_fistula_has_one_mesh_in_both_formats(tmp_path, sample_data):
+    pairs = [
+        mesh_of(sample_data / name, tmp_path, "lps")
+        for name in ("nrrd/fistula_mra.nrrd", "nifti/fistula_mra.nii.gz")
+    ]
+    (one, first), (other, second) = pairs
+    assert first["mesh"]["volume"] > 0
+    assert first["mesh"]["volume"] == pytest.approx(second["mesh"]["volume"], rel=1e-4)
+    assert first["mesh"]["quads"] == pytest.approx(second["mesh"]["quads"], rel=2e-3)
+    np.testing.assert_allclose(first["mesh"]["bounds"], second["mesh"]["bounds"], atol=2e-4)
+    distances, _ = cKDTree(other.vertices).query(one.vertices)
+    assert np.quantile(distances, 0.99) < 2e-3  # the grid's axes are turned, and ties with them
