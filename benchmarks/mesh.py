@@ -1,0 +1,123 @@
+"""Volume in memory to a simplified mesh with normals, beside vtkFlyingEdges3D alone with normals.
+
+    python benchmarks/mesh.py [--device cpu] [--rounds 5] [--out NAME]
+
+Surface, halfedges, colouring, simplification (both patterns, safe rules, vertices back on the surface,
+colours kept proper) and normals, in one run on two threads with kernels warm. Rounds are interleaved; each
+figure is the least of its rounds. The goal is a ratio of 1. Writes benchmarks/results/NAME.md and .json.
+"""
+
+import argparse
+import json
+import time
+import warnings
+
+import peers
+import warp as wp
+from cases import CASES, ROOT
+from surface import machine
+
+from dmc_cli.device import select_device
+from dmc_cli.mesh.coloring import color_quads, reduce_colors
+from dmc_cli.mesh.halfedges import build_halfedges
+from dmc_cli.mesh.simplify import simplify
+from dmc_cli.settings import MeshSettings, SurfaceSettings
+from dmc_cli.surface import compute_normals, extract_surface, upload_volume
+from dmc_cli.surface.field import stored_isovalue
+
+STAGES = ("surface", "halfedges", "coloring", "simplify", "normals")
+SIMPLIFY = MeshSettings(simplify="all")
+
+
+def stages_of(uploaded, settings: SurfaceSettings) -> tuple[dict[str, float], dict[str, int]]:
+    """Run every stage once; seconds by stage, and counts."""
+    ends = [time.perf_counter()]
+
+    def ended() -> None:
+        wp.synchronize()
+        ends.append(time.perf_counter())
+
+    surface = extract_surface(uploaded, settings)
+    quads = surface.quads.shape[0]
+    ended()
+    halfedges = build_halfedges(surface)
+    ended()
+    color24 = color_quads(surface, halfedges.words)
+    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
+    ended()
+    result = simplify(surface, halfedges, SIMPLIFY, color, color24)
+    ended()
+    compute_normals(result.surface, settings)
+    ended()
+    seconds = {stage: ends[n + 1] - ends[n] for n, stage in enumerate(STAGES)}
+    return seconds, {"quads": quads, "quads_after": result.surface.quads.shape[0]}
+
+
+def measure(volume, isovalue: float, device, rounds: int) -> dict:
+    """Time both programs in turns; the least of each."""
+    uploaded = upload_volume(volume, device)
+    settings = SurfaceSettings(isovalue=isovalue)
+    flying_edges = peers.flying_edges(volume, stored_isovalue(volume, isovalue), normals=True)
+    flying_edges()
+    _, counts = stages_of(uploaded, settings)
+    stages, peer = [], []
+    for _ in range(rounds):
+        stages.append(stages_of(uploaded, settings)[0])
+        start = time.perf_counter()
+        flying_edges()
+        peer.append(time.perf_counter() - start)
+    best = min(stages, key=lambda found: sum(found.values()))
+    total = sum(best.values())
+    return counts | {
+        "seconds": best | {"total": total, "flying edges": min(peer)},
+        "ratio": min(peer) / total,
+        "all_seconds": {"stages": stages, "flying edges": peer},
+    }
+
+
+def table(results: dict, device: str) -> str:
+    names = [*STAGES, "total", "flying edges"]
+    lines = [
+        "| volume | quads | after | " + " | ".join(f"{name} ms" for name in names) + " | ratio |",
+        "| --- |" + " ---: |" * (len(names) + 3),
+    ]
+    for name, found in results.items():
+        cells = [name, str(found["quads"]), str(found["quads_after"])]
+        cells += [f"{1e3 * found['seconds'][column]:.1f}" for column in names]
+        lines.append("| " + " | ".join([*cells, f"{found['ratio']:.2f}"]) + " |")
+    return "\n".join(lines) + f"\n\nDevice {device}. Goal for the ratio: 1."
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--out", help="name of the result files")
+    options = parser.parse_args()
+    warnings.filterwarnings("ignore")
+    device = select_device(options.device, peers.THREADS)
+    results = {}
+    for case in CASES:
+        volume = case.load()
+        if volume is None:
+            print(f"{case.name}: left out, {case.path} is absent")
+            continue
+        results[case.name] = measure(volume, case.isovalue, device, options.rounds)
+        print(case.name, f"{results[case.name]['ratio']:.2f}", flush=True)
+    text = table(results, device.name)
+    print(text)
+    if options.out:
+        facts = machine()
+        where = ROOT / "benchmarks" / "results"
+        where.mkdir(exist_ok=True)
+        head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
+        (where / f"{options.out}.md").write_text(
+            f"# Simplified meshes beside flying edges\n\n{head}\n\n{text}\n"
+        )
+        (where / f"{options.out}.json").write_text(json.dumps(facts | {"results": results}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
