@@ -2,6 +2,7 @@
 
 import nibabel as nib
 import numpy as np
+import pydicom
 import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from scipy.spatial import cKDTree
@@ -72,11 +73,11 @@ def as_dicom(folder, directions):
 WRITERS = [as_itk_file(".nrrd"), as_itk_file(".mha"), as_itk_file(".nii.gz"), as_nibabel_file, as_dicom]
 
 
-def mesh_of(path, folder, space, **read):
+def mesh_of(path, folder, space, isovalue=ISOVALUE, **read):
     settings = ConvertSettings(
         input=str(path),
         read=ReadSettings(**read),
-        surface=SurfaceSettings(isovalue=ISOVALUE, border="closed"),
+        surface=SurfaceSettings(isovalue=isovalue, border="closed"),
         output=OutputSettings(
             path=str(folder / "mesh.ply"), space=space, force=True, report=str(folder / "mesh.json")
         ),
@@ -145,3 +146,21 @@ def test_the_sample_fistula_has_one_mesh_in_both_formats(tmp_path, sample_data):
     np.testing.assert_allclose(first["mesh"]["bounds"], second["mesh"]["bounds"], atol=2e-4)
     distances, _ = cKDTree(other.vertices).query(one.vertices)
     assert np.quantile(distances, 0.99) < 2e-3  # the grid's axes are turned, and ties with them
+
+
+def test_the_vertices_of_a_tilted_uneven_head_lie_between_its_slices(tmp_path, shared_data):
+    folder = shared_data / "dicom_ge_tilt"
+    datasets = [pydicom.dcmread(path, stop_before_pixels=True) for path in folder.glob("*.dcm")]
+    datasets.sort(key=lambda dataset: dataset.ImagePositionPatient[2])
+    corners = np.array([dataset.ImagePositionPatient for dataset in datasets], float)
+    along_row, along_column = np.array(datasets[0].ImageOrientationPatient, float).reshape(2, 3)
+    down, across = (float(spacing) for spacing in datasets[0].PixelSpacing)
+    in_grid, _ = mesh_of(folder, tmp_path, "voxel", isovalue=300.0)
+    found, _ = mesh_of(folder, tmp_path, "lps", isovalue=300.0)
+    i, j, k = in_grid.vertices.T.astype(float)
+    # the closed border's caps lie half a slice outside, as far as the slices beside them are apart
+    below = np.clip(np.floor(k).astype(int), 0, len(corners) - 2)
+    corner = corners[below] + (k - below)[:, None] * (corners[below + 1] - corners[below])
+    expected = corner + np.outer(i, along_row * across) + np.outer(j, along_column * down)
+    np.testing.assert_allclose(found.vertices, expected, atol=3e-3)
+    assert np.ptp(np.diff(corners[:, 2])) > 5

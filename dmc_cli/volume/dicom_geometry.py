@@ -15,8 +15,8 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.dicom_frames import Frame
 from dmc_cli.volume.dicom_series import SAME_PLACE_MM, Stack
 
-EVEN = 0.01
-"""Distances within this share of their mean count as even: scanners round positions."""
+EVEN_MM = 0.01
+"""Slices no farther than this from even distances count as even: scanners round positions."""
 
 MISSING = 1.9
 """A distance beyond this many times the larger of its neighbours is a missing slice."""
@@ -66,14 +66,17 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
     affine[:3, 1] = orientation[3:] * frames[0].spacing[1]
     affine[:3, 2] = (last - first) / (len(frames) - 1)
     affine[:3, 3] = first
-    uneven = np.abs(distances - distances.mean()).max() > EVEN * distances.mean()
+    uneven = np.abs(places - np.linspace(places[0], places[-1], len(places))).max() > EVEN_MM
     table = (places - places[0]) * np.linalg.norm(axis) if uneven else None
     if uneven:
-        notes.append(
-            f"slice distances vary from {distances.min():.3f} to {distances.max():.3f} mm; every slice is "
-            "kept where it is"
-        )
+        least, most = (_told(frames, distances, int(n)) for n in (distances.argmin(), distances.argmax()))
+        notes.append(f"slice distances vary from {least} to {most}; every slice is kept where it is")
     return SliceGeometry(frames, affine, table, tuple(notes))
+
+
+def _told(frames: list[Frame], distances: _Array, n: int) -> str:
+    """Distance n and the files that it lies between."""
+    return f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}"
 
 
 def _without_duplicates(
@@ -86,12 +89,12 @@ def _without_duplicates(
     for n in range(1, len(frames)):
         (kept if places[n] - places[kept[-1]] >= SAME_PLACE_MM else dropped).append(n)
     if dropped and settings.duplicates == "refuse":
-        twin = frames[dropped[0]]
-        other = frames[max(k for k in kept if k < dropped[0])]
+        first = dropped[0]
+        other = max(k for k in kept if k < first)
         raise AmbiguousVolumeError(
             f"{name}: {len(dropped)} of {len(frames)} slices lie where another one lies (closer than "
-            f"{SAME_PLACE_MM} mm), "
-            f"first {other.name} and {twin.name}; expected one slice a position; "
+            f"{SAME_PLACE_MM} mm), first {frames[other].name} and {frames[first].name}, "
+            f"{places[first] - places[other]:.3f} mm apart; expected one slice a position; "
             "--duplicates first takes the first of each"
         )
     notes = [f"{len(dropped)} slices in the place of another one were left out"] if dropped else []
@@ -109,10 +112,7 @@ def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: 
     if not gaps:
         return []
     n = gaps[0]
-    told = (
-        f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}, "
-        f"{np.median(distances):.3f} mm elsewhere"
-    )
+    told = f"{_told(frames, distances, n)}, {np.median(distances):.3f} mm elsewhere"
     if settings.slice_gaps == "refuse":
         raise AmbiguousVolumeError(
             f"{name}: {len(gaps)} missing slice{'s' if len(gaps) > 1 else ''} found: {told}; expected a "
