@@ -10,16 +10,16 @@ the rows with (j & 1) | (k & 1) << 1 = r, and neighbours among them lie in one r
 classes by itself.
 
 Removing quads makes neighbours of quads that were none. `repair_colors` gives new colours, again 0 to 4,
-where two neighbours have the same: in rounds, in which a quad waits for neighbours with a lower number.
+where two neighbours have the same: in rounds, in which a quad waits for neighbours with a lower key.
 """
 
 from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.quad_ranks import QuadWord, edges_at, quad_in
-from dmc_cli.mesh.selection import keep_flagged
+from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.surface import Surface
 from dmc_cli.surface.grid import Grid, bit_index
 
@@ -71,26 +71,34 @@ def color_vertices(surface: Surface) -> Any:
     return colors
 
 
-def repair_colors(device: Device, twin: Any, colors: Any, seams: Any) -> None:
+def repair_colors(device: Device, twin: Any, colors: Any, *seams: Any, gone: Any | None = None) -> None:
     """Give other colours, 0 to 4, to quads with the colour of a neighbour, until there are none.
 
     Args:
         device: Where to work.
         twin: Twin of each halfedge, int32 (4Q,).
         colors: Colours 0 to 4, uint8 (Q,); changed in place.
-        seams: The halfedges that got new twins, int32, -1 for none: nowhere else can colours clash.
+        seams: Lists of the halfedges that got new twins, int32, -1 for none: nowhere else can colours clash.
+        gone: Quads that are no more, uint8 (Q,), 1 for those; None if all are there.
     """
-    count = seams.shape[0]
-    flags = device.empty(count, wp.int64)
-    device.launch(find_clashes_kernel, count, [twin, colors, seams], [flags])
-    seams = keep_flagged(device, seams, flags)
-    quads = device.empty(2 * seams.shape[0], wp.int32)
-    device.launch(list_ends_kernel, seams.shape[0], [twin, seams], [quads])
+    gone = device.zeros(colors.shape[0], wp.uint8) if gone is None else gone
+    clashing = []
+    for listed in seams:
+        flags = device.empty(listed.shape[0], wp.int64)
+        inputs = [twin, colors, gone, listed]
+        device.launch(find_clashes_kernel, listed.shape[0], inputs, [flags], ITEMS_A_SLAB)
+        clashing.append(keep_flagged(device, listed, flags))
+    quads = device.empty(2 * sum(listed.shape[0] for listed in clashing), wp.int32)
+    start = 0
+    for listed in clashing:
+        count = listed.shape[0]
+        device.launch(list_ends_kernel, count, [twin, listed, start], [quads], ITEMS_A_SLAB)
+        start += 2 * count
     while quads.shape[0]:
         size = quads.shape[0]
         chosen, waits = device.empty(size, wp.int32), device.empty(size, wp.int64)
-        device.launch(choose_colors_kernel, size, [twin, colors, quads], [chosen, waits])
-        device.launch(set_colors_kernel, size, [quads, chosen], [colors])
+        device.launch(choose_colors_kernel, size, [twin, colors, quads], [chosen, waits], ITEMS_A_SLAB)
+        device.launch(set_colors_kernel, size, [quads, chosen], [colors], ITEMS_A_SLAB)
         quads = keep_flagged(device, quads, waits)
 
 
@@ -196,6 +204,7 @@ def find_clashes_kernel(
     first: wp.int32,
     twin: wp.array(dtype=wp.int32),
     colors: wp.array(dtype=wp.uint8),
+    gone: wp.array(dtype=wp.uint8),
     seams: wp.array(dtype=wp.int32),
     # Out:
     flags_out: wp.array(dtype=wp.int64),
@@ -205,7 +214,7 @@ def find_clashes_kernel(
     h = seams[n]
     clash = bool(False)
     if h >= 0:
-        if twin[h] >= 0:
+        if gone[h >> 2] == wp.uint8(0) and twin[h] >= 0:
             clash = colors[h >> 2] == colors[twin[h] >> 2]
     flags_out[n] = wp.int64(wp.where(clash, 1, 0))
 
@@ -216,13 +225,14 @@ def list_ends_kernel(
     first: wp.int32,
     twin: wp.array(dtype=wp.int32),
     seams: wp.array(dtype=wp.int32),
+    start: wp.int32,
     # Out:
     quads_out: wp.array(dtype=wp.int32),
 ):
     """List the quads on both sides of halfedges. One thread a halfedge of the list."""
     n = first + wp.tid()
-    quads_out[2 * n] = seams[n] >> 2
-    quads_out[2 * n + 1] = twin[seams[n]] >> 2
+    quads_out[start + 2 * n] = seams[n] >> 2
+    quads_out[start + 2 * n + 1] = twin[seams[n]] >> 2
 
 
 @wp.func
@@ -247,7 +257,7 @@ def choose_colors_kernel(
     chosen_out: wp.array(dtype=wp.int32),
     waits_out: wp.array(dtype=wp.int64),
 ):
-    """Choose a colour for each quad in a clash, unless a neighbour with a lower number is in one, too.
+    """Choose a colour for each quad in a clash, unless a neighbour with a lower key is in one, too.
 
     One thread a quad of the list, which may hold a quad more than once.
     """
@@ -258,7 +268,7 @@ def choose_colors_kernel(
     if clashes(twin, colors, q):
         for c in range(4):
             t = twin[4 * q + c]
-            if t >= 0 and (t >> 2) < q:
+            if t >= 0 and turn_key(t >> 2) < turn_key(q):
                 waits = waits or clashes(twin, colors, t >> 2)
         if not waits:
             chosen = first_free(twin, colors, q)

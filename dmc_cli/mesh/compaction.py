@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.selection import count_marks, list_mask, mask_length, part
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
@@ -36,15 +36,25 @@ def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | No
     """
     device, arrays, surface = mesh.device, mesh.arrays, mesh.surface
     vertices, quads = _plan_moves(device, arrays.vertex_gone), _plan_moves(device, arrays.quad_gone)
-    device.launch(move_vertices_kernel, vertices.gaps.shape[0], [arrays, vertices.gaps, vertices.movers], [])
-    device.launch(move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [])
+    device.launch(
+        move_vertices_kernel,
+        vertices.gaps.shape[0],
+        [arrays, vertices.gaps, vertices.movers],
+        [],
+        ITEMS_A_SLAB,
+    )
+    device.launch(
+        move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [], ITEMS_A_SLAB
+    )
     for color in (mesh.color, mesh.color24):
         if color is not None:
-            device.launch(move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color])
+            device.launch(
+                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], ITEMS_A_SLAB
+            )
     if vertices.gaps.shape[0]:
         device.launch(rename_vertices_kernel, quads.end, [arrays, vertices.end, vertices.moved_to], [])
     inputs = [arrays, quads.gaps, quads.movers, quads.end, quads.moved_to]
-    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [])
+    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [], ITEMS_A_SLAB)
     halfedges = Halfedges(
         part(device, mesh.quads, 0, quads.end),
         part(device, arrays.twin, 0, 4 * quads.end),
@@ -77,7 +87,7 @@ def _plan_moves(device: Device, gone: Any) -> Moves:
     half = listed.shape[0] // 2
     moved_to = device.empty(count - end, wp.int32)
     gaps, movers = part(device, listed, 0, half), part(device, listed, half, 2 * half)
-    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to])
+    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], ITEMS_A_SLAB)
     return Moves(end, gaps, movers, moved_to)
 
 

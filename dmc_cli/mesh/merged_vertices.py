@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.device import ITEMS_A_SLAB
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.project import GridPoint, cell_node, index_position, locate_point, node_cell, project_point
 from dmc_cli.mesh.simplify_3x3y import corner_3x3y
@@ -32,7 +33,7 @@ def place_merged(mesh: WorkingMesh, quads: Any, flags: Any, *, project: bool) ->
     device, surface, count = mesh.device, mesh.surface, quads.shape[0]
     cell, local = device.empty(count, wp.int64), device.empty(count, wp.vec3)
     inputs = [mesh.arrays, surface.grid.struct(), surface.field, project, quads, flags]
-    device.launch(place_merged_kernel, count, inputs, [cell, local])
+    device.launch(place_merged_kernel, count, inputs, [cell, local], ITEMS_A_SLAB)
     position = map_vertices(cell, local, surface.depths, surface.grid, surface.affine, device)
     return position, cell, local
 
@@ -41,14 +42,14 @@ def judge_topology(mesh: WorkingMesh, quads: Any) -> tuple[Any, Any]:
     """Return which quads may go as far as the connectivity tells, and which are refused, int64 flags."""
     device, count = mesh.device, quads.shape[0]
     eligible, refused = device.empty(count, wp.int64), device.empty(count, wp.int64)
-    device.launch(judge_topology_kernel, count, [mesh.arrays, quads], [eligible, refused])
+    device.launch(judge_topology_kernel, count, [mesh.arrays, quads], [eligible, refused], ITEMS_A_SLAB)
     return eligible, refused
 
 
 def judge_folds(mesh: WorkingMesh, quads: Any, position: Any, chosen: Any, refused: Any) -> None:
     """Refuse the chosen quads whose merged vertex would turn a neighbour over; flags change in place."""
     inputs = [mesh.arrays, quads, position]
-    mesh.device.launch(judge_folds_kernel, quads.shape[0], inputs, [chosen, refused])
+    mesh.device.launch(judge_folds_kernel, quads.shape[0], inputs, [chosen, refused], ITEMS_A_SLAB)
 
 
 @wp.kernel

@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.grid import bit_index
 
 wp.set_module_options({"enable_backward": False})
@@ -16,6 +16,9 @@ wp.set_module_options({"enable_backward": False})
 WORDS = wp.constant(32)
 """Words of a mask that one thread counts and lists."""
 
+
+KEY_FACTOR = wp.constant(wp.uint32(2654435769))
+"""2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
 MARKS = wp.constant(1024)
 """Marks that one thread counts."""
@@ -41,7 +44,7 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
     """Return the items whose flag (int64, 0 or 1) is set, in their order."""
     starts, total = device.starts(flags)
     kept = device.empty(total, wp.int32)
-    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept])
+    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], ITEMS_A_SLAB)
     return kept
 
 
@@ -123,3 +126,9 @@ def count_marks_kernel(
     for item in range(block * MARKS, wp.min((block + 1) * MARKS, marks.shape[0])):
         count += wp.where(marks[item] != wp.uint8(0), 1, 0)
     counts_out[block] = wp.int64(count)
+
+
+@wp.func
+def turn_key(item: wp.int32) -> wp.uint32:
+    """Return the key by which items go in their turn."""
+    return wp.uint32(item) * KEY_FACTOR

@@ -88,6 +88,8 @@ def simplify(
     if settings.simplify in ("3333", "all"):
         removed_3333, kept = _pass_3333(mesh, safe=safe)
         refused += kept
+    if color is not None:
+        repair_colors(mesh.device, mesh.arrays.twin, color, *mesh.seams, gone=mesh.arrays.quad_gone)
     return Simplified(*compact(mesh), tuple(removed), removed_3333, refused)
 
 
@@ -95,8 +97,7 @@ def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:
     """Remove quads by the papers' rules; return how many."""
     quads = list_3x3y(mesh)
     flags = choose_by_paper(mesh, quads, by_color=by_color)
-    seams = remove_3x3y(mesh, quads, flags, place_merged(mesh, quads, flags, project=project))
-    _repair(mesh, seams)
+    remove_3x3y(mesh, quads, flags, place_merged(mesh, quads, flags, project=project))
     return mesh.device.starts(flags)[1]
 
 
@@ -112,7 +113,7 @@ def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
         waiting = still_waiting(device, quads, eligible, flags)
         targets = place_merged(mesh, quads, flags, project=project)
         judge_folds(mesh, quads, targets[0], flags, refused)
-        _repair(mesh, remove_3x3y(mesh, quads, flags, targets, may_crowd=False))
+        remove_3x3y(mesh, quads, flags, targets, may_crowd=False)
         removed += device.starts(flags)[1]
         refusals += device.starts(refused)[1]
         quads = waiting
@@ -127,14 +128,8 @@ def _pass_3333(mesh: WorkingMesh, *, safe: bool) -> tuple[int, int]:
     while quads.shape[0]:
         eligible, refused = judge_3333(mesh, quads, safe=safe)
         flags = choose_unshared(mesh, quads, eligible) if safe else eligible
-        _repair(mesh, remove_3333(mesh, quads, flags))
+        remove_3333(mesh, quads, flags)
         removed += REMOVED_TOGETHER * device.starts(flags)[1]
         refusals += device.starts(refused)[1]
         quads = still_waiting(device, quads, eligible, flags)
     return removed, refusals
-
-
-def _repair(mesh: WorkingMesh, seams: Any) -> None:
-    """Keep the colours proper across new twins, if there are colours."""
-    if mesh.color is not None and seams.shape[0]:
-        repair_colors(mesh.device, mesh.arrays.twin, mesh.color, seams)

@@ -20,8 +20,8 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.selection import list_mask, mask_length
-from dmc_cli.mesh.simplify_3x3y import sweep_key
+from dmc_cli.device import ITEMS_A_SLAB
+from dmc_cli.mesh.selection import list_mask, mask_length, turn_key
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -51,7 +51,7 @@ def judge_3333(mesh: WorkingMesh, quads: Any, *, safe: bool) -> tuple[Any, Any]:
     """
     device, count = mesh.device, quads.shape[0]
     eligible, refused = device.empty(count, wp.int64), device.empty(count, wp.int64)
-    device.launch(judge_3333_kernel, count, [mesh.arrays, quads, safe], [eligible, refused])
+    device.launch(judge_3333_kernel, count, [mesh.arrays, quads, safe], [eligible, refused], ITEMS_A_SLAB)
     return eligible, refused
 
 
@@ -64,21 +64,21 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
         # in one launch: on CPU an atomic is a plain load and store
         inputs = [0, mesh.arrays, quads, eligible, owner]
         wp.launch(claim_outer_kernel, dim=count, inputs=inputs, device=device.name)
-    device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags])
+    device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], ITEMS_A_SLAB)
     return flags
 
 
-def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> Any:
-    """Stretch the flagged quads over their neighbours; return the halfedges with new twins, gaps -1."""
+def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
+    """Stretch the flagged quads over their neighbours, which go."""
     device, count = mesh.device, quads.shape[0]
     sides, twins = device.empty(count, wp.vec4i), device.empty(count, wp.vec4i)
-    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [])
-    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins])
+    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [], ITEMS_A_SLAB)
+    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], ITEMS_A_SLAB)
     seams = device.empty(4 * count, wp.int32)
-    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams])
+    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], ITEMS_A_SLAB)
     if count:
         wp.launch(lower_outer_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
-    return seams
+    mesh.seams.append(seams)
 
 
 @wp.func
@@ -188,7 +188,7 @@ def claim_outer_kernel(
     if eligible[n] == wp.int64(1):
         for c in range(4):
             o = mesh.corners[outer_side(mesh, 4 * quads[n] + c)]
-            wp.atomic_min(owner_inout, o, sweep_key(quads[n]))
+            wp.atomic_min(owner_inout, o, turn_key(quads[n]))
 
 
 @wp.kernel
@@ -208,7 +208,7 @@ def choose_unshared_kernel(
     if goes:
         for c in range(4):
             o = mesh.corners[outer_side(mesh, 4 * quads[n] + c)]
-            if owner[o] != sweep_key(quads[n]):
+            if owner[o] != turn_key(quads[n]):
                 goes = bool(False)
     flags_out[n] = wp.int64(wp.where(goes, 1, 0))
 

@@ -23,9 +23,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.selection import keep_flagged, list_mask, mask_length
+from dmc_cli.mesh.selection import keep_flagged, list_mask, mask_length, turn_key
 from dmc_cli.mesh.working_mesh import (
     MeshArrays,
     WorkingMesh,
@@ -40,9 +40,6 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 LEAST_X = wp.constant(5)
 """Smallest valence of X and Y, which lose a mesh edge each."""
-
-KEY_FACTOR = wp.constant(wp.uint32(2654435769))
-"""2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
 NO_SEAM = -1
 """Stands in a list of new twins where no quad went."""
@@ -66,7 +63,9 @@ def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
     """
     flags = mesh.device.empty(quads.shape[0], wp.int64)
     color = mesh.color if by_color else mesh.arrays.defect
-    mesh.device.launch(choose_3x3y_kernel, quads.shape[0], [mesh.arrays, quads, color, by_color], [flags])
+    mesh.device.launch(
+        choose_3x3y_kernel, quads.shape[0], [mesh.arrays, quads, color, by_color], [flags], ITEMS_A_SLAB
+    )
     return flags
 
 
@@ -81,16 +80,16 @@ def choose_apart(mesh: WorkingMesh, quads: Any, eligible: Any, state: Any) -> An
     """
     device, count = mesh.device, quads.shape[0]
     flags = device.empty(count, wp.int64)
-    device.launch(mark_kernel, count, [quads, eligible, 1], [state])
-    device.launch(choose_apart_kernel, count, [mesh.arrays, quads, eligible, state], [flags])
-    device.launch(mark_kernel, count, [quads, eligible, 0], [state])
+    device.launch(mark_kernel, count, [quads, eligible, 1], [state], ITEMS_A_SLAB)
+    device.launch(choose_apart_kernel, count, [mesh.arrays, quads, eligible, state], [flags], ITEMS_A_SLAB)
+    device.launch(mark_kernel, count, [quads, eligible, 0], [state], ITEMS_A_SLAB)
     return flags
 
 
 def remove_3x3y(
     mesh: WorkingMesh, quads: Any, flags: Any, targets: tuple[Any, Any, Any], *, may_crowd: bool = True
-) -> Any:
-    """Remove the flagged quads; return the halfedges that got new twins, int32, with gaps of -1.
+) -> None:
+    """Remove the flagged quads.
 
     Args:
         mesh: The mesh, changed in place.
@@ -101,19 +100,19 @@ def remove_3x3y(
     """
     device, count = mesh.device, quads.shape[0]
     seams = device.empty(2 * count, wp.int32)
-    device.launch(remove_3x3y_kernel, count, [mesh.arrays, quads, flags, *targets], [seams])
+    device.launch(remove_3x3y_kernel, count, [mesh.arrays, quads, flags, *targets], [seams], ITEMS_A_SLAB)
     if count:
         # in one launch: on CPU an atomic is a plain load and store
         wp.launch(lower_valence_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
     if may_crowd:
-        device.launch(mark_crowded_kernel, count, [mesh.arrays, quads, flags], [])
-    return seams
+        device.launch(mark_crowded_kernel, count, [mesh.arrays, quads, flags], [], ITEMS_A_SLAB)
+    mesh.seams.append(seams)
 
 
 def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
     """Return the quads that were eligible but did not go."""
     waiting = device.empty(quads.shape[0], wp.int64)
-    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting])
+    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], ITEMS_A_SLAB)
     return keep_flagged(device, quads, waiting)
 
 
@@ -195,12 +194,6 @@ def mark_kernel(
         state_out[quads[n]] = wp.uint8(mark)
 
 
-@wp.func
-def sweep_key(q: wp.int32) -> wp.uint32:
-    """Return the key by which quads go in their turn."""
-    return wp.uint32(q) * KEY_FACTOR
-
-
 @wp.kernel
 def choose_apart_kernel(
     # In:
@@ -217,14 +210,14 @@ def choose_apart_kernel(
     q = quads[n]
     goes = eligible[n] == wp.int64(1)
     if goes:
-        key = sweep_key(q)
+        key = turn_key(q)
         for c in range(4):
             t = mesh.twin[4 * q + c]
-            if state[t >> 2] == wp.uint8(1) and sweep_key(t >> 2) < key:
+            if state[t >> 2] == wp.uint8(1) and turn_key(t >> 2) < key:
                 goes = bool(False)
             for step in range(1, 4):
                 beyond = mesh.twin[(t & ~3) | ((t + step) & 3)] >> 2
-                if beyond != q and state[beyond] == wp.uint8(1) and sweep_key(beyond) < key:
+                if beyond != q and state[beyond] == wp.uint8(1) and turn_key(beyond) < key:
                     goes = bool(False)
     flags_out[n] = wp.int64(wp.where(goes, 1, 0))
 

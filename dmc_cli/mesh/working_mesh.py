@@ -42,8 +42,9 @@ class WorkingMesh:
         quads: `arrays.corners` as int32 vec4 (Q,).
         quad_count: Quads at the beginning.
         surface: For its field, grid and affine.
-        color: Colours 0 to 4 a quad, uint8 (Q,), kept proper; None if they are not wanted.
+        color: Colours 0 to 4 a quad, uint8 (Q,), proper at the beginning; None if they are not wanted.
         color24: The grid's colours, uint8 (Q,), or None.
+        seams: Lists of the halfedges that got new twins, int32, -1 for none; each pass adds its own.
         device: Where the arrays are.
     """
 
@@ -53,6 +54,7 @@ class WorkingMesh:
     surface: Surface
     color: Any | None
     color24: Any | None
+    seams: list[Any]
     device: Device
 
 
@@ -70,7 +72,7 @@ def working_mesh(
     quad_count = surface.quads.shape[0]
     arrays.quad_gone = device.zeros(quad_count, wp.uint8)
     arrays.vertex_gone = device.zeros(surface.vertices.shape[0], wp.uint8)
-    return WorkingMesh(arrays, halfedges.quads, quad_count, surface, color, color24, device)
+    return WorkingMesh(arrays, halfedges.quads, quad_count, surface, color, color24, [], device)
 
 
 @wp.func
