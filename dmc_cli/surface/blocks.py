@@ -1,8 +1,9 @@
-"""Vertices of ordinary cells on CPU: sixteen at a time, so that the compiler can use vector instructions.
+"""Vertices on CPU: sixteen at a time, so that the compiler can use vector instructions.
 
 The arithmetic is that of `placement`; only the loops are turned inside out. Corner values are gathered into
-lanes, and one loop without a branch places all lanes. The few that it cannot place get local coordinates
-below 0, for `exact_vertices` to place one by one.
+lanes, and one loop without a branch places all lanes, each as the one polygon of its cell. Vertices that it
+cannot place, and those that are one of several polygons, get local coordinates below 0, for `exact_vertices`
+to place one by one.
 """
 
 from typing import Any
@@ -33,6 +34,9 @@ wp.set_module_options(
 
 LANES = 16
 """Vertices a block: one or two vector registers of float32."""
+
+ONE_OF_SEVERAL = wp.constant(wp.vec3(-2.0, -2.0, -2.0))
+"""Local coordinates, at first, of a vertex that does not stand for all crossed edges of its cell."""
 
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
@@ -111,17 +115,18 @@ def place_block_kernel(
     grid: Grid,
     field: Field,
     matrix: wp.mat44d,
-    count: wp.int32,
+    ordinary_count: wp.int32,
     cells: wp.array(dtype=wp.int64),
+    # In/out:
+    local_inout: wp.array(dtype=wp.vec3),
     # Out:
     position_out: wp.array(dtype=wp.vec3),
-    local_out: wp.array(dtype=wp.vec3),
     left_out: wp.array(dtype=wp.uint8),
 ):
-    """Place the vertices of a block of ordinary cells. One thread a block."""
+    """Place a block of vertices, as far as each is all of its cell's surface. One thread a block."""
     block = first + wp.tid()
     start = block * LANES
-    size = wp.min(LANES, count - start)
+    size = wp.min(LANES, cells.shape[0] - start)
     ci = IntLanes()
     cj = IntLanes()
     ck = IntLanes()
@@ -136,7 +141,7 @@ def place_block_kernel(
     row_end = wp.int64(0)
     for lane in range(LANES):
         cell = cells[start + wp.min(lane, size - 1)]
-        if cell >= row_end:
+        if cell >= row_end or cell < row_start:
             row = wp.int32(cell / wp.int64(grid.nx))
             row_start = wp.int64(row) * wp.int64(grid.nx)
             row_end = row_start + wp.int64(grid.nx)
@@ -170,14 +175,17 @@ def place_block_kernel(
         ws[lane] = q[2]
     left = int(0)
     for lane in range(LANES):
-        if us[lane] < 0.0 or needs_care(field, grid, ci[lane], cj[lane], ck[lane]):
+        v = start + wp.min(lane, size - 1)
+        is_left = us[lane] < 0.0 or needs_care(field, grid, ci[lane], cj[lane], ck[lane])
+        if v >= ordinary_count:
+            is_left = is_left or local_inout[v][0] < -1.0
+        if is_left:
             us[lane] = -1.0
             left = 1
     xs = world_lanes(wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]), ci, cj, ck, us, vs, ws)
     ys = world_lanes(wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]), ci, cj, ck, us, vs, ws)
     zs = world_lanes(wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]), ci, cj, ck, us, vs, ws)
     for lane in range(size):
-        local_out[start + lane] = wp.vec3(us[lane], vs[lane], ws[lane])
+        local_inout[start + lane] = wp.vec3(us[lane], vs[lane], ws[lane])
         position_out[start + lane] = wp.vec3(xs[lane], ys[lane], zs[lane])
-    if size == LANES:  # else the block goes on with vertices of special cells
-        left_out[block] = wp.uint8(left)
+    left_out[block] = wp.uint8(left)

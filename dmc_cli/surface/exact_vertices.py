@@ -1,7 +1,6 @@
 """Vertices exactly on the surface, one by one: `--placement exact`.
 
-On CPU `blocks` has placed nearly all vertices of ordinary cells before; what it left, and the vertices of
-special cells, are placed here. On a GPU all are.
+On CPU `blocks` has placed nearly all before; what it left is placed here. On a GPU all are.
 """
 
 import warp as wp
@@ -27,8 +26,8 @@ def place_left_vertices_kernel(
     ordinary_count: wp.int32,
     special: SpecialCells,
     special_count: wp.int32,
+    cells: wp.array(dtype=wp.int64),
     # In/out:
-    cell_inout: wp.array(dtype=wp.int64),
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
     # Out:
@@ -42,15 +41,14 @@ def place_left_vertices_kernel(
     block = first + wp.tid()
     fallbacks = int(0)
     if left[block] != wp.uint8(0):
-        for v in range(block * size, wp.min((block + 1) * size, cell_inout.shape[0])):
-            if v >= ordinary_count or local_inout[v][0] < 0.0:
+        for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
+            if local_inout[v][0] < 0.0:
                 s = int(-1)
                 n = wp.int64(v - ordinary_count)
                 if n >= wp.int64(0):
                     s = special_cell_of(special, special_count, n)
-                    cell_inout[v] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
-                row = wp.int32(cell_inout[v] / wp.int64(grid.nx))
-                i = wp.int32(cell_inout[v] - wp.int64(row) * wp.int64(grid.nx))
+                row = wp.int32(cells[v] / wp.int64(grid.nx))
+                i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
                 j = row % grid.ny
                 k = row // grid.ny
                 f = single_precision(cell_values(field, grid, i, j, k))

@@ -13,12 +13,14 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.settings import Placement
-from dmc_cli.surface.blocks import LANES, place_block_kernel
+from dmc_cli.surface.blocks import LANES, ONE_OF_SEVERAL, place_block_kernel
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
 from dmc_cli.surface.grid import Grid, GridShape, bit_index, grid_affine
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
+from dmc_cli.surface.special_cells import SpecialCells
+from dmc_cli.surface.tracing import label_of
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -90,20 +92,21 @@ def _place_exactly(
     vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], device: Device
 ) -> int:
     """Place all vertices on the surface and return how many took a fallback."""
-    ordinary, count = cells.ordinary_count, polygons.vertex_count
+    ordinary, special, count = cells.ordinary_count, polygons.special_count, polygons.vertex_count
+    inputs = [scene[0], polygons.special, ordinary]
+    outputs = [vertices.cell, vertices.local]
+    device.launch(list_special_vertices_kernel, special, inputs, outputs, ITEMS_A_SLAB)
     size = LANES if device.is_cpu else 1
     left = wp.full(-(-count // size), 1, dtype=wp.uint8, device=device.name)
     if device.is_cpu:
-        blocks = -(-ordinary // LANES)
         inputs = [*scene, ordinary, vertices.cell]
-        device.launch(
-            place_block_kernel, blocks, inputs, [vertices.position, vertices.local, left], LANES * 16
-        )
+        outputs = [vertices.local, vertices.position, left]
+        device.launch(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
     else:
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
     fallbacks = device.empty(left.shape[0], wp.int64)
-    inputs = [*scene, size, left, ordinary, polygons.special, polygons.special_count]
-    outputs = [vertices.cell, vertices.local, vertices.position, fallbacks]
+    inputs = [*scene, size, left, ordinary, polygons.special, special, vertices.cell]
+    outputs = [vertices.local, vertices.position, fallbacks]
     device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
     return device.total(fallbacks)
 
@@ -128,3 +131,26 @@ def list_ordinary_cells_kernel(
                 cell_out[v] = start + wp.int64(32 * w + bit_index(left))
                 left &= left - wp.uint32(1)
                 v += 1
+
+
+@wp.kernel
+def list_special_vertices_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    special: SpecialCells,
+    ordinary_count: wp.int32,
+    # Out:
+    cell_out: wp.array(dtype=wp.int64),
+    local_out: wp.array(dtype=wp.vec3),
+):
+    """List the vertices' cells, and mark those of several polygons. One thread a special cell."""
+    s = first + wp.tid()
+    start = wp.int64(ordinary_count) + special.first_vertex[s]
+    mark = wp.vec3(0.0, 0.0, 0.0)
+    for edge in range(12):
+        if label_of(special.polygons[s], edge) == 1:
+            mark = ONE_OF_SEVERAL
+    for n in range(wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])):
+        cell_out[start + wp.int64(n)] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
+        local_out[start + wp.int64(n)] = mark
