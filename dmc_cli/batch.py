@@ -50,7 +50,7 @@ def convert_all(
                 outcome = _convert_one(item, progress)
             yield outcome
         return
-    pipeline.compile_kernels(progress)  # threads must not race to compile
+    pipeline.load_needed_kernels(items, progress)  # threads must not race to compile
     with progress.stage(f"{len(items)} items"), ThreadPoolExecutor(jobs) as pool:
         futures: list[Future[Outcome]] = [pool.submit(_convert_one, item, SILENT) for item in items]
         try:

@@ -9,8 +9,8 @@ as much to import as a small surface to extract.
 """
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.device import load_kernels, select_device
-from dmc_cli.errors import EmptySurfaceError, VolumeError
+from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
 from dmc_cli.mesh import kernel_modules as mesh_kernels
 from dmc_cli.progress import SILENT, Progress
@@ -149,6 +149,20 @@ def compile_kernels(progress: Progress = SILENT) -> None:
     names = {select_device("cpu").name, select_device("auto").name}
     for name in sorted(names):
         load_kernels(select_device(name), every_kernel(), progress)
+
+
+def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = SILENT) -> None:
+    """Load, and compile where the cache lacks them, the kernels of several runs at once.
+
+    A device that is missing is left to the runs that ask for it.
+    """
+    needed: dict[str, dict[str, ModuleType]] = {}
+    for item in items:
+        modules = {module.__name__: module for module in _needed_kernels(item)}
+        needed.setdefault(item.device, {}).update(modules)
+    for name, found in needed.items():
+        with suppress(DeviceError):
+            load_kernels(select_device(name), list(found.values()), progress)
 
 
 def every_kernel() -> list[ModuleType]:

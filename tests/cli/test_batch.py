@@ -63,6 +63,13 @@ def test_a_failure_does_not_stop_the_others(run, scans, jobs):
     assert set(meshes(scans)) == {"sphere_0.ply", "torus_0.ply"}
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_device_that_is_missing_fails_its_items(run, scans, jobs):
+    result = run("batch", "synth:torus:12", "-i", 0, "-i", 0.1, "--device", "cuda:99", "--jobs", jobs)
+    assert result.exit_code == 8
+    assert [o["status"] for o in outcomes(result)] == [7, 7]
+
+
 def test_repeated_runs_and_jobs_give_the_same_bytes(run, scans):
     words = ["batch", "scans/*.nii.gz", "synth:iwp:24", "-i", 0, "-i", 0.05, "--force"]
     first = run(*words)

@@ -2,6 +2,7 @@
 
 import os
 import resource
+import signal
 import subprocess
 import sys
 
@@ -91,3 +92,27 @@ def test_an_input_that_shrank_ends_with_status_3(tmp_path, suffix):
     result = convert(path.name, "mesh.ply", "-i", "0", folder=tmp_path)
     assert result.returncode == 3
     assert os.listdir(tmp_path) == [path.name]
+
+
+SHRINK = """
+import os, sys, time
+from dmc_cli import pipeline
+from dmc_cli.read_ahead import ReadAhead
+from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
+settings = ConvertSettings(
+    input="scan.nii", surface=SurfaceSettings(isovalue=0), output=OutputSettings(path="mesh.ply")
+)
+ahead = ReadAhead(settings)
+time.sleep(1)  # the file is mapped by then
+os.truncate("scan.nii", 4096)
+pipeline.convert(settings, ahead=ahead)
+"""
+
+
+def test_a_mapped_input_that_shrinks_leaves_no_output(tmp_path):
+    write_volume(str(tmp_path / "scan.nii"), read_volume("synth:noise:32", ReadSettings()))
+    result = subprocess.run(
+        [sys.executable, "-c", SHRINK], cwd=tmp_path, capture_output=True, check=False, timeout=200
+    )
+    assert result.returncode == -signal.SIGBUS  # pages that are gone; nothing can be done in Python
+    assert os.listdir(tmp_path) == ["scan.nii"]

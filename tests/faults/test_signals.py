@@ -3,6 +3,7 @@
 Two hundred runs: three signals, with an old output and without, at moments spread over the whole run.
 """
 
+import json
 import os
 import random
 import signal
@@ -84,3 +85,48 @@ def test_an_output_is_whole_whenever_the_run_is_stopped(tmp_path, complete, numb
     subprocess.run(CONVERT, cwd=tmp_path, check=True, timeout=200)
     assert output.read_bytes() == expected
     assert os.listdir(tmp_path) == ["mesh.obj"]
+
+
+BATCH = ["synth:iwp:70", "synth:torus:70", "synth:neovius:70", "synth:sphere:70"]
+
+
+def batch(folder, jobs, delay=None, number=None):
+    """Run a batch, send it a signal after `delay` seconds; exit status, outcomes and messages."""
+    words = [sys.executable, "-m", "dmc_cli", "batch", *BATCH, "-i", "0", "--force", "--jobs", str(jobs)]
+    with subprocess.Popen(
+        words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        try:
+            printed, messages = run.communicate(timeout=delay or 200)
+        except subprocess.TimeoutExpired:
+            run.send_signal(number)
+            printed, messages = run.communicate(timeout=60)
+    return run.returncode, [json.loads(line) for line in printed.splitlines()], messages
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_a_stopped_batch_leaves_whole_meshes(tmp_path, number, jobs):
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    batch(whole, jobs)
+    start = time.perf_counter()
+    assert batch(whole, jobs)[0] == 0
+    seconds = time.perf_counter() - start
+    expected = {path.name: path.read_bytes() for path in whole.iterdir()}
+    assert len(expected) == len(BATCH)
+    folder = tmp_path / "stopped"
+    folder.mkdir()
+    moments = random.Random(jobs)
+    outcomes = set()
+    for _ in range(10):
+        status, lines, messages = batch(folder, jobs, moments.uniform(0.2, 1.0) * seconds, number)
+        assert status in STATUS[number], messages
+        assert "Traceback" not in messages
+        found = {path.name: path.read_bytes() for path in folder.iterdir()}
+        assert found.items() <= expected.items()  # no temporary file, no half a mesh
+        assert {line["output"] for line in lines} <= set(found)
+        outcomes.add(status)
+        for name in found:
+            (folder / name).unlink()
+    assert outcomes & {130, 143}, "the moments did not strike while the batch ran"

@@ -40,3 +40,10 @@ def assert_same_as_itk(volume, path, atol=1e-6):
 def counting(shape, dtype="<i2"):
     """Values that are all different where the type allows it; shape is (nz, ny, nx)."""
     return np.arange(np.prod(shape)).reshape(shape).astype(dtype)
+
+
+def world(volume, k, i=0, j=0):
+    """Where node (i, j, k) lies, by the definition of `Volume.slice_positions`."""
+    if volume.slice_positions is not None:
+        k = volume.slice_positions[k] / volume.spacing[2]
+    return (volume.affine @ [i, j, k, 1])[:3]

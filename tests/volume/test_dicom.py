@@ -6,7 +6,6 @@ import zipfile
 import numpy as np
 import pydicom
 import pytest
-import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from pydicom import uid
 
 from dmc_cli.errors import (
@@ -18,17 +17,10 @@ from dmc_cli.errors import (
 )
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import list_volumes
-from tests.volume.reading import physical, read
+from tests.volume.reading import read
 from tests.volume.scanner import axial, make_slice, plane_values, save, save_stack
 
 STACK = np.array([plane_values(k) for k in range(4)])
-
-
-def world(volume, k, i=0, j=0):
-    """Where node (i, j, k) lies, by the definition of `Volume.slice_positions`."""
-    if volume.slice_positions is not None:
-        k = volume.slice_positions[k] / volume.spacing[2]
-    return (volume.affine @ [i, j, k, 1])[:3]
 
 
 def test_slices_are_sorted_by_position_whatever_their_names(tmp_path):
@@ -137,45 +129,6 @@ def test_uncompressed_transfer_syntaxes(tmp_path, syntax):
     np.testing.assert_array_equal(volume.values, STACK)
     assert volume.values.dtype == np.int16
     assert volume.padding == (-7, -7)
-
-
-COMPRESSED = {
-    "RLE": (uid.RLELossless, None),
-    "JPEG-LS": (uid.JPEGLSLossless, "jpeg_ls"),
-    "JPEG 2000": (uid.JPEG2000Lossless, "openjpeg"),
-}
-
-
-@pytest.mark.parametrize("name", COMPRESSED)
-@pytest.mark.parametrize("signed", [False, True])
-def test_compressed_transfer_syntaxes(tmp_path, name, signed):
-    syntax, module = COMPRESSED[name]
-    if module:
-        pytest.importorskip(module)
-    planes = [plane_values(k, "<i2" if signed else "<u2", (64, 80)) - 200 * signed for k in range(4)]
-    for k, position in enumerate(axial()):
-        dataset = make_slice(position, k, values=planes[k])
-        dataset.compress(syntax)
-        save(dataset, tmp_path / f"{k}")
-    np.testing.assert_array_equal(read(tmp_path).values, planes)
-
-
-def test_a_missing_package_is_named_with_its_pip_line(tmp_path, monkeypatch):
-    for k, position in enumerate(axial()):
-        dataset = make_slice(position, k)
-        dataset.compress(uid.RLELossless)
-        dataset.file_meta.TransferSyntaxUID = uid.JPEGLSLossless
-        save(dataset, tmp_path / f"{k}")
-
-    class Absent:
-        is_available = False
-        UID = uid.JPEGLSLossless
-
-    monkeypatch.setattr("pydicom.pixels.get_decoder", lambda _: Absent)
-    with pytest.raises(
-        UnsupportedFormatError, match=r"JPEG-LS.*pip install .dmc-cli.dicom.. or pip install pyjpegls"
-    ):
-        read(tmp_path)
 
 
 def test_files_without_preamble(tmp_path):
@@ -371,114 +324,3 @@ def test_an_absurd_size_is_not_trusted(tmp_path):
         save(dataset, tmp_path / f"{k}")
     with pytest.raises(DamagedVolumeError, match="header is damaged"):
         read(tmp_path)
-
-
-def read_series_with_itk(folder):
-    reader = sitk.ImageSeriesReader()
-    reader.SetFileNames(reader.GetGDCMSeriesFileNames(str(folder)))
-    image = reader.Execute()
-    affine = np.eye(4)
-    affine[:3, :3] = np.array(image.GetDirection()).reshape(3, 3) * np.array(image.GetSpacing())
-    affine[:3, 3] = image.GetOrigin()
-    return sitk.GetArrayFromImage(image), affine
-
-
-def test_the_sample_head_agrees_with_simpleitk(sample_data):
-    volume = read(sample_data / "dicom/head_ct")
-    values, affine = read_series_with_itk(sample_data / "dicom/head_ct")
-    np.testing.assert_array_equal(physical(volume), values)
-    np.testing.assert_allclose(volume.affine, affine)
-
-
-def test_real_slices_are_the_same_in_two_compressed_syntaxes(shared_data):
-    pytest.importorskip("openjpeg")
-    folder = shared_data / "dicom_compressed_4slices"
-    one, two = read(folder / "j2k"), read(folder / "rle")
-    np.testing.assert_array_equal(one.values, two.values)
-    np.testing.assert_array_equal(one.affine, two.affine)
-    np.testing.assert_array_equal(one.affine, read(folder / "uncompressed").affine)
-
-
-@pytest.mark.parametrize("name", ["RLE", "big_endian", "jpeg_2k_lossless", "jpeg_ls_lossless"])
-def test_one_enhanced_file_in_every_syntax(shared_data, name):
-    if "jpeg" in name:
-        pytest.importorskip("openjpeg" if "2k" in name else "jpeg_ls")
-    folder = shared_data / "dicom_emri_syntaxes"
-    plain, other = read(folder / "emri_small.dcm"), read(folder / f"emri_small_{name}.dcm")
-    np.testing.assert_array_equal(plain.values, pydicom.dcmread(folder / "emri_small.dcm").pixel_array)
-    np.testing.assert_array_equal(other.values, plain.values)
-    assert plain.space == "none"
-    assert "no positions" in plain.warnings[0]
-
-
-def test_a_truncated_enhanced_file_is_refused(shared_data):
-    pytest.importorskip("openjpeg")
-    with pytest.raises(DamagedVolumeError, match="cannot be decoded"):
-        read(shared_data / "dicom_emri_syntaxes/emri_small_jpeg_2k_lossless_too_short.dcm")
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "dicom_enhanced_nema/BRTUM014",
-        "dicom_enhanced_xa30/0001_1.3.12.2.1107.5.2.43.67093.2022071112080825794102791.dcm",
-    ],
-)
-def test_frames_of_enhanced_files_lie_where_their_groups_say(shared_data, name):
-    dataset = pydicom.dcmread(shared_data / name)
-    volume = read(shared_data / name)
-    frames = [
-        g.PlanePositionSequence[0].ImagePositionPatient for g in dataset.PerFrameFunctionalGroupsSequence
-    ]
-    found = np.array([world(volume, k) for k in range(volume.shape[2])])
-    pixels = dataset.pixel_array
-    for position, plane in zip(frames, pixels, strict=True):
-        k = np.linalg.norm(found - np.array(position, float), axis=1).argmin()
-        np.testing.assert_allclose(found[k], np.array(position, float), atol=1e-2)
-        np.testing.assert_array_equal(volume.values[k], plane)
-
-
-def test_the_tilted_uneven_head_lies_where_its_slices_say(shared_data):
-    folder = shared_data / "dicom_ge_tilt"
-    volume = read(folder)
-    datasets = sorted(
-        (pydicom.dcmread(p) for p in folder.glob("*.dcm")), key=lambda d: d.ImagePositionPatient[2]
-    )
-    assert volume.shape == (512, 512, 28)
-    assert volume.padding == (-1500, -1500)
-    for k, dataset in enumerate(datasets):
-        position = np.array(dataset.ImagePositionPatient, float)
-        rows = np.array(dataset.ImageOrientationPatient, float)
-        np.testing.assert_allclose(world(volume, k), position, atol=2e-3)
-        far = position + rows[:3] * 511 * dataset.PixelSpacing[1] + rows[3:] * 511 * dataset.PixelSpacing[0]
-        np.testing.assert_allclose(world(volume, k, 511, 511), far, atol=2e-3)
-        np.testing.assert_array_equal(volume.values[k], dataset.pixel_array)
-
-
-def test_the_oblique_mr_with_jitter(shared_data):
-    volume = read(shared_data / "dicom_mr_pd_axial")
-    datasets = [pydicom.dcmread(p) for p in (shared_data / "dicom_mr_pd_axial").glob("*.dcm")]
-    found = np.array([world(volume, k) for k in range(20)])
-    for dataset in datasets:
-        distances = np.linalg.norm(found - np.array(dataset.ImagePositionPatient, float), axis=1)
-        assert distances.min() < 0.1
-        np.testing.assert_array_equal(volume.values[distances.argmin()], dataset.pixel_array)
-
-
-def test_a_folder_with_plans_and_reports_has_one_volume(shared_data):
-    volume = read(shared_data / "dicom_nonimage_mix")
-    assert volume.shape == (512, 512, 2)
-
-
-def test_a_real_missing_slice(shared_data):
-    folder = shared_data / "dicom_compressed_4slices/failing_missing_slice"
-    with pytest.raises(AmbiguousVolumeError, match=r"10\.000 mm between .*0009.*0010"):
-        read(folder)
-    assert read(folder, slice_gaps="keep").slice_positions == pytest.approx([0, 5, 10, 20])
-
-
-@pytest.mark.slow
-def test_the_zip_of_the_whole_head(shared_data):
-    volume = read(shared_data / "dicom_vhf_head.zip")
-    assert volume.shape == (512, 512, 234)
-    np.testing.assert_array_equal(volume.affine[:3, 3], [0, 0, 1500])

@@ -1,8 +1,7 @@
-"""Files with many frames: enhanced images, dose grids, nuclear medicine; and lossless JPEG."""
+"""Files with many frames: enhanced images, dose grids, nuclear medicine."""
 
 import numpy as np
 import pytest
-import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
@@ -111,21 +110,3 @@ def test_nuclear_medicine_has_its_place_in_its_detector(tmp_path):
     volume = read(save(dataset, tmp_path / "a"))
     np.testing.assert_array_equal(volume.values, values)
     np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 5], [0, 2, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])
-
-
-def test_lossless_jpeg(tmp_path):
-    pytest.importorskip("gdcm")
-    values = np.random.default_rng(0).integers(-900, 900, (4, 32, 32)).astype(np.int16)
-    writer = sitk.ImageFileWriter()
-    writer.KeepOriginalImageUIDOn()
-    writer.UseCompressionOn()
-    writer.SetCompressor("JPEG")
-    for k in range(4):
-        plane = sitk.GetImageFromArray(values[k])
-        plane.SetMetaData("0020|000e", "1.2.3")
-        plane.SetMetaData("0028|0030", "1\\1")
-        plane.SetMetaData("0020|0032", f"0\\0\\{2 * k}")
-        plane.SetMetaData("0020|0037", "1\\0\\0\\0\\1\\0")
-        writer.SetFileName(str(tmp_path / f"{k}.dcm"))
-        writer.Execute(plane)
-    np.testing.assert_array_equal(physical(read(tmp_path)), values)
