@@ -17,7 +17,7 @@ from dmc_cli.errors import (
 )
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import list_volumes
-from tests.volume.reading import read
+from tests.volume.reading import read, world
 from tests.volume.scanner import axial, make_slice, plane_values, save, save_stack
 
 STACK = np.array([plane_values(k) for k in range(4)])
