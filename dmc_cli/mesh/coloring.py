@@ -18,7 +18,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
-from dmc_cli.mesh.quad_ranks import QuadWord, edges_at, quad_in
+from dmc_cli.mesh.quad_ranks import QuadWord, quad_in
 from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.surface import Surface
 from dmc_cli.surface.grid import Grid, bit_index
@@ -176,11 +176,10 @@ def reduce_rows_kernel(
                     word = words[row, w]
                     left = color_classes(word, axis, place / 3)
                     if left != wp.uint32(0):
-                        run = edges_at(word, axis)
                         while left != wp.uint32(0):
                             b = bit_index(left)
                             left &= left - wp.uint32(1)
-                            q = quad_in(run, b)
+                            q = quad_in(word, axis, b)
                             colors_inout[q] = wp.uint8(first_free(twin, colors_inout, q))
 
 

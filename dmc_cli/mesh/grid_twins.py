@@ -19,16 +19,10 @@ import warp as wp
 
 from dmc_cli.device import Device
 from dmc_cli.mesh.quad_ranks import (
-    EdgeRun,
     QuadWord,
-    edges_after,
-    edges_at,
-    edges_before,
-    quad_in,
+    has_quad,
     quad_round,
     side_halfedge,
-    word_after,
-    word_before,
 )
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
@@ -56,115 +50,73 @@ def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, 
     return twins, defects
 
 
-@wp.struct
-class SideRuns:
-    """The other edges of the faces on one side of 32 edges: parallel to them, or across.
+@wp.func
+def plain_twin(
+    words: wp.array2d(dtype=QuadWord),
+    side: wp.int32,
+    forward: wp.bool,
+    axis: wp.int32,
+    parallel_row: wp.int32,
+    parallel_i: wp.int32,
+    across: wp.int32,
+    same_row: wp.int32,
+    same_i: wp.int32,
+    opposite_row: wp.int32,
+    opposite_i: wp.int32,
+) -> wp.int32:
+    """Return the twin on a side of a quad where all cells are ordinary: one of three other edges has a quad.
 
-    A quad round an edge of `parallel` or `same` has its normal towards the same end of its edge as ours, one
-    of `opposite` towards the other end, if the segment joins it to ours and the face is not ambiguous.
+    The parallel edge is along the same `axis`, the other two are along `across`. A quad round the parallel or
+    the `same` one has its normal towards the same end of its edge as ours, round the `opposite` one towards
+    the other end.
     """
-
-    parallel: EdgeRun
-    same: EdgeRun
-    opposite: EdgeRun
-
-
-@wp.struct
-class Sides:
-    """The four sides of the quads round 32 edges."""
-
-    s0: SideRuns
-    s1: SideRuns
-    s2: SideRuns
-    s3: SideRuns
+    h = int(0)
+    if has_quad(words, parallel_row, parallel_i, axis):
+        h = side_halfedge(quad_round(words, parallel_row, parallel_i, axis), side ^ 2, forward)
+    elif has_quad(words, same_row, same_i, across):
+        h = side_halfedge(quad_round(words, same_row, same_i, across), 3 - side, forward)
+    else:
+        h = side_halfedge(quad_round(words, opposite_row, opposite_i, across), side ^ 1, not forward)
+    return h
 
 
 @wp.func
-def sides_of_x(words: wp.array2d(dtype=QuadWord), grid: Grid, row: wp.int32, w: wp.int32) -> Sides:
-    """Return the sides of the quads round the x edges of a word."""
-    here = words[row, w]
-    here_after = word_after(words, row, w)
-    below = words[row - 1, w]
-    front = words[row - grid.ny, w]
-    sides = Sides()
-    sides.s0.parallel = edges_at(front, 0)
-    sides.s0.same = edges_after(front, word_after(words, row - grid.ny, w), 2)
-    sides.s0.opposite = edges_at(front, 2)
-    sides.s1.parallel = edges_at(words[row + 1, w], 0)
-    sides.s1.same = edges_at(here, 1)
-    sides.s1.opposite = edges_after(here, here_after, 1)
-    sides.s2.parallel = edges_at(words[row + grid.ny, w], 0)
-    sides.s2.same = edges_at(here, 2)
-    sides.s2.opposite = edges_after(here, here_after, 2)
-    sides.s3.parallel = edges_at(below, 0)
-    sides.s3.same = edges_after(below, word_after(words, row - 1, w), 1)
-    sides.s3.opposite = edges_at(below, 1)
-    return sides
-
-
-@wp.func
-def sides_of_y(words: wp.array2d(dtype=QuadWord), grid: Grid, row: wp.int32, w: wp.int32) -> Sides:
-    """Return the sides of the quads round the y edges of a word."""
-    here = words[row, w]
-    here_before = word_before(words, row, w)
-    above = words[row + 1, w]
-    front = words[row - grid.ny, w]
-    sides = Sides()
-    sides.s0.parallel = edges_before(here, here_before, 1)
-    sides.s0.same = edges_before(above, word_before(words, row + 1, w), 0)
-    sides.s0.opposite = edges_before(here, here_before, 0)
-    sides.s1.parallel = edges_at(words[row + grid.ny, w], 1)
-    sides.s1.same = edges_at(here, 2)
-    sides.s1.opposite = edges_at(above, 2)
-    sides.s2.parallel = edges_after(here, word_after(words, row, w), 1)
-    sides.s2.same = edges_at(here, 0)
-    sides.s2.opposite = edges_at(above, 0)
-    sides.s3.parallel = edges_at(front, 1)
-    sides.s3.same = edges_at(words[row + 1 - grid.ny, w], 2)
-    sides.s3.opposite = edges_at(front, 2)
-    return sides
-
-
-@wp.func
-def sides_of_z(words: wp.array2d(dtype=QuadWord), grid: Grid, row: wp.int32, w: wp.int32) -> Sides:
-    """Return the sides of the quads round the z edges of a word."""
-    here = words[row, w]
-    here_before = word_before(words, row, w)
-    below = words[row - 1, w]
-    back = words[row + grid.ny, w]
-    sides = Sides()
-    sides.s0.parallel = edges_at(below, 2)
-    sides.s0.same = edges_at(words[row - 1 + grid.ny, w], 1)
-    sides.s0.opposite = edges_at(below, 1)
-    sides.s1.parallel = edges_after(here, word_after(words, row, w), 2)
-    sides.s1.same = edges_at(here, 0)
-    sides.s1.opposite = edges_at(back, 0)
-    sides.s2.parallel = edges_at(words[row + 1, w], 2)
-    sides.s2.same = edges_at(here, 1)
-    sides.s2.opposite = edges_at(back, 1)
-    sides.s3.parallel = edges_before(here, here_before, 2)
-    sides.s3.same = edges_before(back, word_before(words, row + grid.ny, w), 0)
-    sides.s3.opposite = edges_before(here, here_before, 0)
-    return sides
-
-
-@wp.func
-def plain_twin(runs: SideRuns, b: wp.int32, side: wp.int32, forward: wp.bool) -> wp.int32:
-    """Return the twin on a side of the quad round edge b, where all cells are ordinary."""
-    parallel = has_bit(runs.parallel.bits, b)
-    same = has_bit(runs.same.bits, b)
-    run = EdgeRun()
-    run.bits = wp.where(parallel, runs.parallel.bits, wp.where(same, runs.same.bits, runs.opposite.bits))
-    run.first = wp.where(parallel, runs.parallel.first, wp.where(same, runs.same.first, runs.opposite.first))
-    run.seam = wp.where(parallel, runs.parallel.seam, wp.where(same, runs.same.seam, runs.opposite.seam))
-    run.seam_number = wp.where(
-        parallel,
-        runs.parallel.seam_number,
-        wp.where(same, runs.same.seam_number, runs.opposite.seam_number),
+def twins_of_x(
+    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
+) -> wp.vec4i:
+    """Return the twins on the sides of the quad round an x edge; y and z are the steps between rows."""
+    return wp.vec4i(
+        plain_twin(words, 0, forward, 0, r - z, i, 2, r - z, i + 1, r - z, i),
+        plain_twin(words, 1, forward, 0, r + y, i, 1, r, i, r, i + 1),
+        plain_twin(words, 2, forward, 0, r + z, i, 2, r, i, r, i + 1),
+        plain_twin(words, 3, forward, 0, r - y, i, 1, r - y, i + 1, r - y, i),
     )
-    other_side = wp.where(parallel, side ^ 2, wp.where(same, 3 - side, side ^ 1))
-    other_forward = wp.where(parallel or same, forward, not forward)
-    return side_halfedge(quad_in(run, b), other_side, other_forward)
+
+
+@wp.func
+def twins_of_y(
+    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
+) -> wp.vec4i:
+    """Return the twins on the sides of the quad round a y edge; y and z are the steps between rows."""
+    return wp.vec4i(
+        plain_twin(words, 0, forward, 1, r, i - 1, 0, r + y, i - 1, r, i - 1),
+        plain_twin(words, 1, forward, 1, r + z, i, 2, r, i, r + y, i),
+        plain_twin(words, 2, forward, 1, r, i + 1, 0, r, i, r + y, i),
+        plain_twin(words, 3, forward, 1, r - z, i, 2, r + y - z, i, r - z, i),
+    )
+
+
+@wp.func
+def twins_of_z(
+    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
+) -> wp.vec4i:
+    """Return the twins on the sides of the quad round a z edge; y and z are the steps between rows."""
+    return wp.vec4i(
+        plain_twin(words, 0, forward, 2, r - y, i, 1, r - y + z, i, r - y, i),
+        plain_twin(words, 1, forward, 2, r, i + 1, 0, r, i, r + z, i),
+        plain_twin(words, 2, forward, 2, r + y, i, 1, r, i, r + z, i),
+        plain_twin(words, 3, forward, 2, r, i - 1, 0, r + z, i - 1, r, i - 1),
+    )
 
 
 @wp.func
@@ -257,10 +209,10 @@ def halfedge_at(
         node = face.node + one_step(v)
         inside = face.f2
     axis = wp.where(place % 2 == 0, u, v)
-    q = quad_round(words, node[1] + grid.ny * node[2], node[0], axis)
+    row = node[1] + grid.ny * node[2]
     h = int(-1)
-    if q >= 0:
-        h = side_halfedge(q, place ^ 1, inside == (is_reversed == 0))
+    if has_quad(words, row, node[0], axis):
+        h = side_halfedge(quad_round(words, row, node[0], axis), place ^ 1, inside == (is_reversed == 0))
     return h
 
 
@@ -326,34 +278,27 @@ def find_twins_kernel(
                 towards = ~towards
             for axis in range(3):
                 left = word[axis]
-                if left != wp.uint32(0):
-                    sides = Sides()
-                    if axis == 0:
-                        sides = sides_of_x(words, grid, row, w)
-                    elif axis == 1:
-                        sides = sides_of_y(words, grid, row, w)
-                    else:
-                        sides = sides_of_z(words, grid, row, w)
-                    while left != wp.uint32(0):
-                        b = bit_index(left)
-                        left &= left - wp.uint32(1)
-                        forward = has_bit(towards, b)
-                        t = wp.vec4i()
-                        defect = wp.uint8(0)
-                        if has_bit(plain, b):
-                            t0 = plain_twin(sides.s0, b, 0, forward)
-                            t1 = plain_twin(sides.s1, b, 1, forward)
-                            t2 = plain_twin(sides.s2, b, 2, forward)
-                            t3 = plain_twin(sides.s3, b, 3, forward)
-                            t = wp.vec4i(t0, t1, t2, t3)
+                while left != wp.uint32(0):
+                    b = bit_index(left)
+                    left &= left - wp.uint32(1)
+                    forward = has_bit(towards, b)
+                    t = wp.vec4i()
+                    defect = wp.uint8(0)
+                    if has_bit(plain, b):
+                        if axis == 0:
+                            t = twins_of_x(words, 1, grid.ny, row, 32 * w + b, forward)
+                        elif axis == 1:
+                            t = twins_of_y(words, 1, grid.ny, row, 32 * w + b, forward)
                         else:
-                            node = wp.vec3i(32 * w + b, j, k)
-                            for side in range(4):
-                                face = face_on_side(grid, bits, special, axis, node, side)
-                                other = joined_place(face, side ^ 1)
-                                t[side] = halfedge_at(grid, words, is_reversed, face, other)
-                                if t[side] < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
-                                    defect = wp.uint8(1)
-                        twins_out[q] = wp.where(forward, t, wp.vec4i(t[3], t[2], t[1], t[0]))
-                        defects_out[q] = defect
-                        q += 1
+                            t = twins_of_z(words, 1, grid.ny, row, 32 * w + b, forward)
+                    else:
+                        node = wp.vec3i(32 * w + b, j, k)
+                        for side in range(4):
+                            face = face_on_side(grid, bits, special, axis, node, side)
+                            other = joined_place(face, side ^ 1)
+                            t[side] = halfedge_at(grid, words, is_reversed, face, other)
+                            if t[side] < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
+                                defect = wp.uint8(1)
+                    twins_out[q] = wp.where(forward, t, wp.vec4i(t[3], t[2], t[1], t[0]))
+                    defects_out[q] = defect
+                    q += 1

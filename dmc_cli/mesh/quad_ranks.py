@@ -67,20 +67,6 @@ def rank_quads_kernel(
             count += wp.int32(wp.bit_count(edges.x) + wp.bit_count(edges.y) + wp.bit_count(edges.z))
 
 
-@wp.struct
-class EdgeRun:
-    """Edges along one axis from 32 nodes in a row, a bit each, and how to number their quads.
-
-    The run may begin one node before or after a word of nodes; then one of its bits, `seam`, lies in the
-    next word and has the number `seam_number`.
-    """
-
-    bits: wp.uint32
-    first: wp.int32
-    seam: wp.int32
-    seam_number: wp.int32
-
-
 @wp.func
 def axis_first(word: QuadWord, axis: wp.int32) -> wp.int32:
     """Return the number of the first quad along an axis in a word."""
@@ -93,48 +79,6 @@ def axis_first(word: QuadWord, axis: wp.int32) -> wp.int32:
 
 
 @wp.func
-def edges_at(word: QuadWord, axis: wp.int32) -> EdgeRun:
-    """Return the edges along an axis from the nodes of a word."""
-    run = EdgeRun()
-    run.bits = word[axis]
-    run.first = axis_first(word, axis)
-    run.seam = -1
-    return run
-
-
-@wp.func
-def edges_after(word: QuadWord, following: QuadWord, axis: wp.int32) -> EdgeRun:
-    """Return the edges along an axis from the nodes one step along +x of those of a word."""
-    run = EdgeRun()
-    run.bits = (word[axis] >> LOWEST) | (following[axis] << wp.uint32(31))
-    run.first = axis_first(word, axis) + wp.int32(word[axis] & LOWEST)
-    run.seam = 31
-    run.seam_number = axis_first(following, axis)
-    return run
-
-
-@wp.func
-def edges_before(word: QuadWord, preceding: QuadWord, axis: wp.int32) -> EdgeRun:
-    """Return the edges along an axis from the nodes one step along -x of those of a word."""
-    run = EdgeRun()
-    carried = preceding[axis] >> wp.uint32(31)
-    run.bits = (word[axis] << LOWEST) | carried
-    run.first = axis_first(word, axis) - wp.int32(carried)
-    run.seam = 0
-    run.seam_number = axis_first(preceding, axis) + wp.int32(wp.bit_count(preceding[axis])) - 1
-    return run
-
-
-@wp.func
-def word_before(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) -> QuadWord:
-    """Return the word before a word of a row, without a quad at its beginning."""
-    word = QuadWord()
-    if w > 0:
-        word = words[row, w - 1]
-    return word
-
-
-@wp.func
 def word_after(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) -> QuadWord:
     """Return the word after a word of a row, without a quad at its end."""
     word = QuadWord()
@@ -144,21 +88,22 @@ def word_after(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) ->
 
 
 @wp.func
-def quad_in(run: EdgeRun, b: wp.int32) -> wp.int32:
-    """Return the number of the quad round edge b of a run, if it has one."""
+def quad_in(word: QuadWord, axis: wp.int32, b: wp.int32) -> wp.int32:
+    """Return the number of the quad round the edge from node b of a word along an axis, which has one."""
     below = (LOWEST << wp.uint32(b)) - LOWEST
-    number = run.first + wp.int32(wp.bit_count(run.bits & below))
-    return wp.where(b == run.seam, run.seam_number, number)
+    return axis_first(word, axis) + wp.int32(wp.bit_count(word[axis] & below))
+
+
+@wp.func
+def has_quad(words: wp.array2d(dtype=QuadWord), row: wp.int32, i: wp.int32, axis: wp.int32) -> wp.bool:
+    """Return whether a quad goes round the edge from node i of a row along an axis."""
+    return has_bit(words[row, i >> 5][axis], i & 31)
 
 
 @wp.func
 def quad_round(words: wp.array2d(dtype=QuadWord), row: wp.int32, i: wp.int32, axis: wp.int32) -> wp.int32:
-    """Return the number of the quad round the edge from node i of a row along an axis, -1 without one."""
-    q = int(-1)
-    word = words[row, i // 32]
-    if has_bit(word[axis], i % 32):
-        q = quad_in(edges_at(word, axis), i % 32)
-    return q
+    """Return the number of the quad round the edge from node i of a row along an axis, which has one."""
+    return quad_in(words[row, i >> 5], axis, i & 31)
 
 
 @wp.func

@@ -13,7 +13,7 @@ import warp as wp
 
 from dmc_cli.device import Device
 from dmc_cli.mesh.grid_twins import is_inside, one_step
-from dmc_cli.mesh.quad_ranks import QuadWord, edges_at, quad_in, quad_round, word_after
+from dmc_cli.mesh.quad_ranks import QuadWord, quad_in, quad_round, word_after
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index, has_bit, next_node
@@ -130,21 +130,21 @@ def some_halfedge(
     """
     h = int(0)
     if has_bit(here[0], b):
-        h = corner_halfedge(quad_in(edges_at(here, 0), b), 2, has_bit(inside, b))
+        h = corner_halfedge(quad_in(here, 0, b), 2, has_bit(inside, b))
     elif has_bit(y[0], b):
-        h = corner_halfedge(quad_in(edges_at(y, 0), b), 3, has_bit(inside_y, b))
+        h = corner_halfedge(quad_in(y, 0, b), 3, has_bit(inside_y, b))
     elif has_bit(z[0], b):
-        h = corner_halfedge(quad_in(edges_at(z, 0), b), 1, has_bit(inside_z, b))
+        h = corner_halfedge(quad_in(z, 0, b), 1, has_bit(inside_z, b))
     elif has_bit(yz[0], b):
-        h = corner_halfedge(quad_in(edges_at(yz, 0), b), 0, has_bit(inside_yz, b))
+        h = corner_halfedge(quad_in(yz, 0, b), 0, has_bit(inside_yz, b))
     elif has_bit(here[1], b):
-        h = corner_halfedge(quad_in(edges_at(here, 1), b), 2, has_bit(inside, b))
+        h = corner_halfedge(quad_in(here, 1, b), 2, has_bit(inside, b))
     elif has_bit(z[1], b):
-        h = corner_halfedge(quad_in(edges_at(z, 1), b), 3, has_bit(inside_z, b))
+        h = corner_halfedge(quad_in(z, 1, b), 3, has_bit(inside_z, b))
     elif has_bit(here[2], b):
-        h = corner_halfedge(quad_in(edges_at(here, 2), b), 2, has_bit(inside, b))
+        h = corner_halfedge(quad_in(here, 2, b), 2, has_bit(inside, b))
     else:
-        h = corner_halfedge(quad_in(edges_at(y, 2), b), 1, has_bit(inside_y, b))
+        h = corner_halfedge(quad_in(y, 2, b), 1, has_bit(inside_y, b))
     return h
 
 
