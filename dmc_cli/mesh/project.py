@@ -1,7 +1,7 @@
 """Back on the surface: the point of the trilinear isosurface near a point that has left it (`--project`).
 
 The papers leave the vertex of a removed quad midway between two others. From there Newton's method along the
-gradient leads through one cell or a few; then the trilinear equation is solved along the axis of the largest
+gradient leads through one cell or a few; there the trilinear equation is solved along the axis of the largest
 gradient component, on which it is linear. What does not arrive within one cell of its start is not found.
 
 A point is a cell and local coordinates in it, as everywhere.
@@ -16,11 +16,8 @@ from dmc_cli.surface.trilinear import CornerValues, single_precision, trilinear_
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-CELLS = 8
-"""Cells visited at most: two suffice but where cells are crossed at a corner."""
-
-STEPS = 2
-"""Newton steps in a cell before the exact solution along an axis, which does the rest."""
+STEPS = 12
+"""Newton steps at most; on a smooth field one leads so near that the solution along an axis does the rest."""
 
 REACH = 1.0
 """How far, in cells along an axis, the point may be from its start: beyond lies another sheet."""
@@ -101,19 +98,17 @@ def cell_exists(field: Field, grid: Grid, cell: wp.vec3i) -> wp.bool:
 
 
 @wp.func
-def descend(f: CornerValues, start: wp.vec3) -> wp.vec3:
-    """Follow the gradient of a cell's interpolant to its zero, a little out of the cell at most."""
-    p = start
-    for _step in range(STEPS):
-        gradient = trilinear_gradient(f, p)
-        square = wp.length_sq(gradient)
-        if square > 0.0:
-            p -= (trilinear_value(f, p[0], p[1], p[2]) / square) * gradient
-            p = wp.vec3(
-                wp.clamp(p[0], -OVERSHOOT, 1.0 + OVERSHOOT),
-                wp.clamp(p[1], -OVERSHOOT, 1.0 + OVERSHOOT),
-                wp.clamp(p[2], -OVERSHOOT, 1.0 + OVERSHOOT),
-            )
+def descend(f: CornerValues, p: wp.vec3) -> wp.vec3:
+    """Follow the gradient of a cell's interpolant towards its zero, a little out of the cell at most."""
+    gradient = trilinear_gradient(f, p)
+    square = wp.length_sq(gradient)
+    if square > 0.0:
+        p -= (trilinear_value(f, p[0], p[1], p[2]) / square) * gradient
+        p = wp.vec3(
+            wp.clamp(p[0], -OVERSHOOT, 1.0 + OVERSHOOT),
+            wp.clamp(p[1], -OVERSHOOT, 1.0 + OVERSHOOT),
+            wp.clamp(p[2], -OVERSHOOT, 1.0 + OVERSHOOT),
+        )
     return p
 
 
@@ -130,27 +125,26 @@ def project_point(field: Field, grid: Grid, start: wp.vec3d) -> GridPoint:
     """Return the point of the surface that the gradient leads to from `start`, in node indices."""
     x = start
     found = GridPoint()
-    searching = bool(True)
-    for _visit in range(CELLS):
-        if searching:
-            point = point_at(grid, x)
-            i = point.cell
-            f = single_precision(cell_values(field, grid, i[0], i[1], i[2]))
-            p = descend(f, point.local)
-            if is_in_cell(p):
-                solved = solve_along(f, p, steepest_axis(f, p))
-                if is_in_cell(solved):
-                    point.local = solved
-                    point.is_found = is_near(start, point) and cell_exists(field, grid, i)
-                    found = point
-                searching = bool(False)
-            x = wp.vec3d(
-                wp.float64(i[0]) + wp.float64(p[0]),
-                wp.float64(i[1]) + wp.float64(p[1]),
-                wp.float64(i[2]) + wp.float64(p[2]),
-            )
-            if not wp.isfinite(x):
-                searching = bool(False)
+    step = int(0)
+    while step < STEPS:
+        step += 1
+        point = point_at(grid, x)
+        i = point.cell
+        f = single_precision(cell_values(field, grid, i[0], i[1], i[2]))
+        p = descend(f, point.local)
+        if is_in_cell(p):
+            point.local = solve_along(f, p, steepest_axis(f, p))
+            if is_in_cell(point.local):
+                point.is_found = is_near(start, point) and cell_exists(field, grid, i)
+                found = point
+                step = STEPS
+        x = wp.vec3d(
+            wp.float64(i[0]) + wp.float64(p[0]),
+            wp.float64(i[1]) + wp.float64(p[1]),
+            wp.float64(i[2]) + wp.float64(p[2]),
+        )
+        if not wp.isfinite(x):
+            step = STEPS
     return found
 
 
