@@ -168,7 +168,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    return [*placements, *mesh_kernels(simplify=True, relax=True), *report_kernels()]
+    return [*placements, *mesh_kernels(simplify=True, relax=True, more=True), *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -178,7 +178,9 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
         normals_too=settings.output.normals or dumped, placement=settings.surface.placement
     )
     if dumped or wanted or settings.mesh.relax or _measures(settings):
-        modules += mesh_kernels(simplify=wanted, colors=dumped, relax=settings.mesh.relax > 0)
+        more = settings.mesh.simplify == "more"
+        relaxed = settings.mesh.relax > 0
+        modules += mesh_kernels(simplify=wanted, colors=dumped, relax=relaxed, more=more)
     return modules + (report_kernels() if _measures(settings) else [])
 
 
@@ -232,7 +234,9 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
 
     before = irregular_percent(surface.device, halfedges.valence)
     with watch.stage("simplify", "simplifying"):
-        result = simplify(surface, halfedges, settings.mesh, color, color24)
+        more = settings.mesh.simplify == "more"
+        patterns = replace(settings.mesh, simplify="all") if more else settings.mesh
+        result = simplify(surface, halfedges, patterns, color, color24)
     found = {
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
@@ -240,9 +244,25 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
         "irregular_percent_before": before,
         "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
     }
-    return ConnectedMesh(
+    connected = ConnectedMesh(
         result.surface, result.halfedges, result.color, result.color24, simplification=found
     )
+    return _simplified_more(connected, settings, watch) if more else connected
+
+
+def _simplified_more(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+    """Remove irregular vertices that the papers' patterns leave."""
+    from dmc_cli.mesh.more import simplify_more
+    from dmc_cli.mesh.valences import irregular_percent
+
+    rounds, colors = settings.mesh.rounds, (connected.color, connected.color24)
+    with watch.stage("simplify_more", "simplifying further"):
+        result = simplify_more(connected.surface, connected.halfedges, rounds, *colors, watch.progress)
+    found = dict(connected.simplification or {})
+    found["irregular_percent_patterns"] = found["irregular_percent_after"]
+    found["irregular_percent_after"] = irregular_percent(result.surface.device, result.halfedges.valence)
+    found |= {"rounds": rounds, "operations": result.operations}
+    return ConnectedMesh(result.surface, result.halfedges, result.color, result.color24, simplification=found)
 
 
 def _relaxed(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:

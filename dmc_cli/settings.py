@@ -20,7 +20,7 @@ Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Placement = Literal["exact", "sampled", "iterative", "centroid"]
 Border = Literal["open", "closed"]
-Simplify = Literal["none", "3x3y", "3333", "all"]
+Simplify = Literal["none", "3x3y", "3333", "all", "more"]
 SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
@@ -135,20 +135,30 @@ class SurfaceSettings:
 class MeshSettings:
     """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
 
-    `relax` is the number of steps of smoothing on the surface, after simplification.
+    `rounds` is how long `more` goes on, `relax` the number of steps of smoothing on the surface, after
+    simplification.
     """
 
     simplify: Simplify = "none"
     simplify_rules: SimplifyRules = "safe"
     project: bool = True
+    rounds: int = 80
     relax: int = 0
 
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
+        if self.rounds < 0:
+            raise SettingsError(f"rounds is {self.rounds}; expected a number, 0 or more")
         if self.relax < 0:
             raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
         check_choice("simplify", self.simplify, Simplify)
         check_choice("simplify_rules", self.simplify_rules, SimplifyRules)
+        if self.simplify == "more" and (self.simplify_rules == "paper" or not self.project):
+            found = "simplify_rules is 'paper'" if self.simplify_rules == "paper" else "project is off"
+            raise SettingsError(
+                f"simplify is 'more', but {found}; expected the safe rules and vertices on the surface, which"
+                " its operations rely on"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

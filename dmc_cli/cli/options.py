@@ -197,7 +197,8 @@ mesh_options = stack(
         MeshSettings,
         "simplify",
         section="Mesh",
-        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both.",
+        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both;"
+        " more goes on by rotating edges, merging and opening quads.",
     ),
     setting(
         MeshSettings,
@@ -212,6 +213,14 @@ mesh_options = stack(
         section="Mesh",
         is_flag=True,
         help="Put the vertices of simplification back on the surface.",
+    ),
+    setting(
+        MeshSettings,
+        "rounds",
+        section="Mesh",
+        type=int,
+        metavar="N",
+        help="Rounds of --simplify more: each removes further irregular vertices.",
     ),
     setting(
         MeshSettings,
@@ -271,7 +280,9 @@ output_options = stack(
     setting(
         OutputSettings, "allow_empty", section="Output", is_flag=True, help="An empty surface is no error."
     ),
-    setting(OutputSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."),
+    setting(
+        OutputSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."
+    ),
     setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists."),
 )
 

@@ -5,7 +5,18 @@ from typing import Any
 
 import click
 
-_SLOW_STAGES = ("compile", "read", "surface", "normals", "halfedges", "simplify", "relax", "report", "write")
+_SLOW_STAGES = (
+    "compile",
+    "read",
+    "surface",
+    "normals",
+    "halfedges",
+    "simplify",
+    "simplify_more",
+    "relax",
+    "report",
+    "write",
+)
 """Stages that the last line names, in the order of the run."""
 
 

@@ -16,6 +16,14 @@ simplify         the passes in order
 quad_square      how far a quad is from a square
 glide            a vertex's step along the surface
 relax            smoothing on the surface
+more_work        a mesh in blocks, with a journal of changes
+more_operations  rotate an edge, collapse a diagonal, open a quad
+more_checks      what an operation must leave, and what it is worth
+more_moves       how the vertices that it touches move
+more_mesh        the mesh between rounds
+more_blocks      who works where in a round
+more_sweep       operations tried at irregular vertices
+more             the rounds in order
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
 """
@@ -23,7 +31,9 @@ check_halfedges  invariants of a halfedge structure
 from types import ModuleType
 
 
-def kernel_modules(*, simplify: bool = False, colors: bool = False, relax: bool = False) -> list[ModuleType]:
+def kernel_modules(
+    *, simplify: bool = False, colors: bool = False, relax: bool = False, more: bool = False
+) -> list[ModuleType]:
     """Return the modules whose kernels the stages need, for loading them ahead of time."""
     from dmc_cli.mesh import coloring, grid_twins, quad_ranks, selection, vertex_rings
 
@@ -34,7 +44,11 @@ def kernel_modules(*, simplify: bool = False, colors: bool = False, relax: bool 
         from dmc_cli.mesh import compaction, merged_vertices, simplify_3x3y, simplify_3333, valences
 
         modules += [simplify_3x3y, merged_vertices, simplify_3333, compaction, valences]
-    if relax:
+    if more:
+        from dmc_cli.mesh import more_blocks, more_mesh, more_sweep
+
+        modules += [more_mesh, more_blocks, more_sweep]
+    if relax or more:
         from dmc_cli.mesh import relax as relaxation
 
         modules.append(relaxation)

@@ -1,0 +1,195 @@
+"""What an operation must leave, and what it is worth: device functions of the further simplification.
+
+Sound is a vertex with 3 to 8 quads in one ring whose vertices are all different: then no two quads are the
+same or have two sides in common, no edge has more than two quads, and the mesh stays a manifold of the same
+kind, since merging and splitting vertices along quads changes neither Euler characteristic nor components
+as long as no two vertices of a ring become one.
+"""
+
+import warp as wp
+
+from dmc_cli.mesh.glide import Scene
+from dmc_cli.mesh.more_work import (
+    LONGEST_RING,
+    MOST_VALENCE,
+    PATCH,
+    PATCHED,
+    TOUCHED,
+    Work,
+    fail,
+    onward,
+    quad_corner,
+)
+from dmc_cli.mesh.project import cell_node, point_at
+from dmc_cli.mesh.quad_square import quad_shape
+from dmc_cli.surface.field import cell_values
+from dmc_cli.surface.trilinear import single_precision, trilinear_gradient, trilinear_value
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+SHAPE_WEIGHT = wp.constant(0.3)
+"""What a quad's shape counts against the square of a vertex's distance from valence 4."""
+
+
+@wp.func
+def is_link_vertex_twice(work: Work, v: wp.int32, w: wp.int32) -> wp.bool:
+    """Return whether w comes more than once among the other vertices of v's quads, sides counted once."""
+    times = int(0)
+    h = work.vertex_halfedge[v]
+    for _turn in range(work.valence[v]):
+        if quad_corner(work, h, 1) == w:
+            times += 1
+        if quad_corner(work, h, 2) == w:
+            times += 1
+        h = onward(work, h)
+    return times != 1
+
+
+@wp.func
+def is_sound(work: Work, v: wp.int32) -> wp.bool:
+    """Return whether the quads round a vertex form one ring of 3 to 8 without a vertex twice."""
+    size = work.valence[v]
+    start = work.vertex_halfedge[v]
+    sound = size >= 3 and size <= MOST_VALENCE
+    if sound:
+        h = start
+        for turn in range(size):
+            if work.corners[h] != v or (turn > 0 and h == start):
+                sound = bool(False)
+            near = quad_corner(work, h, 1)
+            far = quad_corner(work, h, 2)
+            if near == v or far == v:
+                sound = bool(False)
+            if sound and (is_link_vertex_twice(work, v, near) or is_link_vertex_twice(work, v, far)):
+                sound = bool(False)
+            h = onward(work, h)
+        sound = sound and h == start
+    return sound
+
+
+@wp.func
+def is_core_sound(work: Work, b: wp.int32) -> wp.bool:
+    """Return whether all vertices that an operation touched and left are sound."""
+    sound = bool(True)
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if sound and work.vertex_gone[v] == wp.uint8(0):
+            sound = is_sound(work, v)
+    return sound
+
+
+@wp.func
+def irregularity(work: Work, b: wp.int32) -> wp.int32:
+    """Return the sum of the squares of the touched vertices' distances from valence 4."""
+    result = int(0)
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.vertex_gone[v] == wp.uint8(0):
+            result += (work.valence[v] - 4) * (work.valence[v] - 4)
+    return result
+
+
+@wp.func
+def gather_patch(work: Work, b: wp.int32):
+    """List the quads round the touched vertices, each once, in an order that the rings give."""
+    work.tally[b, PATCHED] = 0
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.vertex_gone[v] == wp.uint8(0):
+            h = work.vertex_halfedge[v]
+            for _turn in range(wp.min(work.valence[v], LONGEST_RING)):
+                q = h >> 2
+                known = bool(False)
+                count = work.tally[b, PATCHED]
+                for m in range(count):
+                    if work.patch[b, m] == q:
+                        known = bool(True)
+                if not known:
+                    if count == PATCH:
+                        fail(work, b)
+                    else:
+                        work.patch[b, count] = q
+                        work.tally[b, PATCHED] = count + 1
+                h = onward(work, h)
+
+
+@wp.func
+def turned_corner(across: wp.vec3, before: wp.vec3, after: wp.vec3, up: wp.vec3) -> wp.int32:
+    """Return 1 if a quad's normal or its corner between two sides does not face up, else 0."""
+    return wp.where(wp.dot(across, up) > 0.0 and wp.dot(wp.cross(before, after), up) > 0.0, 0, 1)
+
+
+@wp.func
+def turned_corners(work: Work, q: wp.int32) -> wp.int32:
+    """Return how many of a quad's corners, and its normal at them, turn against the surface."""
+    a = work.position[work.corners[4 * q]]
+    b = work.position[work.corners[4 * q + 1]]
+    c = work.position[work.corners[4 * q + 2]]
+    d = work.position[work.corners[4 * q + 3]]
+    across = wp.cross(c - a, d - b)
+    result = turned_corner(across, a - d, b - a, work.sense * work.normal[work.corners[4 * q]])
+    result += turned_corner(across, b - a, c - b, work.sense * work.normal[work.corners[4 * q + 1]])
+    result += turned_corner(across, c - b, d - c, work.sense * work.normal[work.corners[4 * q + 2]])
+    result += turned_corner(across, d - c, a - d, work.sense * work.normal[work.corners[4 * q + 3]])
+    return result
+
+
+@wp.func
+def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
+    """Return the sum of 1 - shape of the patch's quads, their least shape, and their turned corners."""
+    total = float(0.0)
+    least = float(1.0)
+    turned = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        shape = quad_shape(
+            work.position[work.corners[4 * q]],
+            work.position[work.corners[4 * q + 1]],
+            work.position[work.corners[4 * q + 2]],
+            work.position[work.corners[4 * q + 3]],
+        )
+        total += 1.0 - shape
+        least = wp.min(least, shape)
+        turned += float(turned_corners(work, q))
+    return wp.vec3(total, least, turned)
+
+
+@wp.func
+def height_above_surface(scene: Scene, x: wp.vec3d) -> wp.float32:
+    """Return about how far, in cells, a point in node indices is from the surface; 1 off the grid."""
+    point = point_at(scene.grid, x)
+    i = point.cell
+    f = single_precision(cell_values(scene.field, scene.grid, i[0], i[1], i[2]))
+    gradient = trilinear_gradient(f, point.local)
+    value = wp.abs(trilinear_value(f, point.local[0], point.local[1], point.local[2]))
+    slope = wp.length(gradient)
+    return wp.where(slope > 0.0, wp.min(value / slope, 1.0), 1.0)
+
+
+@wp.func
+def highest_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+    """Return the largest distance, in cells, of a patch quad's centre or side's midpoint from the surface."""
+    highest = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        centre = wp.vec3d()
+        before = index_of(scene, work, work.corners[4 * q + 3])
+        for c in range(4):
+            here = index_of(scene, work, work.corners[4 * q + c])
+            highest = wp.max(highest, height_above_surface(scene, wp.float64(0.5) * (before + here)))
+            centre += wp.float64(0.25) * here
+            before = here
+        highest = wp.max(highest, height_above_surface(scene, centre))
+    return highest
+
+
+@wp.func
+def index_of(scene: Scene, work: Work, v: wp.int32) -> wp.vec3d:
+    """Return where a vertex is, in node indices."""
+    node = cell_node(scene.grid, work.cell[v])
+    local = work.local[v]
+    return wp.vec3d(
+        wp.float64(node[0]) + wp.float64(local[0]),
+        wp.float64(node[1]) + wp.float64(local[1]),
+        wp.float64(node[2]) + wp.float64(local[2]),
+    )

@@ -1,0 +1,192 @@
+"""What the further simplification works on: a mesh in blocks, and a bench for each block.
+
+A *block* is a set of quads that one thread works on. A vertex is a block's own if all its quads are the
+block's; only own vertices and their quads are read or changed, so blocks never meet.
+
+Every change of connectivity is journalled: `undo` takes back what was changed since `begin`, `redo` does it
+again. So an operation is done first and judged afterwards, on the mesh as it would be.
+"""
+
+import warp as wp
+
+from dmc_cli.mesh.halfedges import previous_halfedge
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+CORNER, TWIN, START, VALENCE, QUAD_GONE, VERTEX_GONE = range(6)
+"""The arrays whose changes are journalled."""
+
+JOURNAL = 192
+"""Changes of one operation at most: about 40 of a rotation and as many of each vertex that is taken up."""
+
+CORE = 20
+"""Vertices that one operation may touch: 6, and two for each doublet."""
+
+PATCH = 96
+"""Quads round these vertices at most."""
+
+JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
+MERGED, LEFT, OPENED, CHANGES, TALLIES = range(6, 11)
+"""What a block tallies; the last is their number."""
+
+MOST_VALENCE = 8
+"""Largest valence that an operation may leave."""
+
+LONGEST_RING = 32
+"""Quads round a vertex that are looked at: no vertex of a surface has so many."""
+
+
+@wp.struct
+class Work:
+    """A mesh and the benches of its blocks.
+
+    Of halfedges corners and twin; of quads quad_gone and quad_block; of vertices vertex_halfedge to
+    vertex_block (-1: nobody's); of blocks and places on the bench the others. `sense` is 1 if quads face
+    along the gradient of F, else -1.
+    """
+
+    corners: wp.array(dtype=wp.int32)
+    twin: wp.array(dtype=wp.int32)
+    quad_gone: wp.array(dtype=wp.uint8)
+    vertex_halfedge: wp.array(dtype=wp.int32)
+    valence: wp.array(dtype=wp.int32)
+    vertex_gone: wp.array(dtype=wp.uint8)
+    position: wp.array(dtype=wp.vec3)
+    cell: wp.array(dtype=wp.int64)
+    local: wp.array(dtype=wp.vec3)
+    normal: wp.array(dtype=wp.vec3)
+    vertex_block: wp.array(dtype=wp.int32)
+    journal_place: wp.array2d(dtype=wp.int64)
+    journal_value: wp.array2d(dtype=wp.int32)
+    core: wp.array2d(dtype=wp.int32)
+    core_position: wp.array2d(dtype=wp.vec3)
+    core_cell: wp.array2d(dtype=wp.int64)
+    core_local: wp.array2d(dtype=wp.vec3)
+    core_normal: wp.array2d(dtype=wp.vec3)
+    patch: wp.array2d(dtype=wp.int32)
+    tally: wp.array2d(dtype=wp.int32)
+    sense: wp.float32
+
+
+@wp.func
+def begin(work: Work, b: wp.int32):
+    """Start an operation."""
+    work.tally[b, JOURNALLED] = 0
+    work.tally[b, TOUCHED] = 0
+    work.tally[b, PATCHED] = 0
+    work.tally[b, FAILED] = 0
+    work.tally[b, MERGED] = -1
+    work.tally[b, LEFT] = -1
+    work.tally[b, OPENED] = 0
+
+
+@wp.func
+def fail(work: Work, b: wp.int32):
+    """Give an operation up."""
+    work.tally[b, FAILED] = 1
+
+
+@wp.func
+def has_failed(work: Work, b: wp.int32) -> wp.bool:
+    """Return whether an operation was given up."""
+    return work.tally[b, FAILED] != 0
+
+
+@wp.func
+def is_own(work: Work, b: wp.int32, v: wp.int32) -> wp.bool:
+    """Return whether a vertex is the block's own: then its quads are, and may be read."""
+    return work.vertex_block[v] == b
+
+
+@wp.func
+def touch(work: Work, b: wp.int32, v: wp.int32):
+    """Note that an operation changes what is round a vertex; it fails if that is not the block's own."""
+    count = work.tally[b, TOUCHED]
+    known = bool(False)
+    for n in range(count):
+        if work.core[b, n] == v:
+            known = bool(True)
+    if not known:
+        if not is_own(work, b, v) or count == CORE:
+            fail(work, b)
+        else:
+            work.core[b, count] = v
+            work.tally[b, TOUCHED] = count + 1
+
+
+@wp.func
+def exchange(work: Work, b: wp.int32, n: wp.int32):
+    """Exchange an entry of the journal with what stands in its place."""
+    place = work.journal_place[b, n]
+    index = wp.int32(place >> wp.int64(3))
+    kind = wp.int32(place & wp.int64(7))
+    value = work.journal_value[b, n]
+    old = int(0)
+    if kind == CORNER:
+        old = work.corners[index]
+        work.corners[index] = value
+    elif kind == TWIN:
+        old = work.twin[index]
+        work.twin[index] = value
+    elif kind == START:
+        old = work.vertex_halfedge[index]
+        work.vertex_halfedge[index] = value
+    elif kind == VALENCE:
+        old = work.valence[index]
+        work.valence[index] = value
+    elif kind == QUAD_GONE:
+        old = wp.int32(work.quad_gone[index])
+        work.quad_gone[index] = wp.uint8(value)
+    else:
+        old = wp.int32(work.vertex_gone[index])
+        work.vertex_gone[index] = wp.uint8(value)
+    work.journal_value[b, n] = old
+
+
+@wp.func
+def put(work: Work, b: wp.int32, kind: wp.int32, index: wp.int32, value: wp.int32):
+    """Change a value and journal it; fail if the journal is full."""
+    n = work.tally[b, JOURNALLED]
+    if n == JOURNAL:
+        fail(work, b)
+    else:
+        work.journal_place[b, n] = (wp.int64(index) << wp.int64(3)) | wp.int64(kind)
+        work.journal_value[b, n] = value
+        exchange(work, b, n)
+        work.tally[b, JOURNALLED] = n + 1
+
+
+@wp.func
+def undo(work: Work, b: wp.int32):
+    """Take back the changes since `begin`."""
+    count = work.tally[b, JOURNALLED]
+    for n in range(count):
+        exchange(work, b, count - 1 - n)
+
+
+@wp.func
+def redo(work: Work, b: wp.int32):
+    """Do again what was taken back."""
+    for n in range(work.tally[b, JOURNALLED]):
+        exchange(work, b, n)
+
+
+@wp.func
+def onward(work: Work, h: wp.int32) -> wp.int32:
+    """Return the next outgoing halfedge of a vertex."""
+    return work.twin[previous_halfedge(h)]
+
+
+@wp.func
+def outgoing(work: Work, v: wp.int32, steps: wp.int32) -> wp.int32:
+    """Return the outgoing halfedge of a vertex some steps after its first."""
+    h = work.vertex_halfedge[v]
+    for _step in range(steps):
+        h = onward(work, h)
+    return h
+
+
+@wp.func
+def quad_corner(work: Work, h: wp.int32, step: wp.int32) -> wp.int32:
+    """Return the vertex `step` corners after halfedge h's in its quad."""
+    return work.corners[(h & ~3) | ((h + step) & 3)]

@@ -1,0 +1,31 @@
+"""`--simplify more` on the command line, with `--rounds`."""
+
+import json
+
+
+def test_more_reports_its_rounds_and_passes_the_checks(run, tmp_path):
+    path = tmp_path / "report.json"
+    words = ("-i", 0, "--simplify", "more", "--rounds", 10, "--report", path, "--check")
+    result = run(
+        "convert", "synth:genus_two:48", tmp_path / "mesh.ply", *words, "--require", "manifold,on-surface"
+    )
+    assert result.exit_code == 0
+    report = json.loads(path.read_text())
+    found = report["simplification"]
+    assert found["rounds"] == 10
+    assert found["operations"] > 0
+    assert found["irregular_percent_after"] < found["irregular_percent_patterns"]
+    assert found["irregular_percent_after"] == report["topology"]["irregular_percent"]
+    assert report["timings_ms"]["simplify_more"] > 0
+
+
+def test_more_writes_a_halfedge_dump(run, tmp_path):
+    words = ("-i", 0, "--simplify", "more", "--rounds", 3, "--halfedges", tmp_path / "dump.npz", "--check")
+    assert run("convert", "synth:genus_two:32", tmp_path / "mesh.ply", *words).exit_code == 0
+
+
+def test_the_papers_rules_do_not_go_with_more(run, tmp_path):
+    words = ("-i", 0, "--simplify", "more", "--simplify-rules", "paper")
+    result = run("convert", "synth:genus_two:32", tmp_path / "mesh.ply", *words)
+    assert result.exit_code == 2
+    assert "simplify is 'more', but simplify_rules is 'paper'" in result.stderr

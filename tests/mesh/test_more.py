@@ -1,0 +1,210 @@
+"""`--simplify more` lowers irregular vertices and keeps every promise, after each round."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from scipy.spatial import cKDTree
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
+from dmc_cli.mesh.halfedges import build_halfedges
+from dmc_cli.mesh.more import simplify_more
+from dmc_cli.mesh.relax import relax
+from dmc_cli.mesh.simplify import simplify
+from dmc_cli.mesh.valences import irregular_percent
+from dmc_cli.report.quality import measure_quality
+from dmc_cli.report.topology import measure_topology
+from dmc_cli.settings import MeshSettings
+from tests.fields import one_cell, one_inside_node, paper_field, plane, smooth_noise, white_noise
+from tests.mesh.meshes import colored, euler_and_components, quad_normals, vertex_pair_uses
+from tests.reference import table
+from tests.strategies import volumes_with_settings
+from tests.surface.agreement import as_arrays, extract_on
+
+PATTERNS = MeshSettings(simplify="all")
+GOALS = {row["volume"]: float(row["irregular_percent_after"]) / 3 for row in table("regression_real.csv")}
+
+
+def by_patterns(surface):
+    """The mesh that the rounds start from; its arrays are copies."""
+    result = simplify(surface, build_halfedges(surface), PATTERNS)
+    return result.surface, result.halfedges
+
+
+def turned_pairs(surface, halfedges):
+    """Twins whose quads' normals are more than 90 degrees apart."""
+    normals = quad_normals(surface.vertices.numpy().astype(float), surface.quads.numpy())
+    twin = halfedges.twin.numpy()
+    with_twin = np.flatnonzero(twin != NO_TWIN)
+    return int(((normals[with_twin // 4] * normals[twin[with_twin] // 4]).sum(axis=1) < 0).sum() // 2)
+
+
+def assert_whole(before, after, *, one_fan=True):
+    """Fail unless a mesh is as sound as the one before it."""
+    (old, old_halfedges), (new, new_halfedges) = before, after
+    quads, twin = new.quads.numpy(), new_halfedges.twin.numpy()
+    check_halfedges(quads, twin, new_halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
+    assert euler_and_components(quads, twin) == euler_and_components(
+        old.quads.numpy(), old_halfedges.twin.numpy()
+    )
+    count = new.vertices.shape[0]
+    assert (np.unique(quads) == np.arange(count)).all()
+    found = measure_topology(new.device, new.quads, new_halfedges.twin, count)
+    was = measure_topology(old.device, old.quads, old_halfedges.twin, old.vertices.shape[0])
+    assert found.non_manifold_edges <= was.non_manifold_edges
+    assert found.non_manifold_vertices <= was.non_manifold_vertices
+    corners = np.sort(quads, axis=1)
+    assert (corners[:, 1:] != corners[:, :-1]).all(), "a vertex twice in a quad"
+    assert duplicates(quads) <= duplicates(old.quads.numpy())
+    assert (vertex_pair_uses(quads) > 2).sum() <= (vertex_pair_uses(old.quads.numpy()) > 2).sum()
+    valence, old_valence = new_halfedges.valence.numpy(), old_halfedges.valence.numpy()
+    assert (valence == valences_by_edges(quads, twin, count)).all()
+    assert (valence < 3).sum() <= (old_valence < 3).sum()
+    assert (valence > 8).sum() <= (old_valence > 8).sum()
+    local = new.vertex_local.numpy()
+    assert np.isfinite(new.vertices.numpy()).all()
+    assert ((local >= 0) & (local <= 1)).all()
+
+
+def duplicates(quads):
+    return len(quads) - len(np.unique(np.sort(quads, axis=1), axis=0))
+
+
+def valences_by_edges(quads, twin, count):
+    """Outgoing halfedges, and incoming ones without a twin."""
+    heads = np.roll(quads, -1, axis=1).ravel()
+    return np.bincount(quads.ravel(), minlength=count) + np.bincount(heads[twin == NO_TWIN], minlength=count)
+
+
+def values_at_vertices(volume, surface):
+    """The trilinear interpolant at each vertex, double precision; the border is open."""
+    nz, ny, nx = volume.values.shape
+    cell, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy().astype(float)
+    i, j, k = cell % nx, cell // nx % ny, cell // (nx * ny)
+    result = np.zeros(len(cell))
+    for c in range(8):
+        step = np.array([c & 1, c >> 1 & 1, c >> 2])
+        weight = np.where(step, local, 1 - local).prod(axis=1)
+        result += weight * volume.values[k + step[2], j + step[1], i + step[0]]
+    return result
+
+
+NOISE = {
+    "white": lambda: white_noise(20),
+    "smooth": lambda: smooth_noise(32, 1.0),
+    "genus two": lambda: paper_field("genus_two", 48),
+}
+
+
+@pytest.mark.parametrize("name", NOISE)
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_each_round_keeps_the_mesh_whole(extract, name, border):
+    before = by_patterns(extract(NOISE[name](), border=border, threads=2))
+    arrays = as_arrays(before[0])
+    irregular = [irregular_percent(before[0].device, before[1].valence)]
+    for rounds in (0, 1, 2, 5, 12):
+        result = simplify_more(*before, rounds)
+        assert_whole(before, (result.surface, result.halfedges))
+        irregular.append(irregular_percent(result.surface.device, result.halfedges.valence))
+    assert irregular[-1] < irregular[1] == irregular[0]
+    for key, value in as_arrays(before[0]).items():
+        np.testing.assert_array_equal(value, arrays[key], err_msg=f"{key} was changed")
+
+
+@settings(max_examples=30)
+@given(volumes_with_settings())
+def test_any_mesh_stays_whole(volume_and_settings):
+    volume, chosen = volume_and_settings
+    before = by_patterns(extract_on("cpu", volume, chosen))
+    result = simplify_more(*before, 3)
+    one_fan = chosen.topology == "manifold" or chosen.border == "closed"
+    assert_whole(before, (result.surface, result.halfedges), one_fan=one_fan)
+
+
+def test_shapes_get_better_than_by_relaxation_alone(extract):
+    before = by_patterns(extract(paper_field("genus_two", 48), threads=2))
+    relaxed = relax(*before, 5)
+    result = simplify_more(*before, 30)
+    qualities = [
+        measure_quality(mesh.device, mesh.vertices, mesh.quads) for mesh in (relaxed, result.surface)
+    ]
+    assert qualities[1].shape_mean > qualities[0].shape_mean
+    assert result.surface.quads.shape[0] >= 0.9 * before[0].quads.shape[0]
+    assert turned_pairs(result.surface, result.halfedges) == turned_pairs(*before) == 0
+
+
+def test_vertices_stay_on_the_surface(extract):
+    volume = paper_field("genus_two", 48)
+    result = simplify_more(*by_patterns(extract(volume, threads=2)), 10)
+    found = values_at_vertices(volume, result.surface)
+    assert np.abs(found).max() <= 1e-5 * np.ptp(volume.values)
+
+
+def test_no_vertex_is_left_behind(extract):
+    before = by_patterns(extract(smooth_noise(32, 2.0), border="closed", threads=2))
+    result = simplify_more(*before, 20)
+    assert farthest_vertex(before[0], result.surface) <= 1
+
+
+def farthest_vertex(old, new):
+    """The largest distance in cells of an old vertex from points spread over the new quads."""
+    corners = new.vertices.numpy().astype(float)[new.quads.numpy()]
+    u, v = (x.ravel()[:, None, None] for x in np.meshgrid(*[np.linspace(0, 1, 7)] * 2))
+    a, b, c, d = corners.transpose(1, 0, 2)
+    points = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+    spacing = np.linalg.norm(old.affine[:3, :3], axis=0).max()
+    return cKDTree(points.reshape(-1, 3)).query(old.vertices.numpy().astype(float))[0].max() / spacing
+
+
+def test_threads_do_not_show(extract):
+    results = [
+        simplify_more(*by_patterns(extract(smooth_noise(40, 1.0), threads=threads)), 6) for threads in (1, 4)
+    ]
+    one, four = results
+    assert one.operations == four.operations > 0
+    for key, value in as_arrays(one.surface).items():
+        np.testing.assert_array_equal(value, as_arrays(four.surface)[key])
+    np.testing.assert_array_equal(one.halfedges.twin.numpy(), four.halfedges.twin.numpy())
+
+
+def test_colors_stay_proper(extract):
+    mesh = colored(extract(smooth_noise(32, 1.0), border="closed", threads=2))
+    patterns = mesh.simplified()
+    result = simplify_more(patterns.surface, patterns.halfedges, 6, patterns.color, patterns.color24)
+    twin, color = result.halfedges.twin.numpy(), np.repeat(result.color.numpy(), 4)
+    assert color.max() < 5
+    assert (color != color[twin]).all()
+    assert result.color24.shape == result.color.shape
+
+
+SMALL = {
+    "one cell": lambda: one_cell(0x81),
+    "box": one_inside_node,
+    "plane": plane,
+    "single quad": lambda: plane(nodes=3, height=0.5),
+    "empty": lambda: one_cell(0),
+}
+
+
+@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_small_surfaces_pass_unharmed(extract, name, border):
+    before = by_patterns(extract(SMALL[name](), border=border))
+    result = simplify_more(*before, 4)
+    assert_whole(before, (result.surface, result.halfedges))
+
+
+@pytest.mark.parametrize(
+    ("chosen", "message"),
+    [
+        ({"rounds": -1}, "rounds is -1"),
+        (
+            {"simplify": "more", "simplify_rules": "paper"},
+            "simplify is 'more', but simplify_rules is 'paper'",
+        ),
+        ({"simplify": "more", "project": False}, "but project is off"),
+    ],
+)
+def test_settings_that_do_not_go_together_are_refused(chosen, message):
+    with pytest.raises(SettingsError, match=message):
+        MeshSettings(**chosen)
