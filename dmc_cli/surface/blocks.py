@@ -90,6 +90,43 @@ def gather_corners(field: Field, rows: IntLanes, columns: IntLanes, ny: wp.int32
     return values
 
 
+@wp.struct
+class PlacedLanes:
+    """Local coordinates of a block's vertices; u is -1 where the steepest axis gave none."""
+
+    u: FloatLanes
+    v: FloatLanes
+    w: FloatLanes
+
+
+@wp.func
+def place_lanes(values: CornerLanes) -> PlacedLanes:
+    """Place all lanes as the only polygon of their cell."""
+    u = FloatLanes()
+    v = FloatLanes()
+    w = FloatLanes()
+    for lane in range(LANES):
+        f = CornerValues(
+            values[lane],
+            values[LANES + lane],
+            values[2 * LANES + lane],
+            values[3 * LANES + lane],
+            values[4 * LANES + lane],
+            values[5 * LANES + lane],
+            values[6 * LANES + lane],
+            values[7 * LANES + lane],
+        )
+        q = solve_on_steepest_axis(f, crossed_edges(f))
+        u[lane] = wp.where(fits_single(f), q[0], -1.0)
+        v[lane] = q[1]
+        w[lane] = q[2]
+    placed = PlacedLanes()
+    placed.u = u
+    placed.v = v
+    placed.w = w
+    return placed
+
+
 @wp.func
 def world_lanes(
     m: wp.vec4d, i: IntLanes, j: IntLanes, k: IntLanes, u: FloatLanes, v: FloatLanes, w: FloatLanes
@@ -155,24 +192,10 @@ def place_block_kernel(
         columns[lane] = wp.clamp(i - grid.border, 0, last)
         rows[lane] = wp.clamp(j - grid.border, 0, ny - 2) + ny * wp.clamp(k - grid.border, 0, nz - 2)
     values = gather_corners(field, rows, columns, ny)
-    us = FloatLanes()
-    vs = FloatLanes()
-    ws = FloatLanes()
-    for lane in range(LANES):
-        f = CornerValues(
-            values[lane],
-            values[LANES + lane],
-            values[2 * LANES + lane],
-            values[3 * LANES + lane],
-            values[4 * LANES + lane],
-            values[5 * LANES + lane],
-            values[6 * LANES + lane],
-            values[7 * LANES + lane],
-        )
-        q = solve_on_steepest_axis(f, crossed_edges(f))
-        us[lane] = wp.where(fits_single(f), q[0], -1.0)
-        vs[lane] = q[1]
-        ws[lane] = q[2]
+    placed = place_lanes(values)
+    us = placed.u
+    vs = placed.v
+    ws = placed.w
     left = int(0)
     for lane in range(LANES):
         v = start + wp.min(lane, size - 1)
