@@ -242,19 +242,6 @@ def solve_on_steepest_axis(f: CornerValues, e: EdgeSet) -> wp.vec3:
 
 
 @wp.func
-def is_within(p: wp.vec3, low: wp.vec3, high: wp.vec3) -> wp.bool:
-    """Return whether p lies in a box; a NaN does not."""
-    return (
-        p[0] >= low[0]
-        and p[0] <= high[0]
-        and p[1] >= low[1]
-        and p[1] <= high[1]
-        and p[2] >= low[2]
-        and p[2] <= high[2]
-    )
-
-
-@wp.func
 def solve_along(f: CornerValues, p: wp.vec3, axis: wp.int32) -> wp.vec3:
     """Return the point of the surface on the line through p along an axis, or NOWHERE."""
     slope = trilinear_gradient(f, p)[axis]
@@ -300,7 +287,7 @@ def solve_on_lattice(f: CornerValues, polygon: Polygon, lines: wp.int32) -> wp.v
                 p[first] = polygon.low[first] + wp.float32(a + 1) * step[first]
                 p[second] = polygon.low[second] + wp.float32(b + 1) * step[second]
                 solution = solve_along(f, p, axis)
-                if is_within(solution, polygon.low, polygon.high):
+                if solution[axis] >= polygon.low[axis] and solution[axis] <= polygon.high[axis]:
                     distance = wp.length_sq(solution - polygon.mean)
                     if distance < nearest:
                         nearest = distance
