@@ -19,6 +19,15 @@ VERTEX_BYTES = 12 + 12 + 8 + 12
 
 QUAD_BYTES = 16
 
+HALFEDGE_NODE_BYTES = 1 / 2
+"""The quads' ranks: three bits a node and a number a word."""
+
+HALFEDGE_VERTEX_BYTES = 4 + 4 + 1
+"""A halfedge, the valence, and whether the vertex has gone."""
+
+HALFEDGE_QUAD_BYTES = 16 + 1 + 1 + 2 + 8
+"""Twins, defect, whether the quad has gone, two colours; lists of the quads with a pattern, an eighth of all."""
+
 
 def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless a volume fits, before its values are read."""
@@ -39,6 +48,9 @@ def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
 def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless the mesh fits beside the volume; called before it is made."""
     needed = _node_bytes(volume) + vertices * VERTEX_BYTES + quads * QUAD_BYTES
+    if settings.mesh.simplify != "none" or settings.output.halfedges is not None:
+        needed += int(HALFEDGE_NODE_BYTES * volume.values.size)
+        needed += vertices * HALFEDGE_VERTEX_BYTES + quads * HALFEDGE_QUAD_BYTES
     _reserve(needed, settings, f"the volume and a mesh of {quads} quads")
 
 
