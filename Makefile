@@ -68,8 +68,9 @@ test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: ou
 fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
 
-bench: $(VENV)/.installed-dev ## time the surface beside other programs, and a whole convert beside its floor
+bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, and a whole convert beside its floor
 	$(PY) benchmarks/surface.py --out surface
+	$(PY) benchmarks/mesh.py --out mesh
 	$(PY) benchmarks/memory.py
 	$(PY) benchmarks/convert.py --out convert
 

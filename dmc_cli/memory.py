@@ -26,7 +26,7 @@ HALFEDGE_VERTEX_BYTES = 4 + 4 + 1
 """A halfedge, the valence, and whether the vertex has gone."""
 
 HALFEDGE_QUAD_BYTES = 16 + 1 + 1 + 2 + 8
-"""Twins, defect, whether the quad has gone, two colours; lists of the quads with a pattern, an eighth of all."""
+"""Twins, defect, whether the quad has gone, two colours; lists of quads with a pattern, an eighth of all."""
 
 
 def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
