@@ -17,7 +17,7 @@ CONVERT = ["convert", "synth:sphere:8", "out.ply", "-i", "0"]
         ([*CONVERT, "--topology", "weird"], "'weird' is not one of 'manifold', 'asymptotic'"),
         ([*CONVERT, "--device", "tpu"], "device is 'tpu'; expected auto, cpu, cuda or cuda:N"),
         ([*CONVERT, "--threads", "0"], "threads is 0; expected 1 or more"),
-        ([*CONVERT, "--simplify", "more"], "'more' is not one of 'none', '3x3y', '3333', 'all'"),
+        ([*CONVERT, "--simplify", "most"], "'most' is not one of 'none', '3x3y', '3333', 'all'"),
         ([*CONVERT, "--frobnicate"], "No such option"),
         ([*CONVERT, "--halfedges", "mesh.zip"], "expected .npz or .txt for halfedges"),
         (["convert", "synth:sphere:8", "out.ply", "-i", "nan"], "isovalue is nan; expected a finite number"),
