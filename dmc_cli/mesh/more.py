@@ -26,16 +26,16 @@ from dmc_cli.surface import Surface
 TEMPERATURE = 0.25
 """At the first round; a high one makes pairs of irregular vertices that it does not remove again."""
 
-COLD_SHARE = 0.3
+COLD_SHARE = 0.1
 """Of the rounds, the last ones, at temperature 0."""
 
 TRIES = 8
-"""Operations tried at an irregular vertex in a round."""
+"""Operations tried at an irregular vertex each time that its block comes to it."""
 
-LEAST_SHARE, PRICE_SLOPE = 0.95, 20.0
+LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 """Share of the quads below which a quad that goes has a price, and how that rises with the share lost."""
 
-RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 3, 5
+RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 5, 3
 """Steps of smoothing before the rounds and after them, and rounds after which there is one step."""
 
 

@@ -19,7 +19,7 @@ from dmc_cli.surface.grid import Grid, GridShape
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-SIDE = 16
+SIDE = 32
 """Cells along a box's side: an operation needs some six cells; the more boxes, the more threads."""
 
 SPARE_SHARE = 32

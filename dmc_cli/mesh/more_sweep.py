@@ -38,6 +38,7 @@ from dmc_cli.mesh.more_work import (
     redo,
     undo,
 )
+from dmc_cli.mesh.valences import REGULAR
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -56,8 +57,12 @@ GEOMETRY_CAN_GIVE = wp.constant(0.6)
 """What better shapes may make good at most; what costs more is dropped without looking at them."""
 
 
-ROTATIONS, COLLAPSES = 10, 3
+ROTATIONS, COLLAPSES = 8, 4
 """Of 16 operations tried; the others open a quad."""
+
+
+PASSES = 4
+"""Times that a block goes through its vertices in a round: making blocks takes as long as going once."""
 
 
 @wp.struct
@@ -276,6 +281,17 @@ def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, turned: wp.f
     return worse or (after[2] > 0.0 and after[2] >= turned)
 
 
+@wp.func
+def try_vertex(
+    scene: Scene, work: Work, b: wp.int32, v: wp.int32, rules: Rules, turn: wp.int32, last: wp.vec2i
+):
+    """Try operations at a vertex as long as it is there and irregular."""
+    for n in range(rules.tries):
+        if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
+            seed = scrambled(wp.uint32((rules.round * PASSES + turn) * rules.tries + n))
+            attempt(scene, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
+
+
 @wp.kernel
 def sweep_kernel(
     # In:
@@ -296,9 +312,6 @@ def sweep_kernel(
     work_inout.tally[b, SPARE_QUAD] = quad_count + wp.int32(spare_starts[b])
     work_inout.tally[b, CHANGES] = 0
     last = wp.vec2i(vertex_count + wp.int32(spare_starts[b + 1]), quad_count + wp.int32(spare_starts[b + 1]))
-    for n in range(starts[b], starts[b + 1]):
-        v = items[n]
-        for turn in range(rules.tries):
-            if work_inout.vertex_gone[v] == wp.uint8(0) and work_inout.valence[v] != 4:
-                seed = scrambled(wp.uint32(rules.round * rules.tries + turn))
-                attempt(scene, work_inout, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
+    for turn in range(PASSES):
+        for n in range(starts[b], starts[b + 1]):
+            try_vertex(scene, work_inout, b, items[n], rules, turn, last)

@@ -20,6 +20,7 @@ from tests.mesh.meshes import colored, euler_and_components, quad_normals, verte
 from tests.reference import table
 from tests.strategies import volumes_with_settings
 from tests.surface.agreement import as_arrays, extract_on
+from tests.surface.real import REAL_VOLUMES, read_real_volume
 
 PATTERNS = MeshSettings(simplify="all")
 GOALS = {row["volume"]: float(row["irregular_percent_after"]) / 3 for row in table("regression_real.csv")}
@@ -90,9 +91,9 @@ def values_at_vertices(volume, surface):
 
 
 NOISE = {
-    "white": lambda: white_noise(20),
-    "smooth": lambda: smooth_noise(32, 1.0),
-    "genus two": lambda: paper_field("genus_two", 48),
+    "white": lambda: white_noise(12),
+    "smooth": lambda: smooth_noise(20, 1.0),
+    "genus two": lambda: paper_field("genus_two", 32),
 }
 
 
@@ -102,7 +103,7 @@ def test_each_round_keeps_the_mesh_whole(extract, name, border):
     before = by_patterns(extract(NOISE[name](), border=border, threads=2))
     arrays = as_arrays(before[0])
     irregular = [irregular_percent(before[0].device, before[1].valence)]
-    for rounds in (0, 1, 2, 5, 12):
+    for rounds in (0, 1, 4):
         result = simplify_more(*before, rounds)
         assert_whole(before, (result.surface, result.halfedges))
         irregular.append(irregular_percent(result.surface.device, result.halfedges.valence))
@@ -111,7 +112,7 @@ def test_each_round_keeps_the_mesh_whole(extract, name, border):
         np.testing.assert_array_equal(value, arrays[key], err_msg=f"{key} was changed")
 
 
-@settings(max_examples=30)
+@settings(max_examples=25)
 @given(volumes_with_settings())
 def test_any_mesh_stays_whole(volume_and_settings):
     volume, chosen = volume_and_settings
@@ -124,7 +125,7 @@ def test_any_mesh_stays_whole(volume_and_settings):
 def test_shapes_get_better_than_by_relaxation_alone(extract):
     before = by_patterns(extract(paper_field("genus_two", 48), threads=2))
     relaxed = relax(*before, 5)
-    result = simplify_more(*before, 30)
+    result = simplify_more(*before, 20)
     qualities = [
         measure_quality(mesh.device, mesh.vertices, mesh.quads) for mesh in (relaxed, result.surface)
     ]
@@ -158,7 +159,7 @@ def farthest_vertex(old, new):
 
 def test_threads_do_not_show(extract):
     results = [
-        simplify_more(*by_patterns(extract(smooth_noise(40, 1.0), threads=threads)), 6) for threads in (1, 4)
+        simplify_more(*by_patterns(extract(smooth_noise(40, 1.0), threads=threads)), 2) for threads in (1, 4)
     ]
     one, four = results
     assert one.operations == four.operations > 0
@@ -208,3 +209,31 @@ def test_small_surfaces_pass_unharmed(extract, name, border):
 def test_settings_that_do_not_go_together_are_refused(chosen, message):
     with pytest.raises(SettingsError, match=message):
         MeshSettings(**chosen)
+
+
+def assert_goals(before, result, most_irregular):
+    """Fail unless few vertices are irregular, shapes better than by relaxation, and nothing was lost."""
+    assert_whole(before, (result.surface, result.halfedges))
+    assert irregular_percent(result.surface.device, result.halfedges.valence) < most_irregular
+    relaxed = relax(*before, 5)
+    qualities = [
+        measure_quality(mesh.device, mesh.vertices, mesh.quads) for mesh in (relaxed, result.surface)
+    ]
+    assert qualities[1].shape_mean > qualities[0].shape_mean
+    assert result.surface.quads.shape[0] >= 0.9 * before[0].quads.shape[0]
+    assert farthest_vertex(before[0], result.surface) <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.real
+@pytest.mark.parametrize("name", GOALS, ids=lambda name: name.split("/")[-1])
+def test_scans_keep_less_than_a_third_of_what_the_patterns_leave(extract, shared_data, name):
+    volume = read_real_volume(shared_data, name)
+    before = by_patterns(extract(volume, REAL_VOLUMES[name][0], border="closed", threads=2))
+    assert_goals(before, simplify_more(*before, MeshSettings().rounds), GOALS[name])
+
+
+@pytest.mark.slow
+def test_genus_two_keeps_few_irregular_vertices(extract):
+    before = by_patterns(extract(paper_field("genus_two", 256), threads=2))
+    assert_goals(before, simplify_more(*before, MeshSettings().rounds), 1.5)
