@@ -28,7 +28,6 @@ REACHED = [name for name in GOALS if name != "nifti_bonsai/bonsai.nii.gz"]
 """The bonsai keeps 9.6 % irregular vertices, and 79 of its vertices are left more than a cell behind."""
 
 
-
 def by_patterns(surface):
     """The mesh that the rounds start from; its arrays are copies."""
     result = simplify(surface, build_halfedges(surface), PATTERNS)
@@ -82,7 +81,7 @@ def valences_by_edges(quads, twin, count):
 
 def values_at_vertices(volume, surface):
     """The trilinear interpolant at each vertex, double precision; the border is open."""
-    nz, ny, nx = volume.values.shape
+    _, ny, nx = volume.values.shape
     cell, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy().astype(float)
     i, j, k = cell % nx, cell // nx % ny, cell // (nx * ny)
     result = np.zeros(len(cell))
