@@ -70,6 +70,7 @@ fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) an
 
 bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, and a whole convert beside its floor
 	$(PY) benchmarks/surface.py --out surface
+	$(PY) benchmarks/surface.py --threads 1 --fast --out surface-one-thread
 	$(PY) benchmarks/mesh.py --out mesh
 	$(PY) benchmarks/memory.py
 	$(PY) benchmarks/convert.py --out convert

@@ -3,6 +3,7 @@
 import numpy as np
 import vtk
 import warp as wp
+import warp.geometry
 from skimage.measure import marching_cubes
 from vtk.util.numpy_support import numpy_to_vtk
 
@@ -48,6 +49,8 @@ def surface_nets(volume: Volume, level: float):
     values = np.ascontiguousarray(volume.values.astype(np.float32).transpose(2, 1, 0))
     field = wp.array(values, dtype=wp.float32, device="cpu")
     nets = wp.geometry.IsoSurfaceNets(nx, ny, nz, topology="quad")
+    small = wp.array(np.ones((4, 4, 4), np.float32) - 2 * np.eye(4, dtype=np.float32), device="cpu")
+    wp.geometry.IsoSurfaceNets(4, 4, 4, topology="quad").surface(small, 0.0)  # compile its kernels
 
     def run() -> int:
         nets.surface(field, level)

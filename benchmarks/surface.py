@@ -1,6 +1,6 @@
 """Volume in memory to vertices and quads, beside the peers, in one run on two threads with kernels warm.
 
-    python benchmarks/surface.py [--device cpu] [--rounds 5] [--fast] [--out NAME]
+    python benchmarks/surface.py [--device cpu] [--threads 2] [--rounds 7] [--fast] [--out NAME]
 
 Rounds are interleaved, so that a machine that slows down slows all down; each figure is the least of its
 rounds. Writes benchmarks/results/NAME.md and .json.
@@ -107,12 +107,14 @@ def table(results: dict, device: str) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Time surface extraction beside its peers.")
     parser.add_argument("--device", default="cpu")
+    parser.add_argument("--threads", type=int, default=peers.THREADS)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--fast", action="store_true", help="only the fastest peer")
     parser.add_argument("--out", help="name of the result files")
     options = parser.parse_args()
     warnings.filterwarnings("ignore")
-    device = select_device(options.device, peers.THREADS)
+    peers.THREADS = options.threads
+    device = select_device(options.device, options.threads)
     results = {}
     for case in CASES:
         volume = case.load()
@@ -121,7 +123,7 @@ def main() -> None:
             continue
         results[case.name] = measure(volume, case.isovalue, device, options.rounds, options.fast)
         print(case.name, {k: f"{v:.2f}" for k, v in results[case.name]["ratios"].items()}, flush=True)
-    text = table(results, device.name)
+    text = table(results, f"{device.name}, {options.threads} thread(s)")
     print(text)
     if options.out:
         facts = machine()

@@ -167,8 +167,8 @@ class OutputSettings:
 
     `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
     `output_format` the suffix of `path` chooses it. `require` lists what the mesh must be; `check` verifies
-    every invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in bytes that
-    the forecast is held against.
+    every invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in
+    bytes that the forecast is held against.
     """
 
     path: str
