@@ -12,6 +12,9 @@ from dmc_cli.pipeline import every_kernel
 ARCHITECTURES = [75, pytest.param(90, marks=pytest.mark.slow)]
 """Seconds a module and architecture; the second one finds what the first one misses only rarely."""
 
+LARGE = {"dmc_cli.mesh.more_sweep"}
+"""Modules that take half a minute each."""
+
 
 def kernel_modules() -> list[str]:
     """Names of the package's modules that hold Warp kernels."""
@@ -40,7 +43,9 @@ def test_a_warm_up_compiles_them_all():
 
 
 @pytest.mark.parametrize("architecture", ARCHITECTURES)
-@pytest.mark.parametrize("name", kernel_modules())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in LARGE else ()) for name in kernel_modules()]
+)
 def test_every_kernel_is_in_the_module_compiled_for_cuda(name, architecture, tmp_path):
     module = wp.get_module(name)
     paths = wp.compile_aot_module(module, arch=architecture, module_dir=tmp_path, use_ptx=True)
