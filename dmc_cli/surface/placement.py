@@ -273,25 +273,41 @@ def solve_in_box(f: CornerValues, polygon: Polygon, low: wp.vec3, high: wp.vec3)
 
 
 @wp.func
+def nearest_on_lattice(
+    f: CornerValues, polygon: Polygon, axis: wp.int32, outer: wp.int32, inner: wp.int32, lines: wp.int32
+) -> wp.vec3:
+    """Return the first of the solutions nearest to the mean on lines x lines along an axis, or NOWHERE.
+
+    The lines are those inside the polygon's box; `inner` is the axis that runs faster.
+    """
+    found = NOWHERE
+    nearest = float(1.0e30)
+    step = (polygon.high - polygon.low) / wp.float32(lines + 1)
+    for a in range(lines):
+        for b in range(lines):
+            p = polygon.mean
+            p[outer] = polygon.low[outer] + wp.float32(a + 1) * step[outer]
+            p[inner] = polygon.low[inner] + wp.float32(b + 1) * step[inner]
+            solution = solve_along(f, p, axis)
+            if solution[axis] >= polygon.low[axis] and solution[axis] <= polygon.high[axis]:
+                distance = wp.length_sq(solution - polygon.mean)
+                if distance < nearest:
+                    nearest = distance
+                    found = solution
+    return found
+
+
+@wp.func
 def solve_on_lattice(f: CornerValues, polygon: Polygon, lines: wp.int32) -> wp.vec3:
     """Return the solution nearest to the mean on a lattice of lines through the box, along all axes."""
     found = NOWHERE
     nearest = float(1.0e30)
-    step = (polygon.high - polygon.low) / wp.float32(lines + 1)
     for axis in range(3):
-        first = (axis + 1) % 3
-        second = (axis + 2) % 3
-        for a in range(lines):
-            for b in range(lines):
-                p = polygon.mean
-                p[first] = polygon.low[first] + wp.float32(a + 1) * step[first]
-                p[second] = polygon.low[second] + wp.float32(b + 1) * step[second]
-                solution = solve_along(f, p, axis)
-                if solution[axis] >= polygon.low[axis] and solution[axis] <= polygon.high[axis]:
-                    distance = wp.length_sq(solution - polygon.mean)
-                    if distance < nearest:
-                        nearest = distance
-                        found = solution
+        solution = nearest_on_lattice(f, polygon, axis, (axis + 1) % 3, (axis + 2) % 3, lines)
+        distance = wp.length_sq(solution - polygon.mean)
+        if solution[0] >= 0.0 and distance < nearest:
+            nearest = distance
+            found = solution
     return found
 
 

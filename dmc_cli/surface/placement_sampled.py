@@ -17,11 +17,10 @@ import warp as wp
 from dmc_cli.surface.placement import (
     COARSE_LATTICE,
     FINE_LATTICE,
-    NOWHERE,
     EdgeSet,
     Polygon,
     measure_polygon,
-    solve_along,
+    nearest_on_lattice,
     sum4,
 )
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient
@@ -57,23 +56,9 @@ def solved_axis(f: CornerValues, polygon: Polygon) -> wp.int32:
 @wp.func
 def nearest_sample(f: CornerValues, polygon: Polygon, axis: wp.int32, points: wp.int32) -> wp.vec3:
     """Return the first of the samples nearest to the mean, of points x points in the box, or NOWHERE."""
-    found = NOWHERE
-    nearest = float(1.0e30)
     first = wp.where(axis == 0, 1, 0)
     second = wp.where(axis == 2, 1, 2)
-    step = (polygon.high - polygon.low) / wp.float32(points + 1)
-    for b in range(points):
-        for a in range(points):
-            p = polygon.mean
-            p[first] = polygon.low[first] + wp.float32(a + 1) * step[first]
-            p[second] = polygon.low[second] + wp.float32(b + 1) * step[second]
-            solution = solve_along(f, p, axis)
-            if solution[axis] >= polygon.low[axis] and solution[axis] <= polygon.high[axis]:
-                distance = wp.length_sq(solution - polygon.mean)
-                if distance < nearest:
-                    nearest = distance
-                    found = solution
-    return found
+    return nearest_on_lattice(f, polygon, axis, second, first, points)
 
 
 @wp.func
