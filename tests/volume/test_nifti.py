@@ -248,3 +248,46 @@ def test_both_versions_hold_the_same_brain(shared_data):
 def test_a_file_that_is_no_nifti_is_refused(shared_data):
     with pytest.raises(UnsupportedFormatError, match="no NIfTI header"):
         read(shared_data / "nifti_mni_endian/not-nifti.nii")
+
+
+@pytest.mark.parametrize("kind", [nib.Nifti1Image, nib.Nifti2Image])
+@pytest.mark.parametrize("order", "<>")
+@given(seed=st.integers(0, 999))
+def test_any_qform_is_read_as_nibabel_reads_it(tmp_path_factory, kind, order, seed):
+    draws = np.random.default_rng(seed)
+    turned = np.linalg.qr(draws.normal(size=(3, 3)))[0] * draws.uniform(0.3, 4, 3)
+    affine = np.eye(4)
+    affine[:3] = np.column_stack((turned, draws.normal(size=3)))
+    image = kind(counting((3, 4, 5)).T, None, kind.header_class(endianness=order))
+    image.set_qform(affine, 1)
+    path = tmp_path_factory.mktemp("nifti") / "a.nii"
+    nib.save(image, path)
+    np.testing.assert_allclose(read(path).affine, nib.load(path).affine, atol=1e-5)
+
+
+@pytest.mark.parametrize("form", ["qform_code", None])
+def test_a_header_without_qfac_and_spacing_counts_them_as_one(tmp_path, form):
+    """As nifti1_io.c does: pixdim is all zeros in what some programs write."""
+    image = nib.Nifti1Image(counting((3, 4, 5)).T, None)
+    nib.save(image, tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    content[76:92] = np.zeros(4, "<f4").tobytes()
+    content[252:256] = np.array([form is not None, 0], "<i2").tobytes()
+    content[256:280] = np.array([0, 0, 0, 7, 8, 9], "<f4").tobytes()
+    (tmp_path / "a.nii").write_bytes(content)
+    volume = read(tmp_path / "a.nii")
+    np.testing.assert_array_equal(volume.affine[:3, :3], np.eye(3))
+    if form:
+        assert_same_as_itk(volume, tmp_path / "a.nii")
+
+
+@pytest.mark.parametrize(("place", "number"), [(80, np.nan), (256, 1.5), (256, np.inf), (268, np.nan)])
+def test_an_impossible_qform_is_refused(tmp_path, place, number):
+    image = nib.Nifti1Image(counting((3, 4, 5)).T, None)
+    image.set_qform(np.eye(4), 1)
+    nib.save(image, tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    content[place : place + 4] = np.array(number, "<f4").tobytes()
+    (tmp_path / "a.nii").write_bytes(content)
+    with pytest.raises(DamagedVolumeError, match=r"qform|geometry is not finite"):
+        read(tmp_path / "a.nii")
