@@ -8,8 +8,9 @@ works on never shows in the result: no kernel hands out slots by atomics.
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.errors import DeviceError
+from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.progress import SILENT, Progress
 
 SLABS_PER_THREAD = 4
@@ -126,13 +127,18 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         device: Where they will run.
         modules: Python modules with kernels.
         progress: Who listens.
+
+    Raises:
+        WriteError: Kernels have to be compiled, and the cache cannot be written.
     """
     block_dim = 1 if device.is_cpu else None
     names = [wp.get_module(module.__name__) for module in modules]
     missing = [module for module in names if not _is_compiled(module)]
-    wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)
+    with _kernel_cache():
+        wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)
     if missing:
-        with progress.stage(f"compiling {len(missing)} kernel modules, once for this version"):
+        shown = f"compiling {len(missing)} kernel modules, once for this version"
+        with progress.stage(shown), _kernel_cache():
             wp.force_load(device.name, missing, block_dim=block_dim, max_workers=device.threads)
 
 
@@ -142,15 +148,33 @@ def _is_compiled(module: Any) -> bool:
     return (Path(wp.config.kernel_cache_dir) / name).is_dir()
 
 
+@contextmanager
+def _kernel_cache() -> Iterator[None]:
+    """Tell what is wrong with the folder of the compiled kernels."""
+    try:
+        yield
+    except OSError as error:
+        raise WriteError(
+            f"the kernel cache {wp.config.kernel_cache_dir or error.filename} cannot be used:"
+            f" {error.strerror or error}; expected a folder that can be written; make it so, or name another"
+            " in the environment variable WARP_CACHE_PATH"
+        ) from error
+
+
 def initialize_warp() -> None:
-    """Start Warp without its greeting and its remark, on the terminal, that there is no GPU driver."""
+    """Start Warp without its greeting and its remark, on the terminal, that there is no GPU driver.
+
+    Raises:
+        WriteError: The kernel cache cannot be made.
+    """
     wp.config.log_level = wp.LOG_WARNING
     sys.stderr.flush()
     kept = os.dup(2)
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 2)  # the remark comes from native code
     try:
-        wp.init()
+        with _kernel_cache():
+            wp.init()
     finally:
         os.dup2(kept, 2)
         os.close(kept)

@@ -1,8 +1,9 @@
 """A file that appears complete or not at all.
 
 The bytes go to one temporary file of a fixed name in the same folder, `.NAME.dmc-part`, which is
-locked and at the end renamed to NAME. A run that is killed leaves at most that file; the lock dies
-with the run, so the next run to the same output takes the file over. What exists already is only
+locked and at the end renamed to NAME, when the disk has it: neither a power cut nor a network disk that
+tells late that it is full leaves a NAME with a hole. A run that is killed leaves at most that file; the
+lock dies with the run, so the next run to the same output takes the file over. What exists already is only
 replaced where the caller says so, and only by the rename. `-` and devices are written directly.
 """
 
@@ -122,6 +123,7 @@ def _part_file(path: str, *, force: bool) -> Iterator[BinaryIO]:
         try:
             yield stream
             stream.flush()
+            _wait_for_disk(stream)
             # another run may have finished in the meantime; under the lock this is certain
             check_output(path, force=force)
             if fcntl is None:
@@ -129,6 +131,15 @@ def _part_file(path: str, *, force: bool) -> Iterator[BinaryIO]:
             part.replace(target)
         except BaseException:
             _remove_ours(part, stream)
+            raise
+
+
+def _wait_for_disk(stream: BinaryIO) -> None:
+    """Return when the bytes of a file are on its disk, where the disk can tell."""
+    try:
+        os.fsync(stream.fileno())
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
             raise
 
 
