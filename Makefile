@@ -68,12 +68,13 @@ test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: ou
 fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
 
-bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, and a whole convert beside its floor
+bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a whole convert beside its floor, DICOM beside plain reading
 	$(PY) benchmarks/surface.py --out surface
 	$(PY) benchmarks/surface.py --threads 1 --fast --out surface-one-thread
 	$(PY) benchmarks/mesh.py --out mesh
 	$(PY) benchmarks/memory.py
 	$(PY) benchmarks/convert.py --out convert
+	$(PY) benchmarks/dicom.py --out dicom
 
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
 	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda
