@@ -133,7 +133,7 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
     """
     block_dim = 1 if device.is_cpu else None
     names = [wp.get_module(module.__name__) for module in modules]
-    missing = [module for module in names if not _is_compiled(module)]
+    missing = [module for module in names if not _is_compiled(module, block_dim)]
     with _kernel_cache():
         wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)
     if missing:
@@ -142,9 +142,12 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
             wp.force_load(device.name, missing, block_dim=block_dim, max_workers=device.threads)
 
 
-def _is_compiled(module: Any) -> bool:
-    """Return whether the kernel cache holds a module, for whichever device."""
-    name: str = module.get_module_identifier()
+def _is_compiled(module: Any, block_dim: int | None) -> bool:
+    """Return whether the kernel cache holds a module, for whichever device.
+
+    `block_dim` is part of the hash in its name; Warp keeps the hash, which is most of the work of loading.
+    """
+    name: str = module.get_module_identifier(block_dim)
     return (Path(wp.config.kernel_cache_dir) / name).is_dir()
 
 

@@ -65,3 +65,11 @@ def test_no_color_is_honoured(monkeypatch):
 def test_a_stage_that_fails_leaves_the_bar_usable():
     with pytest.raises(ValueError, match="broken"), LineProgress().stage("reading"):
         raise ValueError("broken")
+
+
+def test_kernels_that_are_compiled_already_are_not_said_to_be_compiled(run_process, tmp_path):
+    words = ["convert", "synth:torus:16", str(tmp_path / "a.ply"), "-i", "0", "--force", "-v"]
+    run_process(*words)
+    messages = run_process(*words).stderr
+    assert "loading kernels" in messages
+    assert "compiling" not in messages
