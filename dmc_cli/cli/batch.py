@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
-from dmc_cli.cli.progress import shown_progress
+from dmc_cli.cli.progress import echo_data, shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.errors import BatchError
 
@@ -62,7 +62,7 @@ def batch(
         with progress.stage("loading"):
             from dmc_cli.batch import convert_all
         for outcome in convert_all(items, jobs, progress):
-            click.echo(json.dumps(asdict(outcome), allow_nan=False))
+            echo_data(json.dumps(asdict(outcome), allow_nan=False), progress)
             failed += outcome.status != 0
     if failed:
         raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")

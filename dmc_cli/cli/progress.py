@@ -75,6 +75,24 @@ class BarProgress:
         if self._verbose:
             self._bar.console.print(text, markup=False, highlight=False)
 
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        """Take the bars off the terminal for as long as something else is printed there."""
+        self._bar.stop()
+        try:
+            yield
+        finally:
+            self._bar.start()
+
+
+def echo_data(text: str, progress: Progress) -> None:
+    """Print a line on standard output, with the bars out of its way where both are on the terminal."""
+    if isinstance(progress, BarProgress) and sys.stdout.isatty():
+        with progress.hidden():
+            click.echo(text)
+    else:
+        click.echo(text)
+
 
 def _opened_bar() -> "rich.progress.Progress":
     """Make a bar on standard error; rich honours NO_COLOR and TERM=dumb."""

@@ -73,3 +73,40 @@ def test_kernels_that_are_compiled_already_are_not_said_to_be_compiled(run_proce
     messages = run_process(*words).stderr
     assert "loading kernels" in messages
     assert "compiling" not in messages
+
+
+def on_one_terminal(*words, folder):
+    """Standard output and standard error of `dmc` as a terminal shows them, control sequences and all."""
+    import os
+    import pty
+    import subprocess
+    import sys
+
+    master, slave = pty.openpty()
+    command = [sys.executable, "-m", "dmc_cli", *words]
+    with subprocess.Popen(command, cwd=folder, stdin=slave, stdout=slave, stderr=slave) as process:
+        os.close(slave)
+        shown = b""
+        while True:
+            try:
+                piece = os.read(master, 65536)
+            except OSError:  # Linux's way to tell that the other end is closed
+                break
+            if not piece:
+                break
+            shown += piece
+    os.close(master)
+    return process.returncode, shown.decode()
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_lines_of_data_and_bars_do_not_mix_on_a_terminal(tmp_path, monkeypatch, jobs):
+    monkeypatch.setenv("TERM", "xterm")
+    words = ["synth:torus:16", "synth:sphere:16", "-i", "0", "--jobs", jobs]
+    status, shown = on_one_terminal("batch", *words, folder=tmp_path)
+    assert status == 0
+    control = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+    lines = [control.sub("", line) for line in re.split(r"[\r\n]+", shown)]
+    outcomes = [line for line in lines if '{"input"' in line]
+    assert len(outcomes) == 2
+    assert all(line.startswith("{") and line.endswith("}") for line in outcomes)
