@@ -4,6 +4,7 @@ A slice needs some twenty of hundreds of elements. Converting them here costs a 
 conversion and gives no warnings on values that break the standard's rules but are clear.
 """
 
+import io
 import math
 import struct
 import warnings
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.volume.dicom_deflated import DEFLATED, DeflatedFile, inflated_file
 from dmc_cli.volume.dicom_source import DicomFile
 
 PIXEL_DATA = 0x7FE00010
@@ -67,18 +69,21 @@ def read_header(file: DicomFile) -> Header | None:
         with head:
             start = head.read(132)
             has_preamble = start[128:132] == b"DICM"
-            if not has_preamble and not _is_plausible(start):
+            if not has_preamble and not isinstance(file, DeflatedFile) and not _is_plausible(start):
                 return None
             try:
-                flat = _flat_header(file, start + head.read(FLAT_BYTES)) if has_preamble else None
-                if flat is not None:
-                    return flat
+                start += head.read(FLAT_BYTES)
+                found = _flat_header(file, start) if has_preamble else None
+                if isinstance(found, DeflatedFile):
+                    return read_header(found)
+                if found is not None:
+                    return found
                 head.seek(0)
-                return _parsed(file, head, force=not has_preamble)
+                return _parsed(file, PiecewiseStream(head), force=not has_preamble)
             except Exception as error:
                 # pydicom raises whatever its parsing runs into: struct.error, KeyError, EOFError, ...
                 failure = error
-    if not has_preamble:
+    if not has_preamble and not isinstance(file, DeflatedFile):
         return None
     raise DamagedVolumeError(
         f"{file.name}: the DICOM header cannot be read ({failure}); get the file again"
@@ -108,13 +113,16 @@ class _FlatDataset(dict[int, _FlatElement]):
     get_item = dict.get
 
 
-def _flat_header(file: DicomFile, start: bytes) -> Header | None:
+def _flat_header(file: DicomFile, start: bytes) -> Header | DeflatedFile | None:
     """The header of a plain image: little endian, one frame, no sequence of unknown length before its pixels.
 
-    Nearly every slice is one, and this takes a tenth of pydicom's time; anything else is left to pydicom.
+    Of a deflated file: what it has to be read as. Nearly every slice is plain, and this takes a tenth of
+    pydicom's time; anything else is left to pydicom.
     """
     meta, position = _flat_elements(start, 132, explicit=True)
     syntax = text(meta, 0x00020010)
+    if syntax == DEFLATED and position > 0:
+        return inflated_file(file, position)
     if syntax not in ("1.2.840.10008.1.2", "1.2.840.10008.1.2.1"):
         return None
     found, position = _flat_elements(start, position, explicit=syntax != "1.2.840.10008.1.2")
@@ -150,6 +158,30 @@ def _flat_elements(data: bytes, position: int, explicit: bool) -> tuple[_FlatDat
     return found, -1
 
 
+class PiecewiseStream(io.RawIOBase):
+    """A file that is not read as a whole: pydicom does so to unpack it, whatever comes out of it."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def read(self, size: int = -1) -> bytes:
+        """So many bytes, or fewer at the end."""
+        if size is None or size < 0:
+            raise DamagedVolumeError("its meta elements cannot be read")
+        content: bytes = self._file.read(size)
+        return content
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """As the file's."""
+        place: int = self._file.seek(offset, whence)
+        return place
+
+    def tell(self) -> int:
+        """As the file's."""
+        place: int = self._file.tell()
+        return place
+
+
 def _parsed(file: DicomFile, head: Any, force: bool) -> Header:
     import pydicom
 
@@ -160,11 +192,8 @@ def _parsed(file: DicomFile, head: Any, force: bool) -> Header:
         found = meta.get("TransferSyntaxUID") if meta is not None else None
     if found is None:
         found = "1.2.840.10008.1.2.1" if dataset.original_encoding[0] is False else "1.2.840.10008.1.2"
-    syntax = str(found)
-    position: int | None = head.tell()
-    if syntax == "1.2.840.10008.1.2.1.99" or position is None or position >= file.size - 8:
-        position = None if syntax != "1.2.840.10008.1.2.1.99" else 0
-    return Header(file, dataset, syntax, position)
+    position = head.tell()
+    return Header(file, dataset, str(found), position if position < file.size - 8 else None)
 
 
 def text(dataset: Any, tag: int) -> str:

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, islice
 from typing import Any
 
 import numpy as np
@@ -15,15 +15,23 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import Progress
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.dicom_elements import DOUBLE_PIXEL_DATA, FLOAT_PIXEL_DATA, PIXEL_DATA, Header
+from dmc_cli.volume.codestream import image_size
+from dmc_cli.volume.dicom_elements import (
+    DOUBLE_PIXEL_DATA,
+    FLOAT_PIXEL_DATA,
+    Header,
+    PiecewiseStream,
+)
 from dmc_cli.volume.dicom_frames import Frame, Pixels
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
 IMPLICIT = "1.2.840.10008.1.2"
 EXPLICIT = "1.2.840.10008.1.2.1"
-DEFLATED = "1.2.840.10008.1.2.1.99"
 BIG_ENDIAN = "1.2.840.10008.1.2.2"
+
+UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, "1.2.840.10008.1.2.5")
+"""Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
 
 VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")
 
@@ -105,8 +113,6 @@ def _stored_type(frame: Frame) -> np.dtype[Any]:
 
 
 def _pixel_tag(header: Header) -> int:
-    if header.syntax == DEFLATED:
-        return PIXEL_DATA
     with header.file.open() as file:
         file.seek(header.pixel_start or 0)
         start = file.read(4)
@@ -201,8 +207,10 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
         raise _plugin_missing(header, str(decoder.UID.name))
     try:
         with header.file.open() as file:
-            dataset = pydicom.dcmread(file, force=True)
+            dataset = pydicom.dcmread(PiecewiseStream(file), force=True)
             wanted = [frame.index for _, frame in task]
+            if header.syntax not in UNPACKED:
+                _check_streams(dataset, wanted, header, pixels)
             for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False):
                 if plane.shape != pixels.shape[::-1]:
                     raise DamagedVolumeError(
@@ -218,6 +226,25 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
         raise DamagedVolumeError(
             f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
         ) from error
+
+
+def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
+    """Refuse a compressed image that says another size than its header does: a decoder would believe it."""
+    from pydicom.encaps import generate_frames
+
+    offsets = None
+    if "ExtendedOffsetTable" in dataset:
+        offsets = (dataset.ExtendedOffsetTable, dataset.ExtendedOffsetTableLengths)
+    streams = generate_frames(dataset.PixelData, number_of_frames=pixels.frames, extended_offsets=offsets)
+    chosen = set(wanted)
+    for index, stream in enumerate(islice(streams, max(wanted) + 1)):
+        found = image_size(stream) if index in chosen else (*pixels.shape, 1)
+        if found != (*pixels.shape, 1):
+            told = "no size" if found is None else "{} x {} pixels of {} component(s)".format(*found)
+            raise DamagedVolumeError(
+                f"{header.file.name}: a compressed image of {told} found; expected {pixels.shape[0]} x "
+                f"{pixels.shape[1]} pixels as its header says; get the file again"
+            )
 
 
 def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:

@@ -5,6 +5,7 @@ else from the settings; space none.
 """
 
 import logging
+import math
 import re
 from pathlib import Path
 from typing import Any, Literal
@@ -25,6 +26,7 @@ from dmc_cli.volume.layout import (
     scale_affine,
     storable_type,
 )
+from dmc_cli.volume.unpacked_size import passes
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -35,6 +37,10 @@ MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install
 
 LARGEST_RATIO = 5000
 """No compression of a TIFF packs a byte into less than 1/5000 byte; a file that claims more is damaged."""
+
+
+PACKERS = {8: "zlib", 32946: "zlib", 34925: "lzma", 50000: "zstd"}
+"""Compression codes whose segments unpack to whatever they hold; the others' know their size."""
 
 
 def tiff_files(folder: Path) -> list[Path]:
@@ -154,6 +160,8 @@ def _stack(
             raise DamagedVolumeError(
                 f"{name}: {path.stat().st_size} bytes found for {shape} values; get the file again"
             )
+        for page in series.pages:
+            _check_segments(tiff, page, name)
         whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
         series.asarray(out=whole.reshape(shape))
         spacing = _spacing(tiff)
@@ -171,6 +179,7 @@ def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Pr
                 raise UnsupportedFormatError(
                     f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
                 )
+            _check_segments(tiff, page, name)
             if values is None:
                 storable_type(name, page.dtype)
                 rows, columns = page.shape
@@ -189,6 +198,21 @@ def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Pr
         progress.advance((k + 1) / len(files))
     assert values is not None
     return values
+
+
+def _check_segments(tiff: Any, page: Any, name: str) -> None:
+    """Refuse a page with a strip or tile that unpacks to far more than its place in the page."""
+    if page is None or int(page.keyframe.compression) not in PACKERS:
+        return
+    frame = page.keyframe
+    packer, expected = PACKERS[int(frame.compression)], math.prod(frame.chunks) * frame.dtype.itemsize
+    for begin, count in zip(page.dataoffsets, page.databytecounts, strict=False):
+        tiff.filehandle.seek(begin)
+        if passes(packer, tiff.filehandle.read(count), expected):
+            raise DamagedVolumeError(
+                f"{name}: {count} bytes found that unpack to more than the {expected} of a part of page "
+                f"{page.index}; get the file again"
+            )
 
 
 def _spacing(tiff: Any) -> tuple[float, float, float] | None:

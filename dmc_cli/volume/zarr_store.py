@@ -16,6 +16,7 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.layout import MILLIMETRES, check_shape, chosen_index, scale_affine, storable_type
 from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume.zarr_chunks import check_chunks
 
 MARKERS = ("zarr.json", ".zarray", ".zgroup")
 """A folder with one of these files is a Zarr array or group."""
@@ -36,7 +37,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: The store cannot be read.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    array, spacing, origin = _opened(path, name)
+    array, folder, spacing, origin = _opened(path, name)
     shape = tuple(int(n) for n in array.shape)
     if len(shape) < 3:
         raise UnsupportedFormatError(f"{name}: an array of shape {shape} found; expected axes z, y, x")
@@ -45,12 +46,15 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     dtype = storable_type(name, np.dtype(array.dtype))
     index = chosen_index(name, math.prod(shape[:-3]), settings.volume_index)
     where = np.unravel_index(index, shape[:-3]) if shape[:-3] else ()
-    values = allocate_values(name, (nodes[0], nodes[1], nodes[2]), dtype)
     depth = array.chunks[-3]
     try:
+        check_chunks(folder, shape, dtype.itemsize, name)
+        values = allocate_values(name, (nodes[0], nodes[1], nodes[2]), dtype)
         for k in range(0, nodes[2], depth):
             values[k : k + depth] = array[(*(int(n) for n in where), slice(k, k + depth))]
             progress.advance(min(1.0, (k + depth) / nodes[2]))
+    except DmcError:
+        raise
     except Exception as error:
         # codecs raise what they like
         told = " ".join(str(error).split())[:200]
@@ -74,7 +78,7 @@ def zarr_entries(path: Path, name: str) -> list[VolumeEntry]:
     Raises:
         VolumeError: As `zarr_volume`.
     """
-    array, _, _ = _opened(path, name)
+    array, *_ = _opened(path, name)
     if len(array.shape) < 3:
         raise UnsupportedFormatError(f"{name}: an array of shape {array.shape} found; expected axes z, y, x")
     nx, ny, nz = (int(n) for n in array.shape[:-4:-1])
@@ -83,8 +87,8 @@ def zarr_entries(path: Path, name: str) -> list[VolumeEntry]:
 
 def _opened(
     path: Path, name: str
-) -> tuple[Any, tuple[float, float, float] | None, tuple[float, float, float]]:
-    """The array, and spacing and origin along x, y, z in millimetres (None where the store tells none)."""
+) -> tuple[Any, Path, tuple[float, float, float] | None, tuple[float, float, float]]:
+    """The array, its folder, spacing (None where the store tells none) and origin along x, y, z in mm."""
     try:
         import zarr
     except ImportError as error:
@@ -92,7 +96,7 @@ def _opened(
     try:
         node: Any = zarr.open(str(path), mode="r")
         if hasattr(node, "shape"):
-            return node, None, (0.0, 0.0, 0.0)
+            return node, path, None, (0.0, 0.0, 0.0)
         attributes = dict(node.attrs)
         images = attributes.get("ome", attributes).get("multiscales")
         if not images:
@@ -102,7 +106,7 @@ def _opened(
             )
         level = images[0]["datasets"][0]
         spacing, origin = _placed(images[0], level)
-        return node[level["path"]], spacing, origin
+        return node[level["path"]], path / str(level["path"]), spacing, origin
     except DmcError:
         raise
     except Exception as error:
