@@ -149,6 +149,26 @@ def make_zip(folder):
     return [folder / "a.zip"]
 
 
+def make_zarr(folder):
+    """Arrays and an OME image, in both versions of the format; every file of them is damaged in turn."""
+    import zarr
+
+    scale = {"coordinateTransformations": [{"type": "scale", "scale": [4.0, 3.0, 2.0]}]}
+    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+    for version in (2, 3):
+        stores = {f"array{version}.zarr": ""}
+        image = zarr.open_group(folder / f"image{version}.zarr", mode="w", zarr_format=version)
+        found = {"multiscales": [{"axes": axes, "datasets": [{"path": "0", **scale}], "version": "0.4"}]}
+        image.attrs.update({"ome": found} if version == 3 else found)
+        stores[f"image{version}.zarr"] = "0"
+        for store, inner in stores.items():
+            array = zarr.create_array(
+                folder / store / inner, shape=VALUES.shape, chunks=(3, 4, 8), dtype="i2", zarr_format=version
+            )
+            array[...] = VALUES
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
 HONEST = {
     "analyze": make_analyze,
     "dicom": make_dicom,
@@ -159,6 +179,7 @@ HONEST = {
     "numpy": make_numpy,
     "raw": make_raw,
     "tiff": make_tiff,
+    "zarr": make_zarr,
     "zip": make_zip,
 }
 """Name of a reader to what makes its honest files in a folder; each file is damaged in turn."""

@@ -10,7 +10,10 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import read_volume
 from tests.fuzz.honest import HONEST
 from tests.fuzz.mutation import mutated
-from tests.fuzz.trial import settings_for, try_file
+from tests.fuzz.trial import settings_for, target_of, try_file
+
+NEEDED = {"tiff": "tifffile", "zarr": "zarr"}
+"""The package that a reader needs."""
 
 CRASHERS = sorted((Path(__file__).parent / "crashers").glob("*-*"))
 
@@ -22,8 +25,8 @@ def honest(tmp_path_factory):
 
     def make(reader):
         if reader not in made:
-            if reader == "tiff":
-                pytest.importorskip("tifffile")
+            if reader in NEEDED:
+                pytest.importorskip(NEEDED[reader])
             paths = HONEST[reader](tmp_path_factory.mktemp(reader))
             made[reader] = [(path, path.read_bytes()) for path in paths]
         return made[reader]
@@ -37,7 +40,7 @@ def test_honest_files_are_read(honest, reader):
         chosen = settings_for(reader)
         if path.name in ("four.nrrd", "a.npz"):
             chosen = ReadSettings(volume_index=0)
-        read_volume(str(path.parent if reader == "dicom" else path), chosen)
+        read_volume(str(target_of(path, reader)), chosen)
 
 
 @pytest.mark.parametrize("reader", HONEST)

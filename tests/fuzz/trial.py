@@ -36,9 +36,18 @@ def settings_for(reader):
     return ReadSettings()
 
 
+def target_of(path, reader):
+    """What a reader is given to read a file: the file, or the folder that it belongs to."""
+    if reader == "dicom":
+        return path.parent
+    if reader == "zarr":
+        return next(folder for folder in path.parents if folder.suffix == ".zarr")
+    return path
+
+
 def try_file(path, reader):
     """Read a damaged file and check what comes of it; returns the name of the error, or `read`."""
-    target = path.parent if reader == "dicom" else path
+    target = target_of(path, reader)
     settings = settings_for(reader)
     reset_peak()
     before, start = peak_bytes(), time.perf_counter()
