@@ -98,8 +98,9 @@ def _devices() -> list[dict[str, Any]]:
     """All devices that Warp sees, the CPU first."""
     import warp as wp
 
-    wp.config.log_level = wp.LOG_WARNING
-    wp.init()
+    from dmc_cli.device import initialize_warp
+
+    initialize_warp()
     found = [{"alias": "cpu", "name": platform.processor() or platform.machine(), "memory_bytes": None}]
     found.extend(
         {

@@ -157,4 +157,4 @@ def _number(value: float | None, digits: int = 2) -> str:
 
 
 def _matrix(rows: list[list[float]]) -> str:
-    return "; ".join(" ".join(f"{value:.6g}" for value in row) for row in rows[:3])
+    return "; ".join(" ".join(f"{value + 0.0:.6g}" for value in row) for row in rows[:3])

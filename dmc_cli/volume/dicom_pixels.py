@@ -47,6 +47,10 @@ PLUGINS = {
 
 JPEG_2000 = "pylibjpeg pylibjpeg-openjpeg"
 
+PREFERRED = ("pylibjpeg", "pyjpegls")
+"""pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
+libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
+
 LARGE_FRAME = 1 << 26
 LARGEST_RATIO = 5000
 """A frame beyond LARGE_FRAME bytes must have a stored byte for every LARGEST_RATIO of them: a damaged size
@@ -211,7 +215,8 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
             wanted = [frame.index for _, frame in task]
             if header.syntax not in UNPACKED:
                 _check_streams(dataset, wanted, header, pixels)
-            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False):
+            plugin = next((name for name in PREFERRED if name in decoder.available_plugins), "")
+            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False, decoding_plugin=plugin):
                 if plane.shape != pixels.shape[::-1]:
                     raise DamagedVolumeError(
                         f"{header.file.name}: an image of {plane.shape[::-1]} pixels found, {pixels.shape} "

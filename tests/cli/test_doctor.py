@@ -14,3 +14,7 @@ def test_doctor_as_json(run_process):
     assert diagnosis["packages"]["warp-lang"]
     assert diagnosis["devices"][0]["alias"] == "cpu"
     assert diagnosis["kernel_cache"]["path"]
+
+
+def test_a_missing_driver_is_told_once(run_process):
+    assert "Warp CUDA warning" not in run_process("doctor").stderr

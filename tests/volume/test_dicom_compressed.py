@@ -118,3 +118,20 @@ def test_a_truncated_enhanced_file_is_refused(shared_data):
     pytest.importorskip("openjpeg")
     with pytest.raises(DamagedVolumeError, match="cannot be decoded"):
         read(shared_data / "dicom_emri_syntaxes/emri_small_jpeg_2k_lossless_too_short.dcm")
+
+
+@pytest.mark.parametrize("name", ["JPEG-LS", "JPEG 2000"])
+def test_a_damaged_stream_is_told_by_the_error_alone(tmp_path, capfd, name):
+    syntax, module = COMPRESSED[name]
+    pytest.importorskip(module)
+    for k, position in enumerate(axial()):
+        dataset = make_slice(position, k, values=plane_values(k, "<u2", (64, 80)))
+        dataset.compress(syntax)
+        path = save(dataset, tmp_path / f"{k}")
+    content = path.read_bytes()
+    path.write_bytes(
+        content[:-40] + bytes(40) if name == "JPEG-LS" else content.replace(b"\xff\x52", b"\xff\x00")
+    )
+    with pytest.raises(DamagedVolumeError, match="cannot be decoded"):
+        read(tmp_path)
+    assert capfd.readouterr() == ("", "")
