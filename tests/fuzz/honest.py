@@ -117,6 +117,18 @@ def make_dicom(folder):
     return paths
 
 
+def make_compressed(folder):
+    """A folder a codec of the extra packages, of which one slice is damaged."""
+    paths = []
+    for syntax in (uid.JPEG2000Lossless, uid.JPEGLSLossless):
+        for k, position in enumerate(axial(3)):
+            dataset = make_slice(position, k, values=plane_values(k, "<i2", (64, 64)))
+            dataset.compress(syntax)
+            path = save(dataset, folder / syntax.keyword / f"{k}")
+        paths.append(path)
+    return paths
+
+
 def make_enhanced(folder):
     """One file with many frames."""
     values = np.array([plane_values(k, "<i2", (8, 8)) for k in range(3)])
@@ -171,6 +183,7 @@ def make_zarr(folder):
 
 HONEST = {
     "analyze": make_analyze,
+    "compressed": make_compressed,
     "dicom": make_dicom,
     "enhanced": make_enhanced,
     "meta": make_meta,

@@ -12,8 +12,8 @@ from tests.fuzz.honest import HONEST
 from tests.fuzz.mutation import mutated
 from tests.fuzz.trial import settings_for, target_of, try_file
 
-NEEDED = {"tiff": "tifffile", "zarr": "zarr"}
-"""The package that a reader needs."""
+NEEDED = {"compressed": ("openjpeg", "jpeg_ls"), "tiff": ("tifffile",), "zarr": ("zarr",)}
+"""The packages that a reader needs."""
 
 CRASHERS = sorted((Path(__file__).parent / "crashers").glob("*-*"))
 
@@ -25,8 +25,8 @@ def honest(tmp_path_factory):
 
     def make(reader):
         if reader not in made:
-            if reader in NEEDED:
-                pytest.importorskip(NEEDED[reader])
+            for package in NEEDED.get(reader, ()):
+                pytest.importorskip(package)
             paths = HONEST[reader](tmp_path_factory.mktemp(reader))
             made[reader] = [(path, path.read_bytes()) for path in paths]
         return made[reader]
