@@ -29,8 +29,11 @@ from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, bit_index, has_bit
 from dmc_cli.surface.quads import surely_ordinary
 from dmc_cli.surface.special_cells import SpecialCells, find_special
+from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 
 def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, Any]:
@@ -45,8 +48,8 @@ def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, 
     count = surface.quads.shape[0]
     twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
     inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
-    inputs += [surface.quad_starts, words, surface.quads]
-    device.launch(find_twins_kernel, grid.rows, inputs, [twins, defects])
+    inputs += [words, surface.quads]
+    device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_SLAB)
     return twins, defects
 
 
@@ -255,24 +258,22 @@ def find_twins_kernel(
     bits: CellBits,
     special: SpecialCells,
     is_reversed: wp.int32,
-    starts: wp.array(dtype=wp.int64),
     words: wp.array2d(dtype=QuadWord),
     quads: wp.array(dtype=wp.vec4i),
     # Out:
     twins_out: wp.array(dtype=wp.vec4i),
     defects_out: wp.array(dtype=wp.uint8),
 ):
-    """Find the twins of the halfedges of all quads. One thread a row of nodes."""
-    row = first + wp.tid()
-    q = wp.int32(starts[row])
-    if starts[row] == starts[row + 1]:
-        return
-    j = row % grid.ny
-    k = row // grid.ny
-    for w in range(grid.words):
+    """Find the twins of the halfedges of all quads. One thread a block of words."""
+    start = (first + wp.tid()) * LANES
+    plain = surely_ordinary(grid, bits, before_line(grid) + start)
+    for n in range(start, wp.min(start + LANES, grid.layer * grid.nz)):
+        row = n / grid.words
+        w = n - row * grid.words
         word = words[row, w]
         if (word[0] | word[1] | word[2]) != wp.uint32(0):
-            plain = surely_ordinary(grid, bits, row, j, k, w)
+            q = wp.int32(word[3])
+            k = row / grid.ny
             towards = bits.inside[row, w]
             if is_reversed == 1:
                 towards = ~towards
@@ -284,7 +285,7 @@ def find_twins_kernel(
                     forward = has_bit(towards, b)
                     t = wp.vec4i()
                     defect = wp.uint8(0)
-                    if has_bit(plain, b):
+                    if has_bit(plain[n - start], b):
                         if axis == 0:
                             t = twins_of_x(words, 1, grid.ny, row, 32 * w + b, forward)
                         elif axis == 1:
@@ -292,7 +293,7 @@ def find_twins_kernel(
                         else:
                             t = twins_of_z(words, 1, grid.ny, row, 32 * w + b, forward)
                     else:
-                        node = wp.vec3i(32 * w + b, j, k)
+                        node = wp.vec3i(32 * w + b, row - k * grid.ny, k)
                         for side in range(4):
                             face = face_on_side(grid, bits, special, axis, node, side)
                             other = joined_place(face, side ^ 1)

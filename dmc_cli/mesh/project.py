@@ -9,7 +9,7 @@ A point is a cell and local coordinates in it, as everywhere.
 
 import warp as wp
 
-from dmc_cli.surface.field import Field, cell_values, is_data, stored_value
+from dmc_cli.surface.field import Field, cell_values, is_data, node_of_volume, stored_value
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.placement import solve_along
 from dmc_cli.surface.trilinear import CornerValues, single_precision, trilinear_gradient, trilinear_value
@@ -91,8 +91,8 @@ def cell_exists(field: Field, grid: Grid, cell: wp.vec3i) -> wp.bool:
     exists = bool(True)
     if field.has_absent == 1 and grid.border == 0:
         for c in range(8):
-            row = cell[1] + ((c >> 1) & 1) + grid.ny * (cell[2] + (c >> 2))
-            if not is_data(field, stored_value(field, row, cell[0] + (c & 1))):
+            at = node_of_volume(grid, cell[0] + (c & 1), cell[1] + ((c >> 1) & 1), cell[2] + (c >> 2))
+            if not is_data(field, stored_value(field, at)):
                 exists = bool(False)
     return exists
 

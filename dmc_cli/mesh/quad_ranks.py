@@ -18,9 +18,12 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, GridShape, has_bit
-from dmc_cli.surface.quads import quad_edges
+from dmc_cli.surface.quads import QuadEdges, quad_edges
+from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 QuadWord = wp.types.vector(length=4, dtype=wp.uint32)
 """Edges with a quad along x, y, z from the nodes of a word, a bit each; then the number of the first quad."""
@@ -34,11 +37,12 @@ def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) ->
     Args:
         cells: Active cells.
         grid: The grid over the volume.
-        quad_starts: Quads before each row, as `Surface` holds them.
+        quad_starts: Quads before each block of words, as `Surface` holds them.
         device: Where to work.
     """
     words = device.empty((grid.rows, grid.words), QuadWord)
-    device.launch(rank_quads_kernel, grid.rows, [grid.struct(), cells.bits, quad_starts], [words])
+    inputs = [grid.struct(), cells.bits, quad_starts]
+    device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_SLAB)
     return words
 
 
@@ -50,21 +54,21 @@ def rank_quads_kernel(
     bits: CellBits,
     starts: wp.array(dtype=wp.int64),
     # Out:
-    words_out: wp.array2d(dtype=QuadWord),
+    words_out: wp.array(dtype=QuadWord),
 ):
-    """Store the edges with a quad and the quads before each word. One thread a row."""
-    row = first + wp.tid()
-    count = wp.int32(starts[row])
-    if starts[row] == starts[row + 1]:
-        for w in range(grid.words):
-            words_out[row, w] = QuadWord(wp.uint32(0), wp.uint32(0), wp.uint32(0), wp.uint32(count))
-    else:
-        j = row % grid.ny
-        k = row // grid.ny
-        for w in range(grid.words):
-            edges = quad_edges(grid, bits, row, j, k, w)
-            words_out[row, w] = QuadWord(edges.x, edges.y, edges.z, wp.uint32(count))
-            count += wp.int32(wp.bit_count(edges.x) + wp.bit_count(edges.y) + wp.bit_count(edges.z))
+    """Store the edges with a quad and the quads before each word. One thread a block of words."""
+    block = first + wp.tid()
+    n = block * LANES
+    count = wp.uint32(starts[block])
+    edges = QuadEdges()
+    if starts[block] != starts[block + 1]:
+        edges = quad_edges(grid, bits, before_line(grid) + n)
+    for lane in range(wp.min(LANES, words_out.shape[0] - n)):
+        x = edges[lane]
+        y = edges[LANES + lane]
+        z = edges[2 * LANES + lane]
+        words_out[n + lane] = QuadWord(x, y, z, count)
+        count += wp.uint32(wp.bit_count(x) + wp.bit_count(y) + wp.bit_count(z))
 
 
 @wp.func

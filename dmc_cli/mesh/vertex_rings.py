@@ -166,7 +166,7 @@ def ring_ordinary_kernel(
     for w in range(grid.words):
         left = bits.ordinary[row, w]
         if left != wp.uint32(0):
-            v = bits.rank[row, w]
+            v = bits.rank[row * grid.words + w]
             y = row + 1
             z = row + grid.ny
             here = words[row, w]

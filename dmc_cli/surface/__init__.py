@@ -1,6 +1,7 @@
 """The isosurface: from stored values to vertices and quads, in the order of the imports below.
 
 grid        numbering of nodes, cells, edges and faces; one bit a node
+words       words of bits in one line, sixteen at a time
 field       the scalar field F whose zero set is the surface
 inside      inside bits: the one pass over the values
 cells       active cells, ordinary and special, and their numbers
@@ -36,7 +37,6 @@ from dmc_cli.surface import (
     polygons,
     quads,
     slices,
-    special_cells,
     vertices,
 )
 from dmc_cli.surface.field import DeviceVolume, upload_volume
@@ -57,5 +57,5 @@ __all__ = [
 def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, for loading them ahead of time."""
     placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
-    modules = [inside, cells, special_cells, polygons, flips, fans, vertices, *placing, quads, slices]
+    modules = [inside, cells, polygons, flips, fans, vertices, *placing, quads, slices]
     return [*modules, normals] if normals_too else modules

@@ -6,88 +6,44 @@ cannot place, and those that are one of several polygons, get local coordinates 
 to place one by one.
 """
 
-from typing import Any
-
 import warp as wp
 
-from dmc_cli.surface.field import (
-    FLOAT32,
-    INT8,
-    INT16,
-    INT32,
-    UINT8,
-    UINT16,
-    UINT32,
-    Field,
-    needs_care,
-)
+from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.placement import crossed_edges, solve_on_steepest_axis
+from dmc_cli.surface.stored import IntLanes, values_at
 from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
-
-VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags or '-march=native'} -mprefer-vector-width=512"
-"""Warp's own flags, and leave to use the widest vector registers there are."""
+from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
 
-LANES = 16
-"""Vertices a block: one or two vector registers of float32."""
-
 ONE_OF_SEVERAL = wp.constant(wp.vec3(-2.0, -2.0, -2.0))
 """Local coordinates, at first, of a vertex that does not stand for all crossed edges of its cell."""
 
-IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
 CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
 """F at the corners of a block's cells: corner after corner."""
 
-
-@wp.func
-def gather(
-    values: wp.array2d(dtype=Any), rows: IntLanes, columns: IntLanes, sign: wp.float64, isovalue: wp.float64
-) -> FloatLanes:
-    """Return F at nodes of the volume, in single precision."""
-    lanes = FloatLanes()
-    for lane in range(LANES):
-        lanes[lane] = below_zero(sign * (wp.float64(values[rows[lane], columns[lane]]) - isovalue))
-    return lanes
+FARTHEST = wp.constant(wp.int64(2**30))
+"""Nodes between the first cell of a block and the others at most; what is farther is placed one by one."""
 
 
 @wp.func
-def gather_field(field: Field, rows: IntLanes, columns: IntLanes) -> FloatLanes:
-    """Return F at nodes of the volume, whatever the type of its values."""
-    lanes = FloatLanes()
-    if field.kind == INT16:
-        lanes = gather(field.i16, rows, columns, field.sign, field.isovalue)
-    elif field.kind == UINT8:
-        lanes = gather(field.u8, rows, columns, field.sign, field.isovalue)
-    elif field.kind == FLOAT32:
-        lanes = gather(field.f32, rows, columns, field.sign, field.isovalue)
-    elif field.kind == UINT16:
-        lanes = gather(field.u16, rows, columns, field.sign, field.isovalue)
-    elif field.kind == INT8:
-        lanes = gather(field.i8, rows, columns, field.sign, field.isovalue)
-    elif field.kind == INT32:
-        lanes = gather(field.i32, rows, columns, field.sign, field.isovalue)
-    elif field.kind == UINT32:
-        lanes = gather(field.u32, rows, columns, field.sign, field.isovalue)
-    else:
-        lanes = gather(field.f64, rows, columns, field.sign, field.isovalue)
-    return lanes
-
-
-@wp.func
-def gather_corners(field: Field, rows: IntLanes, columns: IntLanes, ny: wp.int32) -> CornerLanes:
-    """Return F at the corners of cells of the volume, ny rows a layer."""
-    values = CornerLanes()
-    for corner in range(8):
-        corner_rows = rows + IntLanes(((corner >> 1) & 1) + ny * (corner >> 2))
-        corner_values = gather_field(field, corner_rows, columns + IntLanes(corner & 1))
+def gather_corners(field: Field, node: wp.int64, offsets: IntLanes, nx: wp.int32, ny: wp.int32) -> CornerLanes:
+    """Return F at the corners of the cells at `node` + `offsets` of a volume of nx x ny nodes a layer."""
+    row = wp.int64(nx)
+    layer = row * wp.int64(ny)
+    sign = field.sign
+    isovalue = field.isovalue
+    corners = CornerLanes()
+    for c in range(8):
+        at = node + wp.int64(c & 1) + wp.int64((c >> 1) & 1) * row + wp.int64(c >> 2) * layer
+        stored = values_at(field.values, field.kind, at, offsets)
         for lane in range(LANES):
-            values[corner * LANES + lane] = corner_values[lane]
-    return values
+            corners[c * LANES + lane] = below_zero(sign * (stored[lane] - isovalue))
+    return corners
 
 
 @wp.struct
@@ -167,15 +123,18 @@ def place_block_kernel(
     ci = IntLanes()
     cj = IntLanes()
     ck = IntLanes()
-    rows = IntLanes()
-    columns = IntLanes()
-    ny = grid.ny - 2 * grid.border
-    nz = grid.nz - 2 * grid.border
-    last = grid.nx - 2 * grid.border - 2
+    offsets = IntLanes()
+    far = IntLanes()
+    b = grid.border
+    nx = grid.nx - 2 * b
+    ny = grid.ny - 2 * b
+    nz = grid.nz - 2 * b
     j = int(0)
     k = int(0)
     row_start = wp.int64(0)
     row_end = wp.int64(0)
+    first_node = wp.int64(-1)
+    row_node = wp.int64(0)  # of the volume: any cell of it does for one that needs care and is done again
     for lane in range(LANES):
         cell = cells[start + wp.min(lane, size - 1)]
         if cell >= row_end or cell < row_start:
@@ -184,22 +143,30 @@ def place_block_kernel(
             row_end = row_start + wp.int64(grid.nx)
             k = row / grid.ny
             j = row - k * grid.ny
+            row_node = wp.int64(wp.clamp(k - b, 0, nz - 2)) * wp.int64(ny) + wp.int64(wp.clamp(j - b, 0, ny - 2))
+            row_node *= wp.int64(nx)
         i = wp.int32(cell - row_start)
         ci[lane] = i
         cj[lane] = j
         ck[lane] = k
-        # any cell of the volume does for one that needs care: it is done again below
-        columns[lane] = wp.clamp(i - grid.border, 0, last)
-        rows[lane] = wp.clamp(j - grid.border, 0, ny - 2) + ny * wp.clamp(k - grid.border, 0, nz - 2)
-    values = gather_corners(field, rows, columns, ny)
+        node = row_node + wp.int64(wp.clamp(i - b, 0, nx - 2))
+        if first_node < wp.int64(0):
+            first_node = node
+        distance = node - first_node
+        if distance > FARTHEST or distance < -FARTHEST:
+            far[lane] = 1
+            distance = wp.int64(0)
+        offsets[lane] = wp.int32(distance)
+    values = gather_corners(field, first_node, offsets, nx, ny)
     placed = place_lanes(values)
     us = placed.u
     vs = placed.v
     ws = placed.w
+    has_absent = field.has_absent
     left = int(0)
     for lane in range(LANES):
         v = start + wp.min(lane, size - 1)
-        is_left = us[lane] < 0.0 or needs_care(field, grid, ci[lane], cj[lane], ck[lane])
+        is_left = us[lane] < 0.0 or far[lane] == 1 or needs_care(has_absent, grid, ci[lane], cj[lane], ck[lane])
         if v >= ordinary_count:
             is_left = is_left or local_inout[v][0] < -1.0
         if is_left:

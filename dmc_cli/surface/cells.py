@@ -20,23 +20,39 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import Device
-from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, low_bits, next_node, previous_node
+from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, low_bits, next_node, previous_node
 from dmc_cli.surface.inside import InsideBits
+from dmc_cli.surface.words import (
+    BLOCKS_A_SLAB,
+    LANES,
+    VECTOR_FLAGS,
+    Words,
+    before_line,
+    block_count,
+    make_plane,
+    position_of,
+    step_along,
+)
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 
 @wp.struct
 class CellBits:
-    """The bits that later stages ask about cells and nodes, all uint32 [row, word].
+    """The bits that later stages ask about cells and nodes, by row and as the line of words.
 
-    `rank` [row, word] counts the ordinary cells before the word, in grid order.
+    `rank` [word of the line] counts the ordinary cells before a word that has one, in grid order.
     """
 
     inside: wp.array2d(dtype=wp.uint32)
     active: wp.array2d(dtype=wp.uint32)
     ordinary: wp.array2d(dtype=wp.uint32)
-    rank: wp.array2d(dtype=wp.int32)
+    inside_line: wp.array(dtype=Words)
+    active_line: wp.array(dtype=Words)
+    ordinary_line: wp.array(dtype=Words)
+    rank: wp.array(dtype=wp.int32)
 
 
 @dataclass(frozen=True)
@@ -45,36 +61,59 @@ class Cells:
 
     Attributes:
         bits: The kernels' `CellBits`.
-        special_starts: Special cells before each row, int64, one item more than rows.
+        ordinary_starts: Ordinary cells before each block of words, int64, one item more than blocks.
+        special_starts: Special cells before each block, likewise.
+        special_row: Row of each special cell, int32, in grid order.
+        special_i: Index along x of each special cell, int32.
         ordinary_count: Number of ordinary cells: the first that many vertices are theirs.
         special_count: Number of special cells.
         crossed_edges: Number of grid edges between two nodes with data whose ends are on different sides.
     """
 
     bits: Any
+    ordinary_starts: Any
     special_starts: Any
+    special_row: Any
+    special_i: Any
     ordinary_count: int
     special_count: int
     crossed_edges: int
 
 
 def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
-    """Find the active cells and number the ordinary ones in grid order."""
+    """Find the active cells, number the ordinary ones in grid order, and list the special ones."""
+    blocks = block_count(grid)
+    active, ordinary = make_plane(grid, device), make_plane(grid, device)
     bits = CellBits()
-    bits.inside = nodes.inside
-    bits.active = device.empty((grid.rows, grid.words), wp.uint32)
-    bits.ordinary = device.empty((grid.rows, grid.words), wp.uint32)
-    ordinary, special, crossed = (device.empty(grid.rows, wp.int64) for _ in range(3))
+    bits.inside, bits.inside_line = nodes.inside.rows, nodes.inside.line
+    bits.active, bits.active_line = active.rows, active.line
+    bits.ordinary, bits.ordinary_line = ordinary.rows, ordinary.line
+    ordinary_counts, special_counts, crossed = (device.empty(blocks, wp.int64) for _ in range(3))
     struct = grid.struct()
-    outputs = [bits.active, bits.ordinary, ordinary, special, crossed]
-    device.launch(find_cells_kernel, grid.rows, [struct, nodes.inside], outputs)
+    counts = [ordinary_counts, special_counts, crossed]
+    outputs = [active.line, ordinary.line, *counts]
+    device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BLOCKS_A_SLAB)
     if nodes.data is not None:
-        device.launch(drop_absent_cells_kernel, grid.rows, [struct, nodes.inside, nodes.data], outputs)
-    ordinary_starts, ordinary_count = device.starts(ordinary)
-    special_starts, special_count = device.starts(special)
-    bits.rank = device.empty((grid.rows, grid.words), wp.int32)
-    device.launch(rank_kernel, grid.rows, [grid.words, bits.ordinary, ordinary_starts], [bits.rank])
-    return Cells(bits, special_starts, ordinary_count, special_count, device.total(crossed))
+        inputs = [struct, nodes.inside.rows, nodes.data]
+        outputs = [active.rows, ordinary.rows, *counts]
+        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
+    ordinary_starts, ordinary_count = device.starts(ordinary_counts)
+    special_starts, special_count = device.starts(special_counts)
+    bits.rank = device.empty(grid.rows * grid.words, wp.int32)
+    special_row, special_i = device.empty(special_count, wp.int32), device.empty(special_count, wp.int32)
+    inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
+    outputs = [bits.rank, special_row, special_i]
+    device.launch(number_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
+    return Cells(
+        bits=bits,
+        ordinary_starts=ordinary_starts,
+        special_starts=special_starts,
+        special_row=special_row,
+        special_i=special_i,
+        ordinary_count=ordinary_count,
+        special_count=special_count,
+        crossed_edges=device.total(crossed),
+    )
 
 
 @wp.func
@@ -117,17 +156,42 @@ def several_polygons(
 
 
 @wp.func
-def border_cells(grid: Grid, j: wp.int32, k: wp.int32, w: wp.int32) -> wp.uint32:
+def border_cells(grid: Grid, w: wp.int32, j: wp.int32, k: wp.int32) -> wp.uint32:
     """Return a bit for each cell of a word: whether it touches an open border."""
-    bits = wp.uint32(0)
-    if grid.border == 0:
-        if j == 0 or k == 0 or j == grid.ny - 2 or k == grid.nz - 2:
-            bits = ALL_BITS
-        else:
-            if w == 0:
-                bits = wp.uint32(1)
-            bits |= low_bits(grid.nx - 1 - 32 * w) & ~low_bits(grid.nx - 2 - 32 * w)
-    return bits
+    across = j == 0 or k == 0 or j == grid.ny - 2 or k == grid.nz - 2
+    ends = wp.where(w == 0, wp.uint32(1), wp.uint32(0))
+    ends |= low_bits(grid.nx - 1 - 32 * w) & ~low_bits(grid.nx - 2 - 32 * w)
+    return wp.where(grid.border == 1, wp.uint32(0), wp.where(across, ALL_BITS, ends))
+
+
+@wp.func
+def find_candidates(grid: Grid, inside: wp.array(dtype=Words), n: wp.int32) -> Words:
+    """Return a bit for each cell of a block: whether its corners differ; ends of rows are not looked at."""
+    c0 = inside[n]
+    c2 = inside[n + grid.words]
+    c4 = inside[n + grid.layer]
+    c6 = inside[n + grid.layer + grid.words]
+    c0_after = inside[n + 1]
+    c2_after = inside[n + grid.words + 1]
+    c4_after = inside[n + grid.layer + 1]
+    c6_after = inside[n + grid.layer + grid.words + 1]
+    candidates = Words()
+    for lane in range(LANES):
+        some = c0[lane] | c2[lane] | c4[lane] | c6[lane]
+        every = c0[lane] & c2[lane] & c4[lane] & c6[lane]
+        some |= next_node(some, c0_after[lane] | c2_after[lane] | c4_after[lane] | c6_after[lane])
+        every &= next_node(every, c0_after[lane] & c2_after[lane] & c4_after[lane] & c6_after[lane])
+        candidates[lane] = some & ~every
+    return candidates
+
+
+@wp.func
+def any_bit(words: Words) -> wp.bool:
+    """Return whether any bit of a block is set."""
+    some = wp.uint32(0)
+    for lane in range(LANES):
+        some |= words[lane]
+    return some != wp.uint32(0)
 
 
 @wp.kernel
@@ -135,66 +199,60 @@ def find_cells_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
-    inside: wp.array2d(dtype=wp.uint32),
+    inside: wp.array(dtype=Words),
     # Out:
-    active_out: wp.array2d(dtype=wp.uint32),
-    ordinary_out: wp.array2d(dtype=wp.uint32),
+    active_out: wp.array(dtype=Words),
+    ordinary_out: wp.array(dtype=Words),
     ordinary_count_out: wp.array(dtype=wp.int64),
     special_count_out: wp.array(dtype=wp.int64),
     crossed_count_out: wp.array(dtype=wp.int64),
 ):
-    """Find the active and the ordinary cells as if every node had data. One thread a row of nodes."""
-    row = first + wp.tid()
-    j = row % grid.ny
-    k = row // grid.ny
-    has_y = j < grid.ny - 1
-    has_z = k < grid.nz - 1
-    row_y = wp.where(has_y, row + 1, row)
-    row_z = wp.where(has_z, row + grid.ny, row)
-    row_yz = wp.where(has_y, row_z + 1, row_z)
-    has_cells = has_y and has_z
-
+    """Find the active and the ordinary cells as if every node had data. One thread a block of words."""
+    block = first + wp.tid()
+    n = before_line(grid) + block * LANES
+    active = find_candidates(grid, inside, n)
+    ordinary = Words()
     ordinary_count = wp.int32(0)
     special_count = wp.int32(0)
     crossed_count = wp.int32(0)
-    n00 = inside[row, 0]
-    n10 = inside[row_y, 0]
-    n01 = inside[row_z, 0]
-    n11 = inside[row_yz, 0]
-    for w in range(grid.words):
-        c0 = n00
-        c2 = n10
-        c4 = n01
-        c6 = n11
-        after = wp.min(w + 1, grid.words - 1)  # after the last word comes nothing that a cell has
-        n00 = inside[row, after]
-        n10 = inside[row_y, after]
-        n01 = inside[row_z, after]
-        n11 = inside[row_yz, after]
-        c1 = next_node(c0, n00)
-        c3 = next_node(c2, n10)
-        c5 = next_node(c4, n01)
-        c7 = next_node(c6, n11)
-        some = c0 | c1 | c2 | c3 | c4 | c5 | c6 | c7
-        every = c0 & c1 & c2 & c3 & c4 & c5 & c6 & c7
-        active = wp.uint32(0)
-        ordinary = wp.uint32(0)
-        if some != every:  # on a scan hardly ever
-            cells = low_bits(grid.nx - 1 - 32 * w)
-            crossed_count += wp.int32(
-                wp.bit_count((c0 ^ c1) & cells) + wp.bit_count(c0 ^ c2) + wp.bit_count(c0 ^ c4)
-            )
-            if has_cells:
-                active = (some & ~every) & cells
-                special = several_polygons(c0, c1, c2, c3, c4, c5, c6, c7) | border_cells(grid, j, k, w)
-                ordinary = active & ~special
-                ordinary_count += wp.int32(wp.bit_count(ordinary))
-                special_count += wp.int32(wp.bit_count(active & special))
-        active_out[row, w] = active
-        ordinary_out[row, w] = ordinary
-    ordinary_count_out[row] = wp.int64(ordinary_count)
-    special_count_out[row] = wp.int64(special_count)
-    crossed_count_out[row] = wp.int64(crossed_count)
+    if any_bit(active):  # on a scan hardly ever
+        w0 = inside[n]
+        w2 = inside[n + grid.words]
+        w4 = inside[n + grid.layer]
+        w6 = inside[n + grid.layer + grid.words]
+        w0_after = inside[n + 1]
+        w2_after = inside[n + grid.words + 1]
+        w4_after = inside[n + grid.layer + 1]
+        w6_after = inside[n + grid.layer + grid.words + 1]
+        start = position_of(grid, block * LANES)
+        for lane in range(LANES):
+            at = step_along(grid, start, lane)
+            along_x = low_bits(grid.nx - 1 - 32 * at[0])  # nodes with an edge that way
+            along_y = wp.where(at[1] < grid.ny - 1, ALL_BITS, wp.uint32(0))
+            along_z = wp.where(at[2] < grid.nz - 1, ALL_BITS, wp.uint32(0))
+            c0 = w0[lane]
+            c1 = next_node(c0, w0_after[lane])
+            c2 = w2[lane]
+            c3 = next_node(c2, w2_after[lane])
+            c4 = w4[lane]
+            c5 = next_node(c4, w4_after[lane])
+            c6 = w6[lane]
+            c7 = next_node(c6, w6_after[lane])
+            exists = active[lane] & along_x & along_y & along_z
+            special = several_polygons(c0, c1, c2, c3, c4, c5, c6, c7)
+            special |= border_cells(grid, at[0], at[1], at[2])
+            active[lane] = exists
+            ordinary[lane] = exists & ~special
+            ordinary_count += wp.int32(wp.bit_count(exists & ~special))
+            special_count += wp.int32(wp.bit_count(exists & special))
+            crossed_count += wp.int32(wp.bit_count((c0 ^ c1) & along_x))
+            crossed_count += wp.int32(wp.bit_count((c0 ^ c2) & along_y))
+            crossed_count += wp.int32(wp.bit_count((c0 ^ c4) & along_z))
+    active_out[n] = active
+    ordinary_out[n] = ordinary
+    ordinary_count_out[block] = wp.int64(ordinary_count)
+    special_count_out[block] = wp.int64(special_count)
+    crossed_count_out[block] = wp.int64(crossed_count)
 
 
 @wp.func
@@ -228,6 +286,36 @@ def has_whole_surroundings(
     return bits
 
 
+@wp.func
+def existing_cells(
+    data: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, row_y: wp.int32, row_z: wp.int32, w: wp.int32
+) -> wp.uint32:
+    """Return a bit for each cell of a word: whether its eight corners have data."""
+    bits = both_nodes(data, row, w, grid.words) & both_nodes(data, row_y, w, grid.words)
+    row_yz = row_z + row_y - row
+    return bits & both_nodes(data, row_z, w, grid.words) & both_nodes(data, row_yz, w, grid.words)
+
+
+@wp.func
+def count_crossed(
+    inside: wp.array2d(dtype=wp.uint32),
+    data: wp.array2d(dtype=wp.uint32),
+    grid: Grid,
+    row: wp.int32,
+    row_y: wp.int32,
+    row_z: wp.int32,
+    w: wp.int32,
+) -> wp.int32:
+    """Return how many edges from the nodes of a word are crossed and have data at both ends."""
+    here = inside[row, w]
+    along_x = (here ^ next_node(here, load_word(inside, row, w + 1, grid.words))) & both_nodes(
+        data, row, w, grid.words
+    )
+    along_y = (here ^ inside[row_y, w]) & data[row, w] & data[row_y, w]
+    along_z = (here ^ inside[row_z, w]) & data[row, w] & data[row_z, w]
+    return wp.int32(wp.bit_count(along_x) + wp.bit_count(along_y) + wp.bit_count(along_z))
+
+
 @wp.kernel
 def drop_absent_cells_kernel(
     # In:
@@ -243,56 +331,68 @@ def drop_absent_cells_kernel(
     special_count_out: wp.array(dtype=wp.int64),
     crossed_count_out: wp.array(dtype=wp.int64),
 ):
-    """Take back cells with a node without data and edges to one. One thread a row of nodes."""
-    row = first + wp.tid()
-    j = row % grid.ny
-    k = row // grid.ny
-    row_y = wp.where(j < grid.ny - 1, row + 1, row)
-    row_z = wp.where(k < grid.nz - 1, row + grid.ny, row)
-    row_yz = wp.where(j < grid.ny - 1, row_z + 1, row_z)
-    at_border = j == 0 or k == 0 or j >= grid.ny - 2 or k >= grid.nz - 2
+    """Take back cells with a node without data and edges to one. One thread a block of words."""
+    block = first + wp.tid()
     ordinary_count = wp.int32(0)
     special_count = wp.int32(0)
     crossed_count = wp.int32(0)
-    for w in range(grid.words):
-        here = inside[row, w]
-        d0 = data[row, w]
-        d1 = next_node(d0, load_word(data, row, w + 1, grid.words))
-        x_edges = (here ^ next_node(here, load_word(inside, row, w + 1, grid.words))) & d0 & d1
-        y_edges = (here ^ inside[row_y, w]) & d0 & data[row_y, w]
-        z_edges = (here ^ inside[row_z, w]) & d0 & data[row_z, w]
-        crossed_count += wp.int32(wp.bit_count(x_edges) + wp.bit_count(y_edges) + wp.bit_count(z_edges))
-
+    for n in range(block * LANES, wp.min((block + 1) * LANES, grid.ny * grid.nz * grid.words)):
+        at = position_of(grid, n)
+        w = at[0]
+        row = n / grid.words
+        row_y = wp.where(at[1] < grid.ny - 1, row + 1, row)
+        row_z = wp.where(at[2] < grid.nz - 1, row + grid.ny, row)
+        crossed_count += count_crossed(inside, data, grid, row, row_y, row_z, w)
         active = active_inout[row, w]
         ordinary = ordinary_inout[row, w]
         if active != wp.uint32(0):
-            active &= d0 & d1 & both_nodes(data, row_y, w, grid.words)
-            active &= both_nodes(data, row_z, w, grid.words) & both_nodes(data, row_yz, w, grid.words)
+            active &= existing_cells(data, grid, row, row_y, row_z, w)
             ordinary &= active
-            if not at_border:
+            if at[1] > 0 and at[2] > 0 and at[1] < grid.ny - 2 and at[2] < grid.nz - 2:
                 ordinary &= has_whole_surroundings(data, grid, row, w)
             active_inout[row, w] = active
             ordinary_inout[row, w] = ordinary
         ordinary_count += wp.int32(wp.bit_count(ordinary))
         special_count += wp.int32(wp.bit_count(active & ~ordinary))
-    ordinary_count_out[row] = wp.int64(ordinary_count)
-    special_count_out[row] = wp.int64(special_count)
-    crossed_count_out[row] = wp.int64(crossed_count)
+    ordinary_count_out[block] = wp.int64(ordinary_count)
+    special_count_out[block] = wp.int64(special_count)
+    crossed_count_out[block] = wp.int64(crossed_count)
 
 
 @wp.kernel
-def rank_kernel(
+def number_cells_kernel(
     # In:
     first: wp.int32,
-    words: wp.int32,
-    ordinary: wp.array2d(dtype=wp.uint32),
-    starts: wp.array(dtype=wp.int64),
+    grid: Grid,
+    active: wp.array(dtype=Words),
+    ordinary: wp.array(dtype=Words),
+    ordinary_starts: wp.array(dtype=wp.int64),
+    special_starts: wp.array(dtype=wp.int64),
     # Out:
-    rank_out: wp.array2d(dtype=wp.int32),
+    rank_out: wp.array(dtype=wp.int32),
+    special_row_out: wp.array(dtype=wp.int32),
+    special_i_out: wp.array(dtype=wp.int32),
 ):
-    """Count the ordinary cells before each word. One thread a row."""
-    row = first + wp.tid()
-    count = wp.int32(starts[row])
-    for w in range(words):
-        rank_out[row, w] = count
-        count += wp.int32(wp.bit_count(ordinary[row, w]))
+    """Count the ordinary cells before each word that has any; list the special cells. One thread a block."""
+    block = first + wp.tid()
+    rank = wp.int32(ordinary_starts[block])
+    slot = wp.int32(special_starts[block])
+    if rank == wp.int32(ordinary_starts[block + 1]) and slot == wp.int32(special_starts[block + 1]):
+        return
+    n = block * LANES
+    active_words = active[before_line(grid) + n]
+    ordinary_words = ordinary[before_line(grid) + n]
+    for lane in range(LANES):
+        ordinary_word = ordinary_words[lane]
+        if ordinary_word != wp.uint32(0):
+            rank_out[n + lane] = rank
+            rank += wp.int32(wp.bit_count(ordinary_word))
+        left = active_words[lane] & ~ordinary_word
+        if left != wp.uint32(0):
+            row = (n + lane) / grid.words
+            start = 32 * (n + lane - row * grid.words)
+            while left != wp.uint32(0):
+                special_row_out[slot] = row
+                special_i_out[slot] = start + bit_index(left)
+                slot += 1
+                left &= left - wp.uint32(1)

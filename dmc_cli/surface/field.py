@@ -23,48 +23,26 @@ from dmc_cli.device import Device
 from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.stored import KINDS, STORED_TYPES, value_at
 from dmc_cli.surface.trilinear import CornerValues64
 from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
-STORED_TYPES: dict[str, Any] = {
-    "uint8": wp.uint8,
-    "int8": wp.int8,
-    "uint16": wp.uint16,
-    "int16": wp.int16,
-    "uint32": wp.uint32,
-    "int32": wp.int32,
-    "float32": wp.float32,
-    "float64": wp.float64,
-}
-"""The value types that kernels read; the order is the tag `kind` of `Field` and `Chunks`."""
-
-KINDS = {name: kind for kind, name in enumerate(STORED_TYPES)}
-
-UINT8, INT8, UINT16, INT16, UINT32, INT32, FLOAT32, FLOAT64 = range(8)
-
-
 @wp.struct
 class Field:
-    """Stored values and how to read them as F; one of the arrays is set, `kind` says which.
+    """Stored values and how to read them as F.
 
-    Arrays are [row, i] over the volume's own nodes. `padding_low` and `padding_high` bound the stored
-    values that mean no data (low > high: there are none). `outside` is the sign of F at virtual nodes.
-    `least` is |F| of a virtual node whose nearest node lies on the isovalue: the step to the next number.
-    `has_absent` is 1 if there are nodes without data; `absent` is their F under a closed border, where they
-    count as nodes outside the object (with an open border no cell has such a corner).
+    `values` are the volume's own, as bytes [row, byte]; `kind` says which type they have (`stored.py`).
+    `padding_low` and `padding_high` bound the stored values that mean no data (low > high: there are none).
+    `outside` is the sign of F at virtual nodes. `least` is |F| of a virtual node whose nearest node lies on
+    the isovalue: the step to the next number. `has_absent` is 1 if there are nodes without data; `absent` is
+    their F under a closed border, where they count as nodes outside the object (with an open border no cell
+    has such a corner).
     """
 
+    values: wp.array2d(dtype=wp.uint8)
     kind: wp.int32
-    u8: wp.array2d(dtype=wp.uint8)
-    i8: wp.array2d(dtype=wp.int8)
-    u16: wp.array2d(dtype=wp.uint16)
-    i16: wp.array2d(dtype=wp.int16)
-    u32: wp.array2d(dtype=wp.uint32)
-    i32: wp.array2d(dtype=wp.int32)
-    f32: wp.array2d(dtype=wp.float32)
-    f64: wp.array2d(dtype=wp.float64)
     isovalue: wp.float64
     sign: wp.float64
     outside: wp.float64
@@ -73,9 +51,6 @@ class Field:
     absent: wp.float64
     padding_low: wp.float64
     padding_high: wp.float64
-
-
-FIELD_ARRAYS = ("u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64")
 
 
 @dataclass(frozen=True)
@@ -158,8 +133,7 @@ def stored_isovalue(volume: Volume, isovalue: float) -> float:
 def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     """Return the kernels' `Field` for one isovalue; nodes without data have no value yet."""
     field = Field()
-    field.kind = volume.kind
-    setattr(field, FIELD_ARRAYS[field.kind], volume.values)
+    field.values, field.kind = _bytes_of(volume), volume.kind
     source = volume.volume
     field.isovalue = stored_isovalue(source, settings.isovalue)
     field.sign = -1.0 if source.slope < 0 else 1.0
@@ -167,6 +141,15 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field.least = _step_below(field.isovalue, volume.dtype)
     field.padding_low, field.padding_high = padding_range(source)
     return field
+
+
+def _bytes_of(volume: DeviceVolume) -> Any:
+    """Return the stored values as bytes [row, byte]: the same memory, kept alive by the view."""
+    values = volume.values
+    shape = (values.shape[0], values.shape[1] * volume.dtype.itemsize)
+    view = wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=volume.device.name, copy=False)
+    view._source = values
+    return view
 
 
 def _step_below(isovalue: float, dtype: np.dtype[Any]) -> float:
@@ -191,26 +174,16 @@ def absent_value(volume: Volume, field: Any) -> float:
 
 
 @wp.func
-def stored_value(field: Field, row: wp.int32, i: wp.int32) -> wp.float64:
-    """Return the stored value of the volume's node i in `row`."""
-    value = wp.float64(0.0)
-    if field.kind == INT16:
-        value = wp.float64(field.i16[row, i])
-    elif field.kind == UINT8:
-        value = wp.float64(field.u8[row, i])
-    elif field.kind == FLOAT32:
-        value = wp.float64(field.f32[row, i])
-    elif field.kind == UINT16:
-        value = wp.float64(field.u16[row, i])
-    elif field.kind == INT8:
-        value = wp.float64(field.i8[row, i])
-    elif field.kind == INT32:
-        value = wp.float64(field.i32[row, i])
-    elif field.kind == UINT32:
-        value = wp.float64(field.u32[row, i])
-    else:
-        value = field.f64[row, i]
-    return value
+def stored_value(field: Field, at: wp.int64) -> wp.float64:
+    """Return the stored value of node `at` of the volume, x fastest."""
+    return value_at(field.values, field.kind, at)
+
+
+@wp.func
+def node_of_volume(grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.int64:
+    """Return the number, x fastest, of the volume's node (i, j, k); the grid's border does not count."""
+    row = wp.int64(k) * wp.int64(grid.ny - 2 * grid.border) + wp.int64(j)
+    return row * wp.int64(grid.nx - 2 * grid.border) + wp.int64(i)
 
 
 @wp.func
@@ -225,7 +198,7 @@ def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) 
     vx = wp.clamp(i - grid.border, 0, grid.nx - 1 - 2 * grid.border)
     vy = wp.clamp(j - grid.border, 0, grid.ny - 1 - 2 * grid.border)
     vz = wp.clamp(k - grid.border, 0, grid.nz - 1 - 2 * grid.border)
-    value = stored_value(field, vy + (grid.ny - 2 * grid.border) * vz, vx)
+    value = stored_value(field, node_of_volume(grid, vx, vy, vz))
     f = field.sign * (value - field.isovalue)
     if field.has_absent == 1 and grid.border == 1:
         if not is_data(field, value):
@@ -237,48 +210,10 @@ def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) 
 
 
 @wp.func
-def load_cell(values: wp.array2d(dtype=Any), row: wp.int32, ny: wp.int32, i: wp.int32) -> CornerValues64:
-    """Return the stored values at the corners of a cell of the volume."""
-    return CornerValues64(
-        wp.float64(values[row, i]),
-        wp.float64(values[row, i + 1]),
-        wp.float64(values[row + 1, i]),
-        wp.float64(values[row + 1, i + 1]),
-        wp.float64(values[row + ny, i]),
-        wp.float64(values[row + ny, i + 1]),
-        wp.float64(values[row + ny + 1, i]),
-        wp.float64(values[row + ny + 1, i + 1]),
-    )
-
-
-@wp.func
-def stored_cell(field: Field, row: wp.int32, ny: wp.int32, i: wp.int32) -> CornerValues64:
-    """Return the stored values at the corners of a cell of the volume, ny rows a layer."""
-    values = CornerValues64()
-    if field.kind == INT16:
-        values = load_cell(field.i16, row, ny, i)
-    elif field.kind == UINT8:
-        values = load_cell(field.u8, row, ny, i)
-    elif field.kind == FLOAT32:
-        values = load_cell(field.f32, row, ny, i)
-    elif field.kind == UINT16:
-        values = load_cell(field.u16, row, ny, i)
-    elif field.kind == INT8:
-        values = load_cell(field.i8, row, ny, i)
-    elif field.kind == INT32:
-        values = load_cell(field.i32, row, ny, i)
-    elif field.kind == UINT32:
-        values = load_cell(field.u32, row, ny, i)
-    else:
-        values = load_cell(field.f64, row, ny, i)
-    return values
-
-
-@wp.func
-def needs_care(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+def needs_care(has_absent: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
     """Return whether a corner of cell (i, j, k) may count for something else than what is stored."""
     at_border = i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2
-    return grid.border == 1 and (at_border or field.has_absent == 1)
+    return grid.border == 1 and (at_border or has_absent == 1)
 
 
 @wp.func
@@ -294,11 +229,14 @@ def careful_cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: w
 def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> CornerValues64:
     """Return F at the corners of cell (i, j, k) of the grid."""
     f = CornerValues64()
-    if needs_care(field, grid, i, j, k):
+    if needs_care(field.has_absent, grid, i, j, k):
         f = careful_cell_values(field, grid, i, j, k)
     else:
-        ny = grid.ny - 2 * grid.border
-        stored = stored_cell(field, j - grid.border + ny * (k - grid.border), ny, i - grid.border)
+        b = grid.border
+        row = wp.int64(grid.nx - 2 * b)
+        layer = row * wp.int64(grid.ny - 2 * b)
+        node = node_of_volume(grid, i - b, j - b, k - b)
         for c in range(8):
-            f[c] = field.sign * (stored[c] - field.isovalue)
+            at = node + wp.int64(c & 1) + wp.int64((c >> 1) & 1) * row + wp.int64(c >> 2) * layer
+            f[c] = field.sign * (stored_value(field, at) - field.isovalue)
     return f

@@ -20,8 +20,9 @@ Conventions, used by every stage:
 
 A row is a line of nodes along x; row r of a grid with ny rows a layer is at j = r % ny, k = r // ny.
 Bits are stored by row, 32 nodes a word: bit b of word w belongs to node i = 32 w + b. A bit of a cell
-is stored at its lowest node. With a closed border the grid has one more layer of nodes on every side
-than the volume; its node (1, 1, 1) is then the volume's first.
+is stored at its lowest node. Word w of row r is word r * words + w of one long line (`words.py`). With a
+closed border the grid has one more layer of nodes on every side than the volume; its node (1, 1, 1) is
+then the volume's first.
 """
 
 from dataclasses import dataclass
@@ -45,12 +46,13 @@ ALL_BITS = wp.uint32(0xFFFFFFFF)
 
 @wp.struct
 class Grid:
-    """Number of nodes along each axis, words a row, and how many layers lie outside the volume."""
+    """Number of nodes along each axis, words a row and a layer, and how many layers lie outside the volume."""
 
     nx: wp.int32
     ny: wp.int32
     nz: wp.int32
     words: wp.int32
+    layer: wp.int32  # words a layer of rows
     border: wp.int32  # layers of virtual nodes on every side: 0 open, 1 closed
 
 
@@ -73,11 +75,16 @@ class GridShape:
         """Rows of nodes."""
         return self.ny * self.nz
 
+    @property
+    def layer(self) -> int:
+        """Words a layer of rows."""
+        return self.ny * self.words
+
     def struct(self) -> Any:
         """Return the kernels' view."""
         grid = Grid()
         grid.nx, grid.ny, grid.nz = self.nx, self.ny, self.nz
-        grid.words, grid.border = self.words, self.border
+        grid.words, grid.layer, grid.border = self.words, self.layer, self.border
         return grid
 
 
@@ -104,18 +111,14 @@ def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
 @wp.func
 def low_bits(count: wp.int32) -> wp.uint32:
     """Return a word whose lowest `count` bits are set; `count` may be below 0 or above 32."""
-    bits = ALL_BITS
-    if count <= 0:
-        bits = wp.uint32(0)
-    elif count < 32:
-        bits = (wp.uint32(1) << wp.uint32(count)) - wp.uint32(1)
-    return bits
+    some = (wp.uint32(1) << wp.uint32(wp.clamp(count, 0, 31))) - wp.uint32(1)
+    return wp.where(count >= 32, ALL_BITS, some)
 
 
 @wp.func
 def bit_index(word: wp.uint32) -> wp.int32:
     """Return the index of the lowest set bit; `word` is not 0."""
-    return wp.int32(wp.bit_count((word & (wp.uint32(0) - word)) - wp.uint32(1)))
+    return wp.int32(wp.bit_count(~word & (word - wp.uint32(1))))  # one instruction: a count of trailing zeros
 
 
 @wp.func

@@ -14,24 +14,32 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.surface.field import (
-    FLOAT32,
-    INT8,
-    INT16,
-    INT32,
-    UINT8,
-    UINT16,
-    UINT32,
-    Field,
-    is_data,
-    node_value,
-    stored_value,
-)
+from dmc_cli.surface.field import Field, is_data, node_of_volume, node_value, stored_value
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.slices import node_distance
 from dmc_cli.surface.surface import Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+def _stencil() -> list[tuple[int, int, int]]:
+    """Return the nodes whose differences count in a cell: on its four edges along x, then what y and z add."""
+    square = [(a, b) for b in (0, 1) for a in (0, 1)]
+    along_x = [(x, y, z) for y, z in square for x in (-1, 0, 1, 2)]
+    along_y = [(x, y, z) for y in (-1, 2) for x, z in square]
+    along_z = [(x, y, z) for z in (-1, 2) for x, y in square]
+    return along_x + along_y + along_z
+
+
+STENCIL = len(_stencil())
+"""Nodes of the stencil: 32."""
+
+StencilValues = wp.types.vector(length=STENCIL, dtype=wp.float64)
+StencilSteps = wp.types.vector(length=STENCIL, dtype=wp.int32)
+
+STENCIL_X, STENCIL_Y, STENCIL_Z = (
+    wp.constant(StencilSteps(*[step[axis] for step in _stencil()])) for axis in range(3)
+)
 
 
 def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
@@ -56,76 +64,58 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
 
 
 @wp.func
-def mixed_along_row(
-    values: wp.array2d(dtype=Any), row: wp.int32, ny: wp.int32, i: wp.int32, v: wp.float32, w: wp.float32
-) -> wp.float64:
-    """Interpolate between the nodes i of four rows round a cell, at (v, w) of their square."""
-    a = wp.float64(values[row, i])
-    b = wp.float64(values[row + 1, i])
-    c = wp.float64(values[row + ny, i])
-    d = wp.float64(values[row + ny + 1, i])
-    s = wp.float64(v)
+def mixed(a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, s: wp.float64, t: wp.float64) -> wp.float64:
+    """Interpolate between the corners low low, high low, low high, high high of a square, at (s, t)."""
     low = a + s * (b - a)
     high = c + s * (d - c)
-    return low + wp.float64(w) * (high - low)
-
-
-@wp.func
-def mixed_across(
-    values: wp.array2d(dtype=Any), row: wp.int32, step: wp.int32, i: wp.int32, u: wp.float32, t: wp.float32
-) -> wp.float64:
-    """Interpolate between the nodes i and i + 1 of rows `row` and `row + step`, at (u, t)."""
-    a = wp.float64(values[row, i])
-    b = wp.float64(values[row, i + 1])
-    c = wp.float64(values[row + step, i])
-    d = wp.float64(values[row + step, i + 1])
-    s = wp.float64(u)
-    low = a + s * (b - a)
-    high = c + s * (d - c)
-    return low + wp.float64(t) * (high - low)
+    return low + t * (high - low)
 
 
 @wp.func
 def difference(
-    before: wp.float64, at_0: wp.float64, at_1: wp.float64, after: wp.float64, t: wp.float32
+    before: wp.float64, at_0: wp.float64, at_1: wp.float64, after: wp.float64, t: wp.float64
 ) -> wp.float32:
     """Interpolate between the central differences at positions 0 and 1, t of the way."""
     low = at_1 - before
     high = after - at_0
-    return wp.float32(wp.float64(0.5) * (low + wp.float64(t) * (high - low)))
+    return wp.float32(wp.float64(0.5) * (low + t * (high - low)))
 
 
 @wp.func
-def interior_gradient(
-    values: wp.array2d(dtype=Any), row: wp.int32, ny: wp.int32, i: wp.int32, p: wp.vec3
-) -> wp.vec3:
-    """Return the gradient in a cell whose neighbours all exist; row is the volume's, ny rows a layer."""
-    u = p[0]
-    v = p[1]
-    w = p[2]
-    layer = ny
-    gx = difference(
-        mixed_along_row(values, row, ny, i - 1, v, w),
-        mixed_along_row(values, row, ny, i, v, w),
-        mixed_along_row(values, row, ny, i + 1, v, w),
-        mixed_along_row(values, row, ny, i + 2, v, w),
-        u,
+def interior_gradient(f: StencilValues, p: wp.vec3) -> wp.vec3:
+    """Return the gradient of the stored values in a cell whose neighbours all exist, from its stencil."""
+    u = wp.float64(p[0])
+    v = wp.float64(p[1])
+    w = wp.float64(p[2])
+    return wp.vec3(
+        difference(
+            mixed(f[0], f[4], f[8], f[12], v, w),
+            mixed(f[1], f[5], f[9], f[13], v, w),
+            mixed(f[2], f[6], f[10], f[14], v, w),
+            mixed(f[3], f[7], f[11], f[15], v, w),
+            u,
+        ),
+        difference(
+            mixed(f[16], f[17], f[18], f[19], u, w),
+            mixed(f[1], f[2], f[9], f[10], u, w),
+            mixed(f[5], f[6], f[13], f[14], u, w),
+            mixed(f[20], f[21], f[22], f[23], u, w),
+            v,
+        ),
+        difference(
+            mixed(f[24], f[25], f[26], f[27], u, v),
+            mixed(f[1], f[2], f[5], f[6], u, v),
+            mixed(f[9], f[10], f[13], f[14], u, v),
+            mixed(f[28], f[29], f[30], f[31], u, v),
+            w,
+        ),
     )
-    gy = difference(
-        mixed_across(values, row - 1, layer, i, u, w),
-        mixed_across(values, row, layer, i, u, w),
-        mixed_across(values, row + 1, layer, i, u, w),
-        mixed_across(values, row + 2, layer, i, u, w),
-        v,
-    )
-    gz = difference(
-        mixed_across(values, row - layer, 1, i, u, v),
-        mixed_across(values, row, 1, i, u, v),
-        mixed_across(values, row + layer, 1, i, u, v),
-        mixed_across(values, row + 2 * layer, 1, i, u, v),
-        w,
-    )
-    return wp.vec3(gx, gy, gz)
+
+
+@wp.func
+def stencil_step(n: wp.int32, row: wp.int64, layer: wp.int64) -> wp.int64:
+    """Return how far node n of the stencil is from the cell's lowest, rows and layers of nodes so far apart."""
+    return wp.int64(STENCIL_X[n]) + wp.int64(STENCIL_Y[n]) * row + wp.int64(STENCIL_Z[n]) * layer
 
 
 @wp.func
@@ -133,7 +123,7 @@ def has_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -
     """Return whether a node is on the grid and, at an open border, has data."""
     found = i >= 0 and j >= 0 and k >= 0 and i < grid.nx and j < grid.ny and k < grid.nz
     if found and field.has_absent == 1 and grid.border == 0:
-        found = is_data(field, stored_value(field, j + grid.ny * k, i))
+        found = is_data(field, stored_value(field, node_of_volume(grid, i, j, k)))
     return found
 
 
@@ -175,33 +165,27 @@ def careful_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.i
 
 
 @wp.func
+def is_interior(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+    """Return whether the stencil of cell (i, j, k) lies in the volume and counts as it is stored."""
+    b = grid.border
+    found = i >= b + 1 and j >= b + 1 and k >= b + 1
+    found = found and i < grid.nx - b - 2 and j < grid.ny - b - 2 and k < grid.nz - b - 2
+    return found and field.has_absent == 0
+
+
+@wp.func
 def field_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, p: wp.vec3) -> wp.vec3:
     """Return the gradient of F at local coordinates p of cell (i, j, k), a cell being the unit of length."""
     b = grid.border
     gradient = wp.vec3(0.0, 0.0, 0.0)
-    is_interior = i >= b + 1 and j >= b + 1 and k >= b + 1
-    is_interior = is_interior and i < grid.nx - b - 2 and j < grid.ny - b - 2 and k < grid.nz - b - 2
-    if is_interior and field.has_absent == 0:
-        ny = grid.ny - 2 * b
-        row = j - b + ny * (k - b)
-        x = i - b
-        if field.kind == INT16:
-            gradient = interior_gradient(field.i16, row, ny, x, p)
-        elif field.kind == UINT8:
-            gradient = interior_gradient(field.u8, row, ny, x, p)
-        elif field.kind == FLOAT32:
-            gradient = interior_gradient(field.f32, row, ny, x, p)
-        elif field.kind == UINT16:
-            gradient = interior_gradient(field.u16, row, ny, x, p)
-        elif field.kind == INT8:
-            gradient = interior_gradient(field.i8, row, ny, x, p)
-        elif field.kind == INT32:
-            gradient = interior_gradient(field.i32, row, ny, x, p)
-        elif field.kind == UINT32:
-            gradient = interior_gradient(field.u32, row, ny, x, p)
-        else:
-            gradient = interior_gradient(field.f64, row, ny, x, p)
-        gradient *= wp.float32(field.sign)
+    if is_interior(field, grid, i, j, k):
+        row = wp.int64(grid.nx - 2 * b)
+        layer = row * wp.int64(grid.ny - 2 * b)
+        node = node_of_volume(grid, i - b, j - b, k - b)
+        f = StencilValues()
+        for n in range(STENCIL):
+            f[n] = stored_value(field, node + stencil_step(n, row, layer))
+        gradient = wp.float32(field.sign) * interior_gradient(f, p)
     else:
         gradient = careful_gradient(field, grid, i, j, k, p)
     return gradient

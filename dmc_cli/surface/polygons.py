@@ -22,7 +22,6 @@ from dmc_cli.surface.special_cells import (
     SpecialCells,
     cell_case,
     is_active,
-    list_special_cells_kernel,
 )
 from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, trace_cell
 
@@ -66,17 +65,11 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     """
     count = cells.special_count
     special = SpecialCells()
-    special.starts = cells.special_starts
-    special.row, special.i = device.empty(count, wp.int32), device.empty(count, wp.int32)
+    special.words, special.starts = grid.words, cells.special_starts
+    special.row, special.i = cells.special_row, cells.special_i
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
     struct = grid.struct()
-    device.launch(
-        list_special_cells_kernel,
-        grid.rows,
-        [struct, cells.bits, cells.special_starts],
-        [special.row, special.i],
-    )
     ambiguous = device.empty(count, wp.int64)
     inputs = [struct, cells.bits, field, special]
     outputs = [special.joined, special.polygons, ambiguous]

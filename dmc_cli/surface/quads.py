@@ -13,22 +13,19 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import Device
-from dmc_cli.surface.cells import CellBits, Cells, load_word
-from dmc_cli.surface.grid import Grid, GridShape, bit_index, has_bit, low_bits, next_node, previous_node
+from dmc_cli.surface.cells import CellBits, Cells
+from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, has_bit, low_bits, next_node, previous_node
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, find_special
 from dmc_cli.surface.tracing import label_of
+from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, Words, before_line, block_count
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
-
-@wp.struct
-class QuadEdges:
-    """The nodes of a word from which an edge along x, y or z goes up that carries a quad: a bit each."""
-
-    x: wp.uint32
-    y: wp.uint32
-    z: wp.uint32
+QuadEdges = wp.types.vector(length=3 * LANES, dtype=wp.uint32)
+"""The nodes of a block of words from which an edge along x, y, z goes up that carries a quad: a bit each."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Quads:
 
     Attributes:
         corners: int32 vec4 (Q,), vertex numbers.
-        starts: Quads before each row of nodes, int64, one item more than rows.
+        starts: Quads before each block of words, int64, one item more than blocks.
     """
 
     corners: Any
@@ -56,50 +53,76 @@ def connect_quads(
         is_reversed: Make normals point towards the inside nodes instead of away from them.
         device: Where to work.
     """
-    struct = grid.struct()
-    counts = device.empty(grid.rows, wp.int64)
-    device.launch(count_quads_kernel, grid.rows, [struct, cells.bits], [counts])
+    struct, blocks = grid.struct(), block_count(grid)
+    counts = device.empty(blocks, wp.int64)
+    inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
+    device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
     starts, quad_count = device.starts(counts)
     quads = device.empty(quad_count, wp.vec4i)
     inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
-    device.launch(connect_quads_kernel, grid.rows, inputs, [quads])
+    device.launch(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_SLAB)
     return Quads(quads, starts)
 
 
 @wp.func
-def quad_edges(grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32) -> QuadEdges:
-    """Find the edges with a quad from the nodes of a word: crossed, and their four cells active.
+def quad_edges(grid: Grid, bits: CellBits, n: wp.int32) -> QuadEdges:
+    """Find the edges with a quad from the nodes of a block: crossed, and their four cells active.
 
     A cell at a crossed edge is active if it exists. Each of the edges has the cell at its lower node.
     """
+    inside = bits.inside_line[n]
+    inside_after = bits.inside_line[n + 1]
+    inside_y = bits.inside_line[n + grid.words]
+    inside_z = bits.inside_line[n + grid.layer]
+    here = bits.active_line[n]
+    here_before = bits.active_line[n - 1]
+    below = bits.active_line[n - grid.words]
+    below_before = bits.active_line[n - grid.words - 1]
+    front = bits.active_line[n - grid.layer]
+    front_before = bits.active_line[n - grid.layer - 1]
+    both = bits.active_line[n - grid.layer - grid.words]
     edges = QuadEdges()
-    here = bits.active[row, w]
-    if here != wp.uint32(0):
-        inside = bits.inside[row, w]
-        before_here = active_before(bits.active, row, w)
-        if j > 0:
-            below = bits.active[row - 1, w]
-            if k > 0:
-                front = bits.active[row - grid.ny, w]
-                both = bits.active[row - grid.ny - 1, w]
-                crossed = inside ^ next_node(inside, load_word(bits.inside, row, w + 1, grid.words))
-                edges.x = crossed & here & below & front & both
-            crossed = inside ^ bits.inside[row + grid.ny, w]
-            edges.z = crossed & here & before_here & below & active_before(bits.active, row - 1, w)
-        if k > 0:
-            front = bits.active[row - grid.ny, w]
-            crossed = inside ^ bits.inside[row + 1, w]
-            edges.y = crossed & here & before_here & front & active_before(bits.active, row - grid.ny, w)
+    for lane in range(LANES):
+        node = inside[lane]
+        cells = here[lane]
+        behind = cells & previous_node(cells, here_before[lane])
+        along_x = node ^ next_node(node, inside_after[lane])
+        edges[lane] = along_x & cells & below[lane] & front[lane] & both[lane]
+        along_y = node ^ inside_y[lane]
+        edges[LANES + lane] = along_y & behind & front[lane] & previous_node(front[lane], front_before[lane])
+        along_z = node ^ inside_z[lane]
+        edges[2 * LANES + lane] = (
+            along_z & behind & below[lane] & previous_node(below[lane], below_before[lane])
+        )
     return edges
 
 
 @wp.func
-def active_before(active: wp.array2d(dtype=wp.uint32), row: wp.int32, w: wp.int32) -> wp.uint32:
-    """Return a bit for each cell of a word: whether the cell before it along x is active."""
-    before = wp.uint32(0)
-    if w > 0:
-        before = active[row, w - 1]
-    return previous_node(active[row, w], before)
+def surely_ordinary(grid: Grid, bits: CellBits, n: wp.int32) -> Words:
+    """Return a bit for each node of a block: whether all active cells round its edges are ordinary."""
+    here = bits.active_line[n] & ~bits.ordinary_line[n]
+    here_before = bits.active_line[n - 1] & ~bits.ordinary_line[n - 1]
+    below = bits.active_line[n - grid.words] & ~bits.ordinary_line[n - grid.words]
+    below_before = bits.active_line[n - grid.words - 1] & ~bits.ordinary_line[n - grid.words - 1]
+    front = bits.active_line[n - grid.layer] & ~bits.ordinary_line[n - grid.layer]
+    front_before = bits.active_line[n - grid.layer - 1] & ~bits.ordinary_line[n - grid.layer - 1]
+    both_n = n - grid.layer - grid.words
+    both = bits.active_line[both_n] & ~bits.ordinary_line[both_n]
+    plain = Words()
+    for lane in range(LANES):
+        special = here[lane] | below[lane] | front[lane]
+        before = here_before[lane] | below_before[lane] | front_before[lane]
+        plain[lane] = ~(special | both[lane] | previous_node(special, before))
+    return plain
+
+
+@wp.func
+def count_bits(edges: QuadEdges) -> wp.int32:
+    """Return the number of edges."""
+    count = wp.int32(0)
+    for n in range(3 * LANES):
+        count += wp.int32(wp.bit_count(edges[n]))
+    return count
 
 
 @wp.kernel
@@ -108,18 +131,18 @@ def count_quads_kernel(
     first: wp.int32,
     grid: Grid,
     bits: CellBits,
+    ordinary_starts: wp.array(dtype=wp.int64),
+    special_starts: wp.array(dtype=wp.int64),
     # Out:
     counts_out: wp.array(dtype=wp.int64),
 ):
-    """Count the quads. One thread a row of nodes."""
-    row = first + wp.tid()
-    j = row % grid.ny
-    k = row // grid.ny
+    """Count the quads. One thread a block of words."""
+    block = first + wp.tid()
     count = wp.int32(0)
-    for w in range(grid.words):
-        edges = quad_edges(grid, bits, row, j, k, w)
-        count += wp.int32(wp.bit_count(edges.x) + wp.bit_count(edges.y) + wp.bit_count(edges.z))
-    counts_out[row] = wp.int64(count)
+    has_cells = ordinary_starts[block] != ordinary_starts[block + 1]
+    if has_cells or special_starts[block] != special_starts[block + 1]:
+        count = count_bits(quad_edges(grid, bits, before_line(grid) + block * LANES))
+    counts_out[block] = wp.int64(count)
 
 
 @wp.func
@@ -137,7 +160,7 @@ def vertex_at(
     ordinary = bits.ordinary[row, w]
     v = wp.int32(0)
     if has_bit(ordinary, b):
-        v = bits.rank[row, w] + wp.int32(wp.bit_count(ordinary & low_bits(b)))
+        v = bits.rank[row * bits.ordinary.shape[1] + w] + wp.int32(wp.bit_count(ordinary & low_bits(b)))
     else:
         s = find_special(special, row, i)
         v = ordinary_count + wp.int32(special.first_vertex[s]) + label_of(special.vertices[s], edge)
@@ -192,11 +215,11 @@ class WordRank:
 
 
 @wp.func
-def word_rank(bits: CellBits, row: wp.int32, w: wp.int32) -> WordRank:
-    """Return the rank of a word."""
+def word_rank(bits: CellBits, cells: wp.uint32, n: wp.int32) -> WordRank:
+    """Return the rank of word n of the line, which may lie before its start and has these ordinary cells."""
     rank = WordRank()
-    rank.cells = bits.ordinary[row, w]
-    rank.first = bits.rank[row, w]
+    rank.cells = cells
+    rank.first = bits.rank[wp.max(n, 0)]
     return rank
 
 
@@ -216,31 +239,84 @@ def oriented(quad: wp.vec4i, forward: wp.bool) -> wp.vec4i:
 
 
 @wp.func
-def surely_ordinary(
-    grid: Grid, bits: CellBits, row: wp.int32, j: wp.int32, k: wp.int32, w: wp.int32
-) -> wp.uint32:
-    """Return a bit for each node of a word: whether all active cells round its edges are ordinary."""
-    special = bits.active[row, w] & ~bits.ordinary[row, w]
-    behind = special_before(bits, row, w)
-    if j > 0:
-        special |= bits.active[row - 1, w] & ~bits.ordinary[row - 1, w]
-        behind |= special_before(bits, row - 1, w)
-        if k > 0:
-            both = row - 1 - grid.ny
-            special |= bits.active[both, w] & ~bits.ordinary[both, w]
-    if k > 0:
-        special |= bits.active[row - grid.ny, w] & ~bits.ordinary[row - grid.ny, w]
-        behind |= special_before(bits, row - grid.ny, w)
-    return ~(special | behind)
+def connect_with_care(
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    ordinary_count: wp.int32,
+    n: wp.int32,
+    axis: wp.int32,
+    edges: wp.uint32,
+    plain: wp.uint32,
+    forward: wp.uint32,
+    q: wp.int32,
+    quads_out: wp.array(dtype=wp.vec4i),
+):
+    """Write the quads round those edges along an axis of word n that may have special cells beside them.
+
+    `edges` are all of the word's along the axis; q is the number of the first one's quad.
+    """
+    left = edges & ~plain
+    row = n / grid.words
+    start = 32 * (n - row * grid.words)
+    while left != wp.uint32(0):
+        b = bit_index(left)
+        left &= left - wp.uint32(1)
+        quad = wp.vec4i()
+        if axis == 0:
+            quad = careful_quad_x(bits, special, ordinary_count, row, grid.ny, start + b)
+        elif axis == 1:
+            quad = careful_quad_y(bits, special, ordinary_count, row, grid.ny, start + b)
+        else:
+            quad = careful_quad_z(bits, special, ordinary_count, row, start + b)
+        slot = q + wp.int32(wp.bit_count(edges & low_bits(b)))
+        quads_out[slot] = oriented(quad, has_bit(forward, b))
 
 
 @wp.func
-def special_before(bits: CellBits, row: wp.int32, w: wp.int32) -> wp.uint32:
-    """Return a bit for each cell of a word: whether the cell before it along x is special."""
-    before = wp.uint32(0)
-    if w > 0:
-        before = bits.active[row, w - 1] & ~bits.ordinary[row, w - 1]
-    return previous_node(bits.active[row, w] & ~bits.ordinary[row, w], before)
+def connect_x(
+    edges: wp.uint32,
+    forward: wp.uint32,
+    here: WordRank,
+    below: WordRank,
+    front: WordRank,
+    both: WordRank,
+    q: wp.int32,
+    quads_out: wp.array(dtype=wp.vec4i),
+):
+    """Write the quads round a word's edges along x, as if all cells were ordinary; q is the first's number."""
+    left = edges
+    slot = q
+    while left != wp.uint32(0):
+        b = bit_index(left)
+        left &= left - wp.uint32(1)
+        quad = wp.vec4i(number(both, b), number(front, b), number(here, b), number(below, b))
+        quads_out[slot] = oriented(quad, has_bit(forward, b))
+        slot += 1
+
+
+@wp.func
+def connect_across(
+    edges: wp.uint32,
+    forward: wp.uint32,
+    here: WordRank,
+    other: WordRank,
+    q: wp.int32,
+    quads_out: wp.array(dtype=wp.vec4i),
+):
+    """The same along y or z, backwards for y: the cell before an ordinary one along x has the number before.
+
+    `other` is the word in front for y, below for z.
+    """
+    left = edges
+    slot = q
+    while left != wp.uint32(0):
+        b = bit_index(left)
+        left &= left - wp.uint32(1)
+        v = number(here, b)
+        u = number(other, b)
+        quads_out[slot] = oriented(wp.vec4i(u - 1, u, v, v - 1), has_bit(forward, b))
+        slot += 1
 
 
 @wp.kernel
@@ -256,58 +332,44 @@ def connect_quads_kernel(
     # Out:
     quads_out: wp.array(dtype=wp.vec4i),
 ):
-    """Connect the vertices round each edge with a quad. One thread a row of nodes.
-
-    Where all cells are ordinary, the cell before another one along x has the number before its.
-    """
-    row = first + wp.tid()
-    q = starts[row]
-    if q == starts[row + 1]:
+    """Connect the vertices round each edge with a quad. One thread a block of words."""
+    block = first + wp.tid()
+    q = wp.int32(starts[block])
+    if q == wp.int32(starts[block + 1]):
         return
-    j = row % grid.ny
-    k = row // grid.ny
-    row_y = wp.max(row - 1, 0)
-    row_z = wp.max(row - grid.ny, 0)
-    row_yz = wp.max(row - grid.ny - 1, 0)
-    for w in range(grid.words):
-        edges = quad_edges(grid, bits, row, j, k, w)
-        if (edges.x | edges.y | edges.z) != wp.uint32(0):
-            forward = bits.inside[row, w]  # the normal away from the inside is along the axis
-            if is_reversed == 1:
-                forward = ~forward
-            plain = surely_ordinary(grid, bits, row, j, k, w)
-            here = word_rank(bits, row, w)
-            below = word_rank(bits, row_y, w)
-            front = word_rank(bits, row_z, w)
-            both = word_rank(bits, row_yz, w)
-            left = edges.x
-            while left != wp.uint32(0):
-                b = bit_index(left)
-                left &= left - wp.uint32(1)
-                quad = wp.vec4i(number(both, b), number(front, b), number(here, b), number(below, b))
-                if not has_bit(plain, b):
-                    quad = careful_quad_x(bits, special, ordinary_count, row, grid.ny, 32 * w + b)
-                quads_out[q] = oriented(quad, has_bit(forward, b))
-                q += wp.int64(1)
-            left = edges.y
-            while left != wp.uint32(0):
-                b = bit_index(left)
-                left &= left - wp.uint32(1)
-                v = number(here, b)
-                v_z = number(front, b)
-                quad = wp.vec4i(v_z - 1, v - 1, v, v_z)
-                if not has_bit(plain, b):
-                    quad = careful_quad_y(bits, special, ordinary_count, row, grid.ny, 32 * w + b)
-                quads_out[q] = oriented(quad, has_bit(forward, b))
-                q += wp.int64(1)
-            left = edges.z
-            while left != wp.uint32(0):
-                b = bit_index(left)
-                left &= left - wp.uint32(1)
-                v = number(here, b)
-                v_y = number(below, b)
-                quad = wp.vec4i(v_y - 1, v_y, v, v - 1)
-                if not has_bit(plain, b):
-                    quad = careful_quad_z(bits, special, ordinary_count, row, 32 * w + b)
-                quads_out[q] = oriented(quad, has_bit(forward, b))
-                q += wp.int64(1)
+    at = before_line(grid) + block * LANES
+    edges = quad_edges(grid, bits, at)
+    plain = surely_ordinary(grid, bits, at)
+    here_words = bits.ordinary_line[at]
+    below_words = bits.ordinary_line[at - grid.words]
+    front_words = bits.ordinary_line[at - grid.layer]
+    both_words = bits.ordinary_line[at - grid.layer - grid.words]
+    towards = bits.inside_line[at]  # the normal away from the inside is along the axis
+    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
+    for lane in range(LANES):
+        x = edges[lane]
+        y = edges[LANES + lane]
+        z = edges[2 * LANES + lane]
+        if (x | y | z) != wp.uint32(0):
+            n = block * LANES + lane
+            forward = towards[lane] ^ turn
+            here = word_rank(bits, here_words[lane], n)
+            below = word_rank(bits, below_words[lane], n - grid.words)
+            front = word_rank(bits, front_words[lane], n - grid.layer)
+            both = word_rank(bits, both_words[lane], n - grid.layer - grid.words)
+            q_y = q + wp.int32(wp.bit_count(x))
+            q_z = q_y + wp.int32(wp.bit_count(y))
+            connect_x(x, forward, here, below, front, both, q, quads_out)
+            connect_across(y, ~forward, here, front, q_y, quads_out)
+            connect_across(z, forward, here, below, q_z, quads_out)
+            if ((x | y | z) & ~plain[lane]) != wp.uint32(0):
+                connect_with_care(
+                    grid, bits, special, ordinary_count, n, 0, x, plain[lane], forward, q, quads_out
+                )
+                connect_with_care(
+                    grid, bits, special, ordinary_count, n, 1, y, plain[lane], forward, q_y, quads_out
+                )
+                connect_with_care(
+                    grid, bits, special, ordinary_count, n, 2, z, plain[lane], forward, q_z, quads_out
+                )
+            q = q_z + wp.int32(wp.bit_count(z))

@@ -3,8 +3,9 @@
 import warp as wp
 
 from dmc_cli.surface.cells import CellBits
-from dmc_cli.surface.grid import Grid, bit_index, has_bit
+from dmc_cli.surface.grid import Grid, has_bit
 from dmc_cli.surface.tracing import NO_LABEL, label_of
+from dmc_cli.surface.words import LANES
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -15,7 +16,7 @@ AMBIGUOUS = wp.uint32(1 << 8)
 
 @wp.struct
 class SpecialCells:
-    """The special cells in grid order; each row's lie at `starts[row]` to `starts[row + 1]`.
+    """The special cells in grid order; those of a block of words lie at `starts[block]` to `starts[block + 1]`.
 
     `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous.
     `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
@@ -23,6 +24,7 @@ class SpecialCells:
     cells before.
     """
 
+    words: wp.int32  # words a row
     starts: wp.array(dtype=wp.int64)
     row: wp.array(dtype=wp.int32)
     i: wp.array(dtype=wp.int32)
@@ -34,12 +36,13 @@ class SpecialCells:
 
 @wp.func
 def find_special(special: SpecialCells, row: wp.int32, i: wp.int32) -> wp.int64:
-    """Return the number of a special cell by bisection of its row's; the cell is one."""
-    low = special.starts[row]
-    high = special.starts[row + 1] - wp.int64(1)
+    """Return the number of a special cell by bisection of its block's; the cell is one."""
+    block = (row * special.words + i // 32) / LANES
+    low = special.starts[block]
+    high = special.starts[block + 1] - wp.int64(1)
     while low < high:
         middle = (low + high) / wp.int64(2)
-        if special.i[middle] < i:
+        if special.row[middle] < row or (special.row[middle] == row and special.i[middle] < i):
             low = middle + wp.int64(1)
         else:
             high = middle
@@ -98,27 +101,3 @@ def cell_case(grid: Grid, inside: wp.array2d(dtype=wp.uint32), row: wp.int32, i:
         if has_bit(inside[corner_row, w1], b1):
             case |= 2 << (2 * r)
     return case
-
-
-@wp.kernel
-def list_special_cells_kernel(
-    # In:
-    first: wp.int32,
-    grid: Grid,
-    bits: CellBits,
-    starts: wp.array(dtype=wp.int64),
-    # Out:
-    row_out: wp.array(dtype=wp.int32),
-    i_out: wp.array(dtype=wp.int32),
-):
-    """List the special cells. One thread a row."""
-    row = first + wp.tid()
-    slot = starts[row]
-    if slot < starts[row + 1]:
-        for w in range(grid.words):
-            left = bits.active[row, w] & ~bits.ordinary[row, w]
-            while left != wp.uint32(0):
-                row_out[slot] = row
-                i_out[slot] = 32 * w + bit_index(left)
-                slot += wp.int64(1)
-                left &= left - wp.uint32(1)

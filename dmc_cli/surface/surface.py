@@ -46,7 +46,7 @@ class Surface:
         vertex_cell: int64 (V,), linear number of the cell's lowest node in the grid, x fastest.
         vertex_local: float32 vec3 (V,), coordinates in the cell, in [0, 1].
         quads: int32 vec4 (Q,), vertex numbers, counter-clockwise seen from where the normal points.
-        quad_starts: Quads before each row of nodes, int64, one item more than rows.
+        quad_starts: Quads before each block of words (`words.py`), int64, one item more than blocks.
         is_reversed: Whether normals point towards the inside nodes.
         counts: What was found on the way.
         field: The kernels' `Field`: F at the grid's nodes.

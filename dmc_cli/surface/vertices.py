@@ -13,19 +13,18 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.settings import Placement
-from dmc_cli.surface.blocks import LANES, ONE_OF_SEVERAL, place_block_kernel
-from dmc_cli.surface.cells import CellBits, Cells
+from dmc_cli.surface.blocks import ONE_OF_SEVERAL, place_block_kernel
+from dmc_cli.surface.cells import Cells
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
 from dmc_cli.surface.grid import Grid, GridShape, bit_index, grid_affine
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import label_of
+from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, Words, before_line, block_count
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-BLOCKS_A_SLAB = ITEMS_A_SLAB // LANES
-"""Blocks of vertices a slab at least."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +76,9 @@ def place_vertices(
         grid_affine=to_output,
         fallback_count=0,
     )
-    device.launch(list_ordinary_cells_kernel, grid.rows, [grid.struct(), cells.bits], [vertices.cell])
     scene = [grid.struct(), field, wp.mat44d(*to_output.ravel())]
+    inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
+    device.launch(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BLOCKS_A_SLAB)
     if placement == "exact":
         return replace(vertices, fallback_count=_place_exactly(vertices, cells, polygons, scene, device))
     fallbacks = device.empty(count, wp.uint8)
@@ -116,19 +116,26 @@ def list_ordinary_cells_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
-    bits: CellBits,
+    ordinary: wp.array(dtype=Words),
+    starts: wp.array(dtype=wp.int64),
     # Out:
     cell_out: wp.array(dtype=wp.int64),
 ):
-    """List the ordinary cells: their numbers are their vertices'. One thread a row."""
-    row = first + wp.tid()
-    start = wp.int64(row) * wp.int64(grid.nx)
-    for w in range(grid.words):
-        left = bits.ordinary[row, w]
+    """List the ordinary cells: their numbers are their vertices'. One thread a block of words."""
+    block = first + wp.tid()
+    v = wp.int32(starts[block])
+    if v == wp.int32(starts[block + 1]):
+        return
+    n = block * LANES
+    words = ordinary[before_line(grid) + n]
+    for lane in range(LANES):
+        left = words[lane]
         if left != wp.uint32(0):
-            v = bits.rank[row, w]
+            row = (n + lane) / grid.words
+            w = n + lane - row * grid.words
+            start = wp.int64(row) * wp.int64(grid.nx) + wp.int64(32 * w)
             while left != wp.uint32(0):
-                cell_out[v] = start + wp.int64(32 * w + bit_index(left))
+                cell_out[v] = start + wp.int64(bit_index(left))
                 left &= left - wp.uint32(1)
                 v += 1
 
