@@ -2,8 +2,8 @@
 
 Conventions: every kernel is one-dimensional and takes `first`, the index of its first thread, as its
 first argument. On CPU Warp runs a launch on one core, so `Device.launch` cuts the dimension into slabs
-and runs them from a pool of threads (a launch releases the interpreter's lock). Which slab a thread
-works on never shows in the result: no kernel hands out slots by atomics.
+that the calling thread and a pool of others take in turn (a launch releases the interpreter's lock). Which
+slab a thread works on never shows in the result: no kernel hands out slots by atomics.
 """
 
 import os
@@ -11,8 +11,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -24,15 +26,15 @@ from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.progress import SILENT, Progress
 
 SLABS_PER_THREAD = 4
-"""Slabs a thread on CPU: enough to even out where the surface is dense, few enough that the cost of a
-launch (some 30 microseconds) does not show."""
+"""Slabs a thread on CPU at most: enough to even out where the surface is dense."""
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
 
-ROWS_A_SLAB = 64
-ITEMS_A_SLAB = 4096
-"""Rows and single cells, vertices or quads a slab at least: fewer cost less than their launch."""
+ROWS_A_SLAB = 512
+ITEMS_A_SLAB = 2048
+"""Rows and single cells, vertices or quads a slab at least: some 100 microseconds of work, several times what it
+takes to hand a slab to a thread and launch it."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,6 @@ class Device:
 
     name: str
     threads: int = 1
-    _pools: dict[int, ThreadPoolExecutor] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def is_cpu(self) -> bool:
@@ -49,8 +50,8 @@ class Device:
         return self.name == "cpu"
 
     @cached_property
-    def _pool(self) -> ThreadPoolExecutor:
-        return ThreadPoolExecutor(self.threads, thread_name_prefix="dmc")
+    def _helpers(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self.threads - 1, thread_name_prefix="dmc")
 
     def launch(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
@@ -61,19 +62,24 @@ class Device:
         """
         if dim == 0:
             return
-        if not self.is_cpu or self.threads == 1 or dim <= grain:
-            wp.launch(kernel, dim=dim, inputs=[0, *inputs], outputs=[*outputs], device=self.name)
+        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // grain)) if self.is_cpu and self.threads > 1 else 1
+        arguments = [0, *inputs, *outputs]
+        if slabs == 1:
+            wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
             return
-        kernel.module.load(self.name, block_dim=1)  # once, before threads race to compile it
-        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // grain))
+        whole = wp.launch(kernel, dim=dim, inputs=arguments, device=self.name, record_cmd=True)
         bounds = [dim * s // slabs for s in range(slabs + 1)]
+        turns = iter([_slab(whole, first, end - first) for first, end in pairwise(bounds)])  # next() is atomic
 
-        def run(slab: int) -> None:
-            first = bounds[slab]
-            count = bounds[slab + 1] - first
-            wp.launch(kernel, dim=count, inputs=[first, *inputs], outputs=[*outputs], device=self.name)
+        def work() -> None:
+            for slab in turns:
+                slab.launch()
 
-        list(self._pool.map(run, range(slabs)))
+        helpers = [self._helpers.submit(work) for _ in range(min(self.threads, slabs) - 1)]
+        work()
+        for helper in helpers:
+            if not helper.cancel():  # too late to help where all was done before it woke
+                helper.result()
 
     def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an uninitialised array; every kernel that gets it writes all of it.
@@ -83,7 +89,9 @@ class Device:
         if self.is_cpu:
             dims = (shape,) if isinstance(shape, int) else shape
             host = np.empty((*dims, *getattr(dtype, "_shape_", ())), wp.dtype_to_numpy(scalar_type(dtype)))
-            return wp.array(host, dtype=dtype, device="cpu", copy=False)
+            array = wp.array(ptr=host.ctypes.data, dtype=dtype, shape=dims, device="cpu", copy=False)
+            array._source = host  # keeps the memory alive as long as Warp's array
+            return array
         return wp.empty(shape, dtype=dtype, device=self.name)
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
@@ -113,6 +121,15 @@ class Device:
     def total(self, counts: Any) -> int:
         """Return the sum of an integer array as a Python integer."""
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
+
+
+def _slab(whole: Any, first: int, count: int) -> Any:
+    """Return a recorded launch for `count` threads from `first` on; it shares all other arguments."""
+    slab = copy(whole)
+    slab.params = list(whole.params)
+    slab.params[1] = type(whole.params[1])(first)  # after the bounds, which `set_dim` replaces
+    slab.set_dim(count)
+    return slab
 
 
 def scalar_type(dtype: Any) -> Any:

@@ -11,7 +11,7 @@ import warp as wp
 from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.placement import crossed_edges, solve_on_steepest_axis
-from dmc_cli.surface.stored import IntLanes, values_at
+from dmc_cli.surface.stored import DoubleLanes, IntLanes, values_at
 from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
@@ -26,7 +26,7 @@ FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
 CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
 """F at the corners of a block's cells: corner after corner."""
 
-FARTHEST = wp.constant(wp.int64(2**30))
+FARTHEST = wp.constant(wp.float64(2**30))
 """Nodes between the first cell of a block and the others at most; what is farther is placed one by one."""
 
 
@@ -101,6 +101,54 @@ def world_lanes(
     return world
 
 
+@wp.func_native(
+    """
+    const long long* first = (const long long*)cells.data + start;
+    wp::vec_t<16, double> numbers;
+    if (size == 16) {
+        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane];
+    } else {
+        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane < size ? lane : size - 1];
+    }
+    return numbers;
+    """
+)
+def load_cells(cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32) -> DoubleLanes:
+    """Return the numbers of `size` cells from `start` on, the last one again for the lanes that are left."""
+    ...
+
+
+@wp.func_native(
+    """
+    float* points = (float*)out.data + 3 * (size_t)start;
+    if (size == 16) {
+        for (int lane = 0; lane < 16; ++lane) {
+            points[3 * lane] = x[lane];
+            points[3 * lane + 1] = y[lane];
+            points[3 * lane + 2] = z[lane];
+        }
+    } else {
+        for (int lane = 0; lane < size; ++lane) {
+            points[3 * lane] = x[lane];
+            points[3 * lane + 1] = y[lane];
+            points[3 * lane + 2] = z[lane];
+        }
+    }
+    """
+)
+def store_points(
+    x: FloatLanes, y: FloatLanes, z: FloatLanes, start: wp.int32, size: wp.int32, out: wp.array(dtype=wp.vec3)
+):
+    """Store the first `size` of sixteen points from `start` on."""
+    ...
+
+
+@wp.func
+def whole_part(a: wp.float64, inverse: wp.float64) -> wp.int32:
+    """Return a divided by an integer, given as its inverse; exact for a below 2^50."""
+    return wp.int32((a + wp.float64(0.5)) * inverse)
+
+
 @wp.kernel
 def place_block_kernel(
     # In:
@@ -123,41 +171,35 @@ def place_block_kernel(
     ci = IntLanes()
     cj = IntLanes()
     ck = IntLanes()
-    offsets = IntLanes()
-    far = IntLanes()
+    nodes = DoubleLanes()
     b = grid.border
     nx = grid.nx - 2 * b
     ny = grid.ny - 2 * b
     nz = grid.nz - 2 * b
-    j = int(0)
-    k = int(0)
-    row_start = wp.int64(0)
-    row_end = wp.int64(0)
-    first_node = wp.int64(-1)
-    row_node = wp.int64(0)  # of the volume: any cell of it does for one that needs care and is done again
+    a_row = wp.float64(grid.nx)
+    inverse_row = wp.float64(1.0) / a_row
+    inverse_layer = wp.float64(1.0) / wp.float64(grid.ny)
+    numbers = load_cells(cells, start, size)
     for lane in range(LANES):
-        cell = cells[start + wp.min(lane, size - 1)]
-        if cell >= row_end or cell < row_start:
-            row = wp.int32(cell / wp.int64(grid.nx))
-            row_start = wp.int64(row) * wp.int64(grid.nx)
-            row_end = row_start + wp.int64(grid.nx)
-            k = row / grid.ny
-            j = row - k * grid.ny
-            row_node = wp.int64(wp.clamp(k - b, 0, nz - 2)) * wp.int64(ny) + wp.int64(wp.clamp(j - b, 0, ny - 2))
-            row_node *= wp.int64(nx)
-        i = wp.int32(cell - row_start)
+        row = whole_part(numbers[lane], inverse_row)
+        k = whole_part(wp.float64(row), inverse_layer)
+        i = wp.int32(numbers[lane] - wp.float64(row) * a_row)
+        j = row - k * grid.ny
         ci[lane] = i
         cj[lane] = j
         ck[lane] = k
-        node = row_node + wp.int64(wp.clamp(i - b, 0, nx - 2))
-        if first_node < wp.int64(0):
-            first_node = node
-        distance = node - first_node
-        if distance > FARTHEST or distance < -FARTHEST:
-            far[lane] = 1
-            distance = wp.int64(0)
-        offsets[lane] = wp.int32(distance)
-    values = gather_corners(field, first_node, offsets, nx, ny)
+        # any cell of the volume does for one that needs care: it is done again
+        volume_row = wp.float64(wp.clamp(k - b, 0, nz - 2)) * wp.float64(ny) + wp.float64(wp.clamp(j - b, 0, ny - 2))
+        nodes[lane] = volume_row * wp.float64(nx) + wp.float64(wp.clamp(i - b, 0, nx - 2))
+    node = nodes[0]
+    offsets = IntLanes()
+    far = IntLanes()
+    for lane in range(LANES):
+        distance = nodes[lane] - node
+        is_far = wp.abs(distance) > FARTHEST
+        far[lane] = wp.where(is_far, 1, 0)
+        offsets[lane] = wp.int32(wp.where(is_far, wp.float64(0.0), distance))
+    values = gather_corners(field, wp.int64(node), offsets, nx, ny)
     placed = place_lanes(values)
     us = placed.u
     vs = placed.v
@@ -165,17 +207,19 @@ def place_block_kernel(
     has_absent = field.has_absent
     left = int(0)
     for lane in range(LANES):
-        v = start + wp.min(lane, size - 1)
-        is_left = us[lane] < 0.0 or far[lane] == 1 or needs_care(has_absent, grid, ci[lane], cj[lane], ck[lane])
-        if v >= ordinary_count:
-            is_left = is_left or local_inout[v][0] < -1.0
-        if is_left:
-            us[lane] = -1.0
-            left = 1
+        care = needs_care(has_absent, grid, ci[lane], cj[lane], ck[lane])
+        is_left = wp.where(us[lane] < 0.0, 1, far[lane]) | wp.where(care, 1, 0)
+        us[lane] = wp.where(is_left == 1, -1.0, us[lane])
+        left |= is_left
+    if start + size > ordinary_count:
+        for lane in range(size):
+            if start + lane >= ordinary_count:
+                if local_inout[start + lane][0] < -1.0:
+                    us[lane] = -1.0
+                    left = 1
     xs = world_lanes(wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]), ci, cj, ck, us, vs, ws)
     ys = world_lanes(wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]), ci, cj, ck, us, vs, ws)
     zs = world_lanes(wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]), ci, cj, ck, us, vs, ws)
-    for lane in range(size):
-        local_inout[start + lane] = wp.vec3(us[lane], vs[lane], ws[lane])
-        position_out[start + lane] = wp.vec3(xs[lane], ys[lane], zs[lane])
+    store_points(us, vs, ws, start, size, local_inout)
+    store_points(xs, ys, zs, start, size, position_out)
     left_out[block] = wp.uint8(left)

@@ -12,8 +12,8 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.surface.field import DeviceVolume, Field, node_of_volume
-from dmc_cli.surface.grid import Grid, GridShape, low_bits
-from dmc_cli.surface.stored import bits_at_least
+from dmc_cli.surface.grid import Grid, GridShape, low_bits, previous_node
+from dmc_cli.surface.stored import bits_at_least, compare_row
 from dmc_cli.surface.words import VECTOR_FLAGS, Plane, make_plane
 
 wp.set_module_options(
@@ -41,11 +41,12 @@ class Levels:
 
     A node has data if it is finite, and not at or above `padding` without being at or above
     `after_padding`. It is inside if it is at or above `cut`, or for a negative slope (`inverted` all ones)
-    if it is not.
+    if it is not. `settles` is 1 where comparison bits are not yet inside bits though all nodes have data.
     """
 
     cut: Threshold
     inverted: wp.uint32
+    settles: wp.int32
     checks_finite: wp.int32
     lowest: Threshold
     infinity: Threshold
@@ -100,6 +101,7 @@ def _levels(volume: DeviceVolume, field: Any) -> Any:
     negative = field.sign < 0
     levels.cut = _threshold(dtype, _above(dtype, field.isovalue) if negative else field.isovalue)
     levels.inverted = 0xFFFFFFFF if negative else 0
+    levels.settles = int(negative or levels.cut.mask == 0)
     levels.outside = 0xFFFFFFFF if field.outside > 0 else 0
     levels.checks_finite = int(dtype.kind == "f")
     if levels.checks_finite:
@@ -160,12 +162,48 @@ def counted(bits: wp.uint32, data: wp.uint32, levels: Levels) -> wp.uint32:
 
 
 @wp.func
-def fill_row(
-    inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, first: wp.int32, bits: wp.uint32
-):
-    """Write the words of a row from `first` on, as far as it has nodes."""
-    for w in range(first, grid.words):
+def fill_row(inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, bits: wp.uint32):
+    """Write a row of virtual nodes."""
+    for w in range(grid.words):
         inside_out[row, w] = bits & low_bits(grid.nx - w * WORD)
+
+
+@wp.func
+def settle_row(
+    inside_inout: wp.array2d(dtype=wp.uint32),
+    field: Field,
+    levels: Levels,
+    row: wp.int32,
+    start: wp.int64,
+    nx: wp.int32,
+    looks_for_data: wp.bool,
+) -> wp.int32:
+    """Turn a row's comparison bits into inside bits; return how many of its nodes are without data."""
+    absent = int(0)
+    for w in range((nx + WORD - 1) / WORD):
+        count = wp.min(WORD, nx - WORD * w)
+        data = low_bits(count)
+        if looks_for_data:
+            data = nodes_with_data(field, start + wp.int64(WORD * w), count, levels)
+            absent += count - wp.int32(wp.bit_count(data))
+        inside_inout[row, w] = counted(inside_inout[row, w] & levels.cut.mask, data, levels)
+    return absent
+
+
+@wp.func
+def add_border(
+    inside_inout: wp.array2d(dtype=wp.uint32), grid: Grid, levels: Levels, row: wp.int32, done: wp.int32
+):
+    """Move a row's bits up by one, past the virtual node before the first; `done` words have been written."""
+    for n in range(grid.words):
+        w = grid.words - 1 - n
+        bits = levels.outside  # the virtual node after the last one may have a word of its own
+        if w < done:
+            bits = inside_inout[row, w]
+        before = levels.outside
+        if w > 0:
+            before = inside_inout[row, w - 1]
+        inside_inout[row, w] = previous_node(bits, before) & low_bits(grid.nx - WORD * w)
 
 
 @wp.kernel
@@ -179,40 +217,24 @@ def find_inside_kernel(
     inside_out: wp.array2d(dtype=wp.uint32),
     absent_out: wp.array(dtype=wp.int64),
 ):
-    """Find the inside bits and count the nodes without data. One thread a row of the grid.
-
-    Under a closed border the row's bits move up by one, past the virtual node before the first.
-    """
+    """Find the inside bits and count the nodes without data. One thread a row of the grid."""
     row = first + wp.tid()
     j = row % grid.ny
     k = row // grid.ny
     b = grid.border
     if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
-        fill_row(inside_out, grid, row, 0, levels.outside)
+        fill_row(inside_out, grid, row, levels.outside)
         absent_out[row] = wp.int64(0)
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
-    up = wp.uint32(b)
-    down = wp.uint32(31)  # what moves from one word to the next; nothing without a border
-    carried = wp.where(b == 1, levels.outside, wp.uint32(0))
-    absent = wp.int32(0)
-    checks = levels.checks_finite + levels.checks_padding
-    words = (nx + WORD - 1) / WORD
-    for w in range(words):
-        at = start + wp.int64(WORD * w)
-        count = wp.min(WORD, nx - WORD * w)
-        bits = nodes_at_least(field, at, count, levels.cut)
-        data = low_bits(count)
-        if checks > 0:
-            data = nodes_with_data(field, at, count, levels)
-            absent += count - wp.int32(wp.bit_count(data))
-        bits = counted(bits, data, levels)
-        inside_out[row, w] = ((bits << up) | ((carried >> down) & up)) & low_bits(grid.nx - WORD * w)
-        carried = bits
-    if words < grid.words:  # the virtual node after the last one, in a word of its own
-        bits = (levels.outside << up) | ((carried >> down) & up)
-        fill_row(inside_out, grid, row, words, bits)
+    is_finite = compare_row(field.values, field.kind, start, nx, levels.cut.level, inside_out, row)
+    looks_for_data = levels.checks_padding == 1 or not is_finite
+    absent = int(0)
+    if looks_for_data or b == 1 or levels.settles == 1:
+        absent = settle_row(inside_out, field, levels, row, start, nx, looks_for_data)
+    if b == 1:
+        add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
     absent_out[row] = wp.int64(absent)
 
 

@@ -22,8 +22,8 @@ VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags or '-march=native'} -mprefer-vect
 LANES = 16
 """Words a block: one vector register of 512 bits."""
 
-BLOCKS_A_SLAB = 256
-"""Blocks a slab at least: fewer cost less than their launch."""
+BLOCKS_A_SLAB = 1024
+"""Blocks of words a slab at least, as `ITEMS_A_SLAB` of the device."""
 
 Words = wp.types.vector(length=LANES, dtype=wp.uint32)
 """Sixteen words of the line, one after the other."""
