@@ -33,8 +33,8 @@ MOST_ITEMS = 2**31 - 1
 
 ROWS_A_SLAB = 512
 ITEMS_A_SLAB = 2048
-"""Rows and single cells, vertices or quads a slab at least: some 100 microseconds of work, several times what it
-takes to hand a slab to a thread and launch it."""
+"""Rows and single cells, vertices or quads a slab at least: some 100 microseconds of work, several times what
+it takes to hand a slab to a thread and launch it."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +62,18 @@ class Device:
         """
         if dim == 0:
             return
-        slabs = min(self.threads * SLABS_PER_THREAD, -(-dim // grain)) if self.is_cpu and self.threads > 1 else 1
+        slabs = (
+            min(self.threads * SLABS_PER_THREAD, -(-dim // grain)) if self.is_cpu and self.threads > 1 else 1
+        )
         arguments = [0, *inputs, *outputs]
         if slabs == 1:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
             return
         whole = wp.launch(kernel, dim=dim, inputs=arguments, device=self.name, record_cmd=True)
         bounds = [dim * s // slabs for s in range(slabs + 1)]
-        turns = iter([_slab(whole, first, end - first) for first, end in pairwise(bounds)])  # next() is atomic
+        turns = iter(
+            [_slab(whole, first, end - first) for first, end in pairwise(bounds)]
+        )  # next() is atomic
 
         def work() -> None:
             for slab in turns:

@@ -2,6 +2,7 @@
 
 grid        numbering of nodes, cells, edges and faces; one bit a node
 words       words of bits in one line, sixteen at a time
+stored      stored values of whatever type: the readers of the volume
 field       the scalar field F whose zero set is the surface
 inside      inside bits: the one pass over the values
 cells       active cells, ordinary and special, and their numbers
@@ -12,6 +13,7 @@ fans        from polygons to vertices
 polygons    decide, trace, flip, number: the special cells' stage
 placement   one vertex a polygon on the trilinear surface
 placement_sampled, placement_iterative   one vertex a polygon as the papers place it
+lanes       sixteen vertices at a time, on CPU
 blocks      exact vertices of ordinary cells on CPU, sixteen at a time
 exact_vertices   exact vertices of the other cells
 paper_vertices   vertices of all cells by the papers' placements

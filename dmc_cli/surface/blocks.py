@@ -10,8 +10,9 @@ import warp as wp
 
 from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
+from dmc_cli.surface.lanes import FloatLanes, find_block_cells, store_points
 from dmc_cli.surface.placement import crossed_edges, solve_on_steepest_axis
-from dmc_cli.surface.stored import DoubleLanes, IntLanes, values_at
+from dmc_cli.surface.stored import IntLanes, values_at
 from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
@@ -22,19 +23,15 @@ wp.set_module_options(
 ONE_OF_SEVERAL = wp.constant(wp.vec3(-2.0, -2.0, -2.0))
 """Local coordinates, at first, of a vertex that does not stand for all crossed edges of its cell."""
 
-FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
 CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
 """F at the corners of a block's cells: corner after corner."""
 
-FARTHEST = wp.constant(wp.float64(2**30))
-"""Nodes between the first cell of a block and the others at most; what is farther is placed one by one."""
-
 
 @wp.func
-def gather_corners(field: Field, node: wp.int64, offsets: IntLanes, nx: wp.int32, ny: wp.int32) -> CornerLanes:
-    """Return F at the corners of the cells at `node` + `offsets` of a volume of nx x ny nodes a layer."""
-    row = wp.int64(nx)
-    layer = row * wp.int64(ny)
+def gather_corners(field: Field, grid: Grid, node: wp.int64, offsets: IntLanes) -> CornerLanes:
+    """Return F at the corners of the cells at `node` + `offsets` of the volume."""
+    row = wp.int64(grid.nx - 2 * grid.border)
+    layer = row * wp.int64(grid.ny - 2 * grid.border)
     sign = field.sign
     isovalue = field.isovalue
     corners = CornerLanes()
@@ -101,54 +98,6 @@ def world_lanes(
     return world
 
 
-@wp.func_native(
-    """
-    const long long* first = (const long long*)cells.data + start;
-    wp::vec_t<16, double> numbers;
-    if (size == 16) {
-        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane];
-    } else {
-        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane < size ? lane : size - 1];
-    }
-    return numbers;
-    """
-)
-def load_cells(cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32) -> DoubleLanes:
-    """Return the numbers of `size` cells from `start` on, the last one again for the lanes that are left."""
-    ...
-
-
-@wp.func_native(
-    """
-    float* points = (float*)out.data + 3 * (size_t)start;
-    if (size == 16) {
-        for (int lane = 0; lane < 16; ++lane) {
-            points[3 * lane] = x[lane];
-            points[3 * lane + 1] = y[lane];
-            points[3 * lane + 2] = z[lane];
-        }
-    } else {
-        for (int lane = 0; lane < size; ++lane) {
-            points[3 * lane] = x[lane];
-            points[3 * lane + 1] = y[lane];
-            points[3 * lane + 2] = z[lane];
-        }
-    }
-    """
-)
-def store_points(
-    x: FloatLanes, y: FloatLanes, z: FloatLanes, start: wp.int32, size: wp.int32, out: wp.array(dtype=wp.vec3)
-):
-    """Store the first `size` of sixteen points from `start` on."""
-    ...
-
-
-@wp.func
-def whole_part(a: wp.float64, inverse: wp.float64) -> wp.int32:
-    """Return a divided by an integer, given as its inverse; exact for a below 2^50."""
-    return wp.int32((a + wp.float64(0.5)) * inverse)
-
-
 @wp.kernel
 def place_block_kernel(
     # In:
@@ -168,38 +117,12 @@ def place_block_kernel(
     block = first + wp.tid()
     start = block * LANES
     size = wp.min(LANES, cells.shape[0] - start)
-    ci = IntLanes()
-    cj = IntLanes()
-    ck = IntLanes()
-    nodes = DoubleLanes()
-    b = grid.border
-    nx = grid.nx - 2 * b
-    ny = grid.ny - 2 * b
-    nz = grid.nz - 2 * b
-    a_row = wp.float64(grid.nx)
-    inverse_row = wp.float64(1.0) / a_row
-    inverse_layer = wp.float64(1.0) / wp.float64(grid.ny)
-    numbers = load_cells(cells, start, size)
-    for lane in range(LANES):
-        row = whole_part(numbers[lane], inverse_row)
-        k = whole_part(wp.float64(row), inverse_layer)
-        i = wp.int32(numbers[lane] - wp.float64(row) * a_row)
-        j = row - k * grid.ny
-        ci[lane] = i
-        cj[lane] = j
-        ck[lane] = k
-        # any cell of the volume does for one that needs care: it is done again
-        volume_row = wp.float64(wp.clamp(k - b, 0, nz - 2)) * wp.float64(ny) + wp.float64(wp.clamp(j - b, 0, ny - 2))
-        nodes[lane] = volume_row * wp.float64(nx) + wp.float64(wp.clamp(i - b, 0, nx - 2))
-    node = nodes[0]
-    offsets = IntLanes()
-    far = IntLanes()
-    for lane in range(LANES):
-        distance = nodes[lane] - node
-        is_far = wp.abs(distance) > FARTHEST
-        far[lane] = wp.where(is_far, 1, 0)
-        offsets[lane] = wp.int32(wp.where(is_far, wp.float64(0.0), distance))
-    values = gather_corners(field, wp.int64(node), offsets, nx, ny)
+    block_cells = find_block_cells(grid, cells, start, size)
+    ci = block_cells.i
+    cj = block_cells.j
+    ck = block_cells.k
+    far = block_cells.far
+    values = gather_corners(field, grid, block_cells.node, block_cells.offsets)
     placed = place_lanes(values)
     us = placed.u
     vs = placed.v

@@ -288,7 +288,12 @@ def has_whole_surroundings(
 
 @wp.func
 def existing_cells(
-    data: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, row_y: wp.int32, row_z: wp.int32, w: wp.int32
+    data: wp.array2d(dtype=wp.uint32),
+    grid: Grid,
+    row: wp.int32,
+    row_y: wp.int32,
+    row_z: wp.int32,
+    w: wp.int32,
 ) -> wp.uint32:
     """Return a bit for each cell of a word: whether its eight corners have data."""
     bits = both_nodes(data, row, w, grid.words) & both_nodes(data, row_y, w, grid.words)

@@ -29,6 +29,7 @@ from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
+
 @wp.struct
 class Field:
     """Stored values and how to read them as F.

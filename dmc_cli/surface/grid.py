@@ -46,7 +46,7 @@ ALL_BITS = wp.uint32(0xFFFFFFFF)
 
 @wp.struct
 class Grid:
-    """Number of nodes along each axis, words a row and a layer, and how many layers lie outside the volume."""
+    """Nodes along each axis, words a row and a layer, and how many layers lie outside the volume."""
 
     nx: wp.int32
     ny: wp.int32

@@ -62,8 +62,8 @@ class InsideBits:
 
     Attributes:
         inside: Whether the node is at or above the isovalue.
-        data: Whether the node has data, uint32 [row, word]; None where all nodes count as data: no node is without,
-            or the border is closed.
+        data: Whether the node has data, uint32 [row, word]; None where all nodes count as data: no node is
+            without, or the border is closed.
         no_data_count: Number of the volume's nodes without data.
     """
 

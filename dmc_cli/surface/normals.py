@@ -13,32 +13,18 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.device import ITEMS_A_SLAB
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.field import Field, is_data, node_of_volume, node_value, stored_value
 from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.lanes import FloatLanes, find_block_cells, load_points, store_points
 from dmc_cli.surface.slices import node_distance
+from dmc_cli.surface.stored import DoubleLanes, IntLanes, values_at
 from dmc_cli.surface.surface import Surface
+from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-
-def _stencil() -> list[tuple[int, int, int]]:
-    """Return the nodes whose differences count in a cell: on its four edges along x, then what y and z add."""
-    square = [(a, b) for b in (0, 1) for a in (0, 1)]
-    along_x = [(x, y, z) for y, z in square for x in (-1, 0, 1, 2)]
-    along_y = [(x, y, z) for y in (-1, 2) for x, z in square]
-    along_z = [(x, y, z) for z in (-1, 2) for x, y in square]
-    return along_x + along_y + along_z
-
-
-STENCIL = len(_stencil())
-"""Nodes of the stencil: 32."""
-
-StencilValues = wp.types.vector(length=STENCIL, dtype=wp.float64)
-StencilSteps = wp.types.vector(length=STENCIL, dtype=wp.int32)
-
-STENCIL_X, STENCIL_Y, STENCIL_Z = (
-    wp.constant(StencilSteps(*[step[axis] for step in _stencil()])) for axis in range(3)
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
 
 
@@ -59,12 +45,18 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
         surface.vertex_cell,
         surface.vertex_local,
     ]
-    device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals])
+    if device.is_cpu and surface.depths.shape[0] == 0:
+        blocks = -(-surface.vertices.shape[0] // LANES)
+        device.launch(normal_block_kernel, blocks, inputs, [normals], ITEMS_A_SLAB // LANES)
+    else:
+        device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_SLAB)
     return normals
 
 
 @wp.func
-def mixed(a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, s: wp.float64, t: wp.float64) -> wp.float64:
+def mixed(
+    a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, s: wp.float64, t: wp.float64
+) -> wp.float64:
     """Interpolate between the corners low low, high low, low high, high high of a square, at (s, t)."""
     low = a + s * (b - a)
     high = c + s * (d - c)
@@ -82,40 +74,42 @@ def difference(
 
 
 @wp.func
-def interior_gradient(f: StencilValues, p: wp.vec3) -> wp.vec3:
-    """Return the gradient of the stored values in a cell whose neighbours all exist, from its stencil."""
-    u = wp.float64(p[0])
-    v = wp.float64(p[1])
-    w = wp.float64(p[2])
-    return wp.vec3(
-        difference(
-            mixed(f[0], f[4], f[8], f[12], v, w),
-            mixed(f[1], f[5], f[9], f[13], v, w),
-            mixed(f[2], f[6], f[10], f[14], v, w),
-            mixed(f[3], f[7], f[11], f[15], v, w),
-            u,
-        ),
-        difference(
-            mixed(f[16], f[17], f[18], f[19], u, w),
-            mixed(f[1], f[2], f[9], f[10], u, w),
-            mixed(f[5], f[6], f[13], f[14], u, w),
-            mixed(f[20], f[21], f[22], f[23], u, w),
-            v,
-        ),
-        difference(
-            mixed(f[24], f[25], f[26], f[27], u, v),
-            mixed(f[1], f[2], f[5], f[6], u, v),
-            mixed(f[9], f[10], f[13], f[14], u, v),
-            mixed(f[28], f[29], f[30], f[31], u, v),
-            w,
-        ),
+def square_value(
+    field: Field, at: wp.int64, step_s: wp.int64, step_t: wp.int64, s: wp.float32, t: wp.float32
+) -> wp.float64:
+    """Interpolate the stored values of the square at node `at`, its other corners a step or both away."""
+    return mixed(
+        stored_value(field, at),
+        stored_value(field, at + step_s),
+        stored_value(field, at + step_t),
+        stored_value(field, at + step_s + step_t),
+        wp.float64(s),
+        wp.float64(t),
     )
 
 
 @wp.func
-def stencil_step(n: wp.int32, row: wp.int64, layer: wp.int64) -> wp.int64:
-    """Return how far node n of the stencil is from the cell's lowest, rows and layers of nodes so far apart."""
-    return wp.int64(STENCIL_X[n]) + wp.int64(STENCIL_Y[n]) * row + wp.int64(STENCIL_Z[n]) * layer
+def slope(
+    field: Field,
+    at: wp.int64,
+    along: wp.int64,
+    step_s: wp.int64,
+    step_t: wp.int64,
+    s: wp.float32,
+    t: wp.float32,
+    r: wp.float32,
+) -> wp.float32:
+    """Return the derivative of the stored values along an axis, in steps of `along` nodes, in a cell.
+
+    (s, t) are the local coordinates across, r the one along the axis.
+    """
+    return difference(
+        square_value(field, at - along, step_s, step_t, s, t),
+        square_value(field, at, step_s, step_t, s, t),
+        square_value(field, at + along, step_s, step_t, s, t),
+        square_value(field, at + wp.int64(2) * along, step_s, step_t, s, t),
+        wp.float64(r),
+    )
 
 
 @wp.func
@@ -165,12 +159,12 @@ def careful_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.i
 
 
 @wp.func
-def is_interior(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
-    """Return whether the stencil of cell (i, j, k) lies in the volume and counts as it is stored."""
+def is_interior(has_absent: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+    """Return whether cell (i, j, k) and all round it lie in the volume and count as they are stored."""
     b = grid.border
     found = i >= b + 1 and j >= b + 1 and k >= b + 1
     found = found and i < grid.nx - b - 2 and j < grid.ny - b - 2 and k < grid.nz - b - 2
-    return found and field.has_absent == 0
+    return found and has_absent == 0
 
 
 @wp.func
@@ -178,17 +172,34 @@ def field_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int
     """Return the gradient of F at local coordinates p of cell (i, j, k), a cell being the unit of length."""
     b = grid.border
     gradient = wp.vec3(0.0, 0.0, 0.0)
-    if is_interior(field, grid, i, j, k):
-        row = wp.int64(grid.nx - 2 * b)
-        layer = row * wp.int64(grid.ny - 2 * b)
+    if is_interior(field.has_absent, grid, i, j, k):
+        x = wp.int64(1)
+        y = wp.int64(grid.nx - 2 * b)
+        z = y * wp.int64(grid.ny - 2 * b)
         node = node_of_volume(grid, i - b, j - b, k - b)
-        f = StencilValues()
-        for n in range(STENCIL):
-            f[n] = stored_value(field, node + stencil_step(n, row, layer))
-        gradient = wp.float32(field.sign) * interior_gradient(f, p)
+        gradient = wp.float32(field.sign) * wp.vec3(
+            slope(field, node, x, y, z, p[1], p[2], p[0]),
+            slope(field, node, y, x, z, p[0], p[2], p[1]),
+            slope(field, node, z, x, y, p[0], p[1], p[2]),
+        )
     else:
         gradient = careful_gradient(field, grid, i, j, k, p)
     return gradient
+
+
+@wp.func
+def unit_normal(to_output: wp.mat33, gradient: wp.vec3) -> wp.vec3:
+    """Return a gradient's direction in the output space."""
+    x = to_output[0, 0] * gradient[0] + to_output[0, 1] * gradient[1] + to_output[0, 2] * gradient[2]
+    y = to_output[1, 0] * gradient[0] + to_output[1, 1] * gradient[1] + to_output[1, 2] * gradient[2]
+    z = to_output[2, 0] * gradient[0] + to_output[2, 1] * gradient[1] + to_output[2, 2] * gradient[2]
+    length = wp.sqrt(x * x + y * y + z * z)
+    is_long = length > 0.0
+    return wp.vec3(
+        wp.where(is_long, x / length, 0.0),
+        wp.where(is_long, y / length, 0.0),
+        wp.where(is_long, z / length, 1.0),
+    )
 
 
 @wp.kernel
@@ -213,6 +224,104 @@ def compute_normals_kernel(
     if depths.shape[0] > 0:
         low = wp.float32(node_distance(depths, k))
         gradient[2] = gradient[2] / (low + locals[v][2] * (wp.float32(node_distance(depths, k + 1)) - low))
-    normal = to_output * gradient
-    length = wp.length(normal)
-    normals_out[v] = wp.where(length > 0.0, normal / length, wp.vec3(0.0, 0.0, 1.0))
+    normals_out[v] = unit_normal(to_output, gradient)
+
+
+@wp.func
+def square_lanes(
+    field: Field,
+    at: wp.int64,
+    step_s: wp.int64,
+    step_t: wp.int64,
+    offsets: IntLanes,
+    s: FloatLanes,
+    t: FloatLanes,
+) -> DoubleLanes:
+    """Return `square_value` of a block."""
+    a = values_at(field.values, field.kind, at, offsets)
+    b = values_at(field.values, field.kind, at + step_s, offsets)
+    c = values_at(field.values, field.kind, at + step_t, offsets)
+    d = values_at(field.values, field.kind, at + step_s + step_t, offsets)
+    lanes = DoubleLanes()
+    for lane in range(LANES):
+        lanes[lane] = mixed(a[lane], b[lane], c[lane], d[lane], wp.float64(s[lane]), wp.float64(t[lane]))
+    return lanes
+
+
+@wp.func
+def slope_lanes(
+    field: Field,
+    at: wp.int64,
+    along: wp.int64,
+    step_s: wp.int64,
+    step_t: wp.int64,
+    offsets: IntLanes,
+    s: FloatLanes,
+    t: FloatLanes,
+    r: FloatLanes,
+) -> FloatLanes:
+    """Return `slope` of a block."""
+    before = square_lanes(field, at - along, step_s, step_t, offsets, s, t)
+    at_0 = square_lanes(field, at, step_s, step_t, offsets, s, t)
+    at_1 = square_lanes(field, at + along, step_s, step_t, offsets, s, t)
+    after = square_lanes(field, at + wp.int64(2) * along, step_s, step_t, offsets, s, t)
+    lanes = FloatLanes()
+    for lane in range(LANES):
+        lanes[lane] = difference(before[lane], at_0[lane], at_1[lane], after[lane], wp.float64(r[lane]))
+    return lanes
+
+
+@wp.kernel
+def normal_block_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    field: Field,
+    to_output: wp.mat33,
+    depths: wp.array(dtype=wp.float64),
+    cells: wp.array(dtype=wp.int64),
+    locals: wp.array(dtype=wp.vec3),
+    # Out:
+    normals_out: wp.array(dtype=wp.vec3),
+):
+    """Compute the normals of sixteen vertices, slices even. One thread a block."""
+    start = (first + wp.tid()) * LANES
+    size = wp.min(LANES, cells.shape[0] - start)
+    block = find_block_cells(grid, cells, start, size)
+    points = load_points(locals, start, size)
+    u = FloatLanes()
+    v = FloatLanes()
+    w = FloatLanes()
+    i = block.i
+    j = block.j
+    k = block.k
+    far = block.far
+    has_absent = field.has_absent
+    careful = int(0)
+    for lane in range(LANES):
+        u[lane] = points[lane]
+        v[lane] = points[LANES + lane]
+        w[lane] = points[2 * LANES + lane]
+        careful |= wp.where(is_interior(has_absent, grid, i[lane], j[lane], k[lane]), far[lane], 1)
+    if careful == 0:
+        x = wp.int64(1)
+        y = wp.int64(grid.nx - 2 * grid.border)
+        z = y * wp.int64(grid.ny - 2 * grid.border)
+        gx = slope_lanes(field, block.node, x, y, z, block.offsets, v, w, u)
+        gy = slope_lanes(field, block.node, y, x, z, block.offsets, u, w, v)
+        gz = slope_lanes(field, block.node, z, x, y, block.offsets, u, v, w)
+        sign = wp.float32(field.sign)
+        for lane in range(LANES):
+            normal = unit_normal(to_output, sign * wp.vec3(gx[lane], gy[lane], gz[lane]))
+            u[lane] = normal[0]
+            v[lane] = normal[1]
+            w[lane] = normal[2]
+    else:
+        for lane in range(LANES):
+            local = wp.vec3(u[lane], v[lane], w[lane])
+            gradient = field_gradient(field, grid, i[lane], j[lane], k[lane], local)
+            normal = unit_normal(to_output, gradient)
+            u[lane] = normal[0]
+            v[lane] = normal[1]
+            w[lane] = normal[2]
+    store_points(u, v, w, start, size, normals_out)

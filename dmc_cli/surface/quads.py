@@ -14,7 +14,16 @@ import warp as wp
 
 from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits, Cells
-from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, has_bit, low_bits, next_node, previous_node
+from dmc_cli.surface.grid import (
+    ALL_BITS,
+    Grid,
+    GridShape,
+    bit_index,
+    has_bit,
+    low_bits,
+    next_node,
+    previous_node,
+)
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, find_special
 from dmc_cli.surface.tracing import label_of
@@ -284,7 +293,7 @@ def connect_x(
     q: wp.int32,
     quads_out: wp.array(dtype=wp.vec4i),
 ):
-    """Write the quads round a word's edges along x, as if all cells were ordinary; q is the first's number."""
+    """Write the quads round a word's edges along x, as if all cells were ordinary; q is the first one."""
     left = edges
     slot = q
     while left != wp.uint32(0):

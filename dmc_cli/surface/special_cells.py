@@ -16,7 +16,7 @@ AMBIGUOUS = wp.uint32(1 << 8)
 
 @wp.struct
 class SpecialCells:
-    """The special cells in grid order; those of a block of words lie at `starts[block]` to `starts[block + 1]`.
+    """The special cells in grid order: those of a block of words from `starts[block]` to `starts[block + 1]`.
 
     `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous.
     `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`

@@ -101,7 +101,8 @@ def bits_at_least(
             for (int line = 0; line < (int)sizeof(values_t); line += 64)
                 __builtin_prefetch((const char*)(nodes + done) + line + 4096);
             values_t word = *(const values_t*)(nodes + done);
-            words[done / 32] = __builtin_bit_cast(unsigned int, __builtin_convertvector(word >= level, bits_t));
+            bits_t is_above = __builtin_convertvector(word >= level, bits_t);
+            words[done / 32] = __builtin_bit_cast(unsigned int, is_above);
             zeros += word * (decltype(level))0;
         }
         for (int b = 0; b < 32; ++b) is_finite &= zeros[b] == 0;
@@ -127,10 +128,10 @@ def compare_row(
     out: wp.array2d(dtype=wp.uint32),
     row: wp.int32,
 ) -> wp.bool:
-    """Write a bit for each of `count` nodes from `at` on to a row of words: whether it is at or above a number.
+    """Write a bit for each of `count` nodes from `at` on to a row of words: is it at or above a number?
 
-    Return whether all values are finite: times 0 all others are 0. This is the loop that reads every node; with
-    clang's vectors a word takes a comparison or two, and memory sets the speed: asking for it a page ahead, which
-    processors do not do by themselves, gives a third to a half more.
+    Return whether all values are finite: times 0 all others are 0. This is the loop that reads every node.
+    With clang's vectors a word takes a comparison or two, and memory sets the speed: asking for it a page
+    ahead, which processors do not do by themselves, gives a third to a half more.
     """
     ...

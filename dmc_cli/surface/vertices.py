@@ -26,7 +26,6 @@ from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, Words, before_line, bloc
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-
 @dataclass(frozen=True)
 class Vertices:
     """Vertices in the order of their numbers.

@@ -1,9 +1,10 @@
 """Words of bits, sixteen at a time.
 
-The words of all rows lie in one line, so neighbours along y and z are at fixed distances: `words` and `layer`
-of the grid. A block is sixteen words; the loops over its lanes have no branch, so that the compiler turns them
-into vector instructions. There is no test for the ends of rows and layers either: a cell beyond them does not
-exist, is never active, and so takes every edge beside it out; beyond both ends of the line lie zeros.
+The words of all rows lie in one line, so neighbours along y and z are at fixed distances: `words` and
+`layer` of the grid. A block is sixteen words; the loops over its lanes have no branch, so that the compiler
+turns them into vector instructions. There is no test for the ends of rows and layers either: a cell beyond
+them does not exist, is never active, and so takes every edge beside it out; beyond both ends of the line lie
+zeros.
 """
 
 from dataclasses import dataclass
@@ -60,7 +61,9 @@ def make_plane(grid: GridShape, device: Device) -> Plane:
     memory[:ahead].zero_()
     memory[ahead + count :].zero_()
     where = {"device": device.name, "copy": False}
-    line = wp.array(ptr=memory.ptr, dtype=Words, shape=ahead + count + behind - LANES + 1, strides=(4,), **where)
+    line = wp.array(
+        ptr=memory.ptr, dtype=Words, shape=ahead + count + behind - LANES + 1, strides=(4,), **where
+    )
     rows = wp.array(ptr=memory.ptr + 4 * ahead, dtype=wp.uint32, shape=(grid.rows, grid.words), **where)
     line._source = rows._source = memory  # as long as a view lives
     return Plane(rows, line)
