@@ -24,8 +24,8 @@ class BlockCells:
     """The cells of a block of vertices.
 
     `i`, `j`, `k` are their indices in the grid; their lowest nodes are `offsets` after `node` of the volume.
-    A cell at the virtual border has the node of the nearest cell of the volume; one that is `far` (1) from the
-    first cell has the node of the first.
+    A cell at the virtual border has the node of the nearest cell of the volume; one that is `far` (1) from
+    the first cell has the node of the first.
     """
 
     i: IntLanes
