@@ -15,14 +15,19 @@ compaction       renumbering without gaps
 simplify         the passes in order
 quad_square      how far a quad is from a square
 glide            a vertex's step along the surface
+guests           points that the mesh must not leave behind
+relax_checks     whether a step of smoothing may be taken
 relax            smoothing on the surface
 more_work        a mesh in blocks, with a journal of changes
 more_operations  rotate an edge, collapse a diagonal, open a quad
 more_checks      what an operation must leave, and what it is worth
+more_chains      rotations that follow an operation until there is a gain
 more_moves       how the vertices that it touches move
+more_guests      how it finds hosts for guests
 more_mesh        the mesh between rounds
 more_blocks      who works where in a round
 more_sweep       operations tried at irregular vertices
+more_mend        the worst quads made better
 more             the rounds in order
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
@@ -45,11 +50,12 @@ def kernel_modules(
 
         modules += [simplify_3x3y, merged_vertices, simplify_3333, compaction, valences]
     if more:
-        from dmc_cli.mesh import more_blocks, more_mesh, more_sweep
+        from dmc_cli.mesh import guests, more_blocks, more_mend, more_mesh, more_sweep
 
-        modules += [more_mesh, more_blocks, more_sweep]
+        modules += [guests, more_mesh, more_blocks, more_sweep, more_mend]
     if relax or more:
         from dmc_cli.mesh import relax as relaxation
+        from dmc_cli.mesh import relax_checks
 
-        modules.append(relaxation)
+        modules += [relaxation, relax_checks]
     return modules

@@ -14,12 +14,14 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.mesh.coloring import repair_colors
 from dmc_cli.mesh.glide import make_scene
+from dmc_cli.mesh.guests import Guests, list_guests, lodge_vertices, with_nearer_hosts
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
-from dmc_cli.mesh.more_blocks import Blocks, find_normals, freeze_tips, make_blocks, with_spares
+from dmc_cli.mesh.more_blocks import Blocks, find_normals, freeze_fans, make_blocks, with_spares
+from dmc_cli.mesh.more_mend import mend_kernel
 from dmc_cli.mesh.more_mesh import Mesh, with_room, without_gaps
-from dmc_cli.mesh.more_sweep import Rules, sweep_kernel
-from dmc_cli.mesh.more_work import CHANGES, CORE, JOURNAL, PATCH, TALLIES, Work
-from dmc_cli.mesh.relax import relax
+from dmc_cli.mesh.more_sweep import HEIGHT_LIMIT, Rules, sweep_kernel
+from dmc_cli.mesh.more_work import CHANGES, CORE, GUESTS, JOURNAL, LINKS, PATCH, TALLIES, Work
+from dmc_cli.mesh.relax import measure_shapes, relax
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.surface import Surface
 
@@ -37,6 +39,10 @@ LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 
 RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 5, 3
 """Steps of smoothing before the rounds and after them, and rounds after which there is one step."""
+
+
+MENDINGS, BAD_SHARE = 3, 0.002
+"""Times that the worst quads are mended at the end, each time in other blocks, and which share of them."""
 
 
 @dataclass(frozen=True)
@@ -73,16 +79,20 @@ def simplify_more(
     frozen = device.zeros(surface.vertices.shape[0], wp.uint8)
     first_quads, operations = surface.quads.shape[0], 0
     mesh = _mesh_of(surface, halfedges, colors, frozen, device)
-    freeze_tips(mesh, device)
-    mesh = _relaxed(mesh, surface, RELAXED_FIRST)
+    freeze_fans(mesh, device)
+    guests = lodge_vertices(surface.grid, mesh.vertex_halfedge, mesh.cell, mesh.local, device)
+    mesh = _relaxed(mesh, surface, guests, RELAXED_FIRST)
     scene = make_scene(surface)
     for turn in range(rounds):
         progress.advance(turn / rounds)
         rules = _rules(turn, rounds, mesh.quad_count / max(first_quads, 1))
-        mesh, done = _sweep(mesh, surface, scene, rules)
+        guests = with_nearer_hosts(guests, surface.grid, mesh, device)
+        mesh, guests, done = _sweep(mesh, guests, surface, scene, rules)
         operations += done
         if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
-            mesh = _relaxed(mesh, surface, 1 if turn + 1 < rounds else RELAXED_LAST)
+            mesh = _relaxed(mesh, surface, guests, 1 if turn + 1 < rounds else RELAXED_LAST)
+    for turn in range(MENDINGS):
+        mesh, guests = _mend(mesh, guests, surface, scene, turn)
     surface, halfedges = _surface_of(mesh, surface), _halfedges_of(mesh, device)
     kept = list(mesh.colors)
     color = kept.pop(0) if color is not None else None
@@ -101,24 +111,39 @@ def _rules(turn: int, rounds: int, share: float) -> Any:
     return rules
 
 
-def _sweep(mesh: Mesh, surface: Surface, scene: Any, rules: Any) -> tuple[Mesh, int]:
-    """Return the mesh after one sweep, and how many operations were done."""
+def _sweep(mesh: Mesh, guests: Guests, surface: Surface, scene: Any, rules: Any) -> tuple[Mesh, Guests, int]:
+    """Return the mesh after one sweep, its guests, and how many operations were done."""
     device = surface.device
-    freeze_tips(mesh, device)
     blocks = make_blocks(mesh, surface.grid, rules.round, device)
     vertices, quads = mesh.vertex_count, mesh.quad_count
     roomy = with_room(mesh, blocks.spare, device)
-    work = _work(roomy, blocks, vertices, device)
-    work.normal = find_normals(roomy, scene, device)
-    work.sense = _sense(surface)
+    work = _work(roomy, guests, blocks, vertices, surface, scene)
     inputs = [scene, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
-    device.launch(sweep_kernel, blocks.count, inputs, [work])
-    return without_gaps(roomy, device), int(work.tally.numpy()[:, CHANGES].sum())
+    device.launch(sweep_kernel, blocks.count, inputs, [work], grain=1)
+    mesh, host = without_gaps(roomy, guests.host, device)
+    return mesh, replace(guests, host=host), int(work.tally.numpy()[:, CHANGES].sum())
 
 
-def _work(mesh: Mesh, blocks: Blocks, vertices: int, device: Device) -> Any:
-    """Return the kernels' view of a mesh with benches for its blocks."""
-    work, count = Work(), blocks.count
+def _mend(mesh: Mesh, guests: Guests, surface: Surface, scene: Any, turn: int) -> tuple[Mesh, Guests]:
+    """Return the mesh with its worst quads mended, and its guests."""
+    device = surface.device
+    shape = measure_shapes(_surface_of(mesh, surface), _halfedges_of(mesh, device)).numpy()
+    bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
+    blocks = make_blocks(mesh, surface.grid, turn, device)
+    roomy = with_room(mesh, blocks.spare, device)
+    work = _work(roomy, guests, blocks, mesh.vertex_count, surface, scene)
+    inputs = [scene, blocks.starts, blocks.items, bad, HEIGHT_LIMIT]
+    device.launch(mend_kernel, blocks.count, inputs, [work], grain=1)
+    mesh, host = without_gaps(roomy, guests.host, device)
+    return mesh, replace(guests, host=host)
+
+
+def _work(mesh: Mesh, guests: Guests, blocks: Blocks, vertices: int, surface: Surface, scene: Any) -> Any:
+    """Return the kernels' view of a mesh and its guests with benches for its blocks."""
+    work, count, device = Work(), blocks.count, surface.device
+    work.normal, work.sense = find_normals(mesh, scene, device), _sense(surface)
+    work.guest_point, work.host = guests.point, guests.host
+    work.first_guest, work.next_guest = list_guests(guests, mesh.quad_count, device)
     work.corners, work.twin, work.quad_gone = mesh.corners, mesh.twin, mesh.quad_gone
     work.vertex_halfedge, work.valence, work.vertex_gone = (
         mesh.vertex_halfedge,
@@ -129,6 +154,9 @@ def _work(mesh: Mesh, blocks: Blocks, vertices: int, device: Device) -> Any:
     work.vertex_block = with_spares(blocks, vertices, device)
     work.journal_place = device.empty((count, JOURNAL), wp.int64)
     work.journal_value = device.empty((count, JOURNAL), wp.int32)
+    work.chain = device.empty((count, LINKS), wp.int32)
+    work.guest, work.new_host = (device.empty((count, GUESTS), wp.int32) for _ in range(2))
+    work.core_valence = device.empty((count, CORE), wp.int32)
     work.core, work.core_cell = device.empty((count, CORE), wp.int32), device.empty((count, CORE), wp.int64)
     work.core_position = device.empty((count, CORE), wp.vec3)
     work.core_local = device.empty((count, CORE), wp.vec3)
@@ -189,7 +217,7 @@ def _quads_of(mesh: Mesh) -> Any:
     return quads
 
 
-def _relaxed(mesh: Mesh, surface: Surface, steps: int) -> Mesh:
+def _relaxed(mesh: Mesh, surface: Surface, guests: Guests, steps: int) -> Mesh:
     """Return the mesh after some steps of smoothing."""
-    found = relax(_surface_of(mesh, surface), _halfedges_of(mesh, surface.device), steps)
+    found = relax(_surface_of(mesh, surface), _halfedges_of(mesh, surface.device), steps, guests=guests)
     return replace(mesh, position=found.vertices, cell=found.vertex_cell, local=found.vertex_local)

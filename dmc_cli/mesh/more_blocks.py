@@ -1,8 +1,7 @@
 """Blocks of the further simplification: boxes of the grid, shifted from round to round.
 
 A quad belongs to the box that the cell of its first vertex lies in. A vertex is a block's own if all its
-quads are the block's, they form one ring, and it is not frozen. Vertices are frozen for good at thin tips,
-where a quad's normal turns more than 60 degrees from the mean of the vertex's.
+quads are the block's and it is not frozen; frozen for good are vertices whose quads do not form one ring.
 """
 
 from dataclasses import dataclass
@@ -24,9 +23,6 @@ SIDE = 32
 
 SPARE_SHARE = 32
 """A block may open one quad for so many own vertices in a round, and one more."""
-
-TIP_COSINE = wp.constant(0.5)
-"""Of 60 degrees: a quad that turns further from its vertex's normal is at a tip or at an edge as sharp."""
 
 LONGEST_RING = 32
 """As in `more_work.py`."""
@@ -53,10 +49,10 @@ class Blocks:
     spare: int
 
 
-def freeze_tips(mesh: Mesh, device: Device) -> None:
-    """Mark the vertices at tips, on a boundary and those with several fans, as frozen."""
-    inputs = [mesh.corners, mesh.twin, mesh.vertex_halfedge, mesh.valence, mesh.position]
-    device.launch(freeze_tips_kernel, mesh.vertex_count, inputs, [mesh.frozen])
+def freeze_fans(mesh: Mesh, device: Device) -> None:
+    """Mark the vertices on a boundary and those with several fans as frozen."""
+    inputs = [mesh.twin, mesh.vertex_halfedge, mesh.valence]
+    device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [mesh.frozen])
 
 
 def find_normals(mesh: Mesh, scene: Any, device: Device) -> Any:
@@ -98,16 +94,6 @@ def with_spares(blocks: Blocks, vertices: int, device: Device) -> Any:
 
 
 @wp.func
-def quad_normal(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
-    """Return a quad's unit normal, or 0."""
-    a = position[corners[4 * q]]
-    b = position[corners[4 * q + 1]]
-    c = position[corners[4 * q + 2]]
-    d = position[corners[4 * q + 3]]
-    return wp.normalize(wp.cross(c - a, d - b))
-
-
-@wp.func
 def has_ring(twin: wp.array(dtype=wp.int32), start: wp.int32, valence: wp.int32) -> wp.bool:
     """Return whether the quads round a vertex form one ring."""
     h = start
@@ -121,34 +107,18 @@ def has_ring(twin: wp.array(dtype=wp.int32), start: wp.int32, valence: wp.int32)
 
 
 @wp.kernel
-def freeze_tips_kernel(
+def freeze_fans_kernel(
     # In:
     first: wp.int32,
-    corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
     vertex_halfedge: wp.array(dtype=wp.int32),
     valence: wp.array(dtype=wp.int32),
-    position: wp.array(dtype=wp.vec3),
     # Out:
     frozen_out: wp.array(dtype=wp.uint8),
 ):
-    """Freeze where normals differ too much. One thread a vertex."""
+    """Freeze what has no ring. One thread a vertex."""
     v = first + wp.tid()
-    start = vertex_halfedge[v]
-    frozen = not has_ring(twin, start, valence[v])
-    if not frozen:
-        mean = wp.vec3(0.0, 0.0, 0.0)
-        h = start
-        for _turn in range(valence[v]):
-            mean += quad_normal(corners, position, h >> 2)
-            h = twin[previous_halfedge(h)]
-        mean = wp.normalize(mean)
-        for _turn in range(valence[v]):
-            if wp.dot(mean, quad_normal(corners, position, h >> 2)) < TIP_COSINE:
-                frozen = bool(True)
-            h = twin[previous_halfedge(h)]
-    if frozen:
-        frozen_out[v] = wp.uint8(1)
+    frozen_out[v] = wp.where(has_ring(twin, vertex_halfedge[v], valence[v]), wp.uint8(0), wp.uint8(1))
 
 
 @wp.kernel

@@ -12,11 +12,13 @@ from dmc_cli.mesh.glide import Scene
 from dmc_cli.mesh.more_work import (
     LONGEST_RING,
     MOST_VALENCE,
+    OPENED,
     PATCH,
     PATCHED,
     TOUCHED,
     Work,
     fail,
+    is_own,
     onward,
     quad_corner,
 )
@@ -79,14 +81,24 @@ def is_core_sound(work: Work, b: wp.int32) -> wp.bool:
 
 
 @wp.func
-def irregularity(work: Work, b: wp.int32) -> wp.int32:
-    """Return the sum of the squares of the touched vertices' distances from valence 4."""
+def irregularity_change(work: Work, b: wp.int32) -> wp.int32:
+    """Return what an operation adds to the sum of the squares of its vertices' distances from valence 4."""
     result = int(0)
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        if work.vertex_gone[v] == wp.uint8(0):
-            result += (work.valence[v] - 4) * (work.valence[v] - 4)
+        before = work.core_valence[b, n] - 4
+        after = wp.where(work.vertex_gone[v] == wp.uint8(0), work.valence[v] - 4, 0)
+        result += after * after - before * before
     return result
+
+
+@wp.func
+def quads_removed(work: Work, b: wp.int32) -> wp.int32:
+    """Return how many quads, and as many vertices, an operation takes away."""
+    gone = -work.tally[b, OPENED]
+    for n in range(work.tally[b, TOUCHED]):
+        gone += wp.int32(work.vertex_gone[work.core[b, n]])
+    return gone
 
 
 @wp.func
@@ -114,29 +126,26 @@ def gather_patch(work: Work, b: wp.int32):
 
 
 @wp.func
-def turned_corner(across: wp.vec3, before: wp.vec3, after: wp.vec3, up: wp.vec3) -> wp.int32:
-    """Return 1 if a quad's normal or its corner between two sides does not face up, else 0."""
-    return wp.where(wp.dot(across, up) > 0.0 and wp.dot(wp.cross(before, after), up) > 0.0, 0, 1)
-
-
-@wp.func
-def turned_corners(work: Work, q: wp.int32) -> wp.int32:
-    """Return how many of a quad's corners, and its normal at them, turn against the surface."""
+def quad_area(work: Work, q: wp.int32) -> wp.vec3:
+    """Return a quad's normal, as long as twice its area."""
     a = work.position[work.corners[4 * q]]
     b = work.position[work.corners[4 * q + 1]]
     c = work.position[work.corners[4 * q + 2]]
     d = work.position[work.corners[4 * q + 3]]
-    across = wp.cross(c - a, d - b)
-    result = turned_corner(across, a - d, b - a, work.sense * work.normal[work.corners[4 * q]])
-    result += turned_corner(across, b - a, c - b, work.sense * work.normal[work.corners[4 * q + 1]])
-    result += turned_corner(across, c - b, d - c, work.sense * work.normal[work.corners[4 * q + 2]])
-    result += turned_corner(across, d - c, a - d, work.sense * work.normal[work.corners[4 * q + 3]])
-    return result
+    return wp.cross(c - a, d - b)
+
+
+@wp.func
+def is_turned(work: Work, q: wp.int32) -> wp.bool:
+    """Return whether a quad faces away from the mean of the surface's normals at its corners."""
+    up = work.normal[work.corners[4 * q]] + work.normal[work.corners[4 * q + 1]]
+    up += work.normal[work.corners[4 * q + 2]] + work.normal[work.corners[4 * q + 3]]
+    return work.sense * wp.dot(quad_area(work, q), up) <= 0.0
 
 
 @wp.func
 def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
-    """Return the sum of 1 - shape of the patch's quads, their least shape, and their turned corners."""
+    """Return the sum of 1 - shape of the patch's quads, their least shape, and how many are turned."""
     total = float(0.0)
     least = float(1.0)
     turned = float(0.0)
@@ -150,8 +159,30 @@ def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
         )
         total += 1.0 - shape
         least = wp.min(least, shape)
-        turned += float(turned_corners(work, q))
+        turned += wp.where(is_turned(work, q), 1.0, 0.0)
     return wp.vec3(total, least, turned)
+
+
+@wp.func
+def folded_sides(work: Work, b: wp.int32) -> wp.int32:
+    """Return how many sides of the patch's quads are folds: the quads there over 90 degrees apart.
+
+    It fails if there is a side that another block's quad may lie across, which must not be looked at.
+    """
+    result = int(0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        area = quad_area(work, q)
+        is_inner = is_own(work, b, work.corners[4 * q + 3])
+        for c in range(4):
+            was_inner = is_inner
+            is_inner = is_own(work, b, work.corners[4 * q + c])
+            if is_inner or was_inner:
+                if wp.dot(area, quad_area(work, work.twin[4 * q + ((c + 3) & 3)] >> 2)) < 0.0:
+                    result += 1
+            else:
+                fail(work, b)
+    return result
 
 
 @wp.func

@@ -82,8 +82,8 @@ def _longer(array: Any, more: int, device: Device, value: int = 0) -> Any:
     return longer
 
 
-def without_gaps(mesh: Mesh, device: Device) -> Mesh:
-    """Return the mesh without what has gone."""
+def without_gaps(mesh: Mesh, host: Any, device: Device) -> tuple[Mesh, Any]:
+    """Return the mesh without what has gone, and the new numbers of the quads `host`, int32, that stay."""
     quad_starts, quads = _rank(mesh.quad_gone, device)
     vertex_starts, vertices = _rank(mesh.vertex_gone, device)
     packed = Mesh(
@@ -109,7 +109,9 @@ def without_gaps(mesh: Mesh, device: Device) -> Mesh:
     inputs = [mesh.position, mesh.cell, mesh.local, vertex_starts]
     outputs = [packed.position, packed.cell, packed.local]
     device.launch(pack_places_kernel, mesh.vertex_count, inputs, outputs)
-    return packed
+    new_host = device.empty(host.shape[0], wp.int32)
+    device.launch(renumber_kernel, host.shape[0], [host, quad_starts], [new_host])
+    return packed, new_host
 
 
 def _rank(gone: Any, device: Device) -> tuple[Any, int]:
@@ -130,6 +132,20 @@ def mark_staying_kernel(
     """Mark what stays. One thread an item."""
     n = first + wp.tid()
     stays_out[n] = wp.where(gone[n] == wp.uint8(0), wp.int64(1), wp.int64(0))
+
+
+@wp.kernel
+def renumber_kernel(
+    # In:
+    first: wp.int32,
+    number: wp.array(dtype=wp.int32),
+    starts: wp.array(dtype=wp.int64),
+    # Out:
+    number_out: wp.array(dtype=wp.int32),
+):
+    """Find the new numbers of items. One thread an item."""
+    n = first + wp.tid()
+    number_out[n] = wp.int32(starts[number[n]])
 
 
 @wp.func

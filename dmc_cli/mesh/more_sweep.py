@@ -9,14 +9,18 @@ of one thread, so the mesh is the same on any device and for any number of threa
 import warp as wp
 
 from dmc_cli.mesh.glide import Scene
+from dmc_cli.mesh.more_chains import UNKNOWN, allowance, collapse_cost, pursue, rotation_cost, scrambled
 from dmc_cli.mesh.more_checks import (
     SHAPE_WEIGHT,
+    folded_sides,
     gather_patch,
     highest_of_patch,
-    irregularity,
+    irregularity_change,
     is_core_sound,
     measure_patch,
+    quads_removed,
 )
+from dmc_cli.mesh.more_guests import lodge_guests
 from dmc_cli.mesh.more_moves import keep_places, restore_places, settle_core, smooth_core
 from dmc_cli.mesh.more_operations import DOUBLETS, collapse_diagonal, doublet_of, open_quad, rotate_edge
 from dmc_cli.mesh.more_work import (
@@ -48,14 +52,12 @@ SHAPE_FLOOR = wp.constant(0.3)
 HEIGHT_LIMIT = wp.constant(0.35)
 """How far, in cells, centres of quads and midpoints of sides may be from the surface after an operation."""
 
-HIGHEST_BIT = wp.constant(wp.uint32(0x80000000))
-HASH_FACTOR, HASH_STEP = wp.constant(wp.uint32(747796405)), wp.constant(wp.uint32(2891336453))
-HASH_MIX = wp.constant(wp.uint32(277803737))
-"""Of the permuted congruential generator's 32-bit hash (O'Neill 2014)."""
-
 GEOMETRY_CAN_GIVE = wp.constant(0.6)
 """What better shapes may make good at most; what costs more is dropped without looking at them."""
 
+
+CHAINED = 64
+"""Of 256 operations tried, those that are followed by a chain if they gain nothing."""
 
 ROTATIONS, COLLAPSES = 8, 4
 """Of 16 operations tried; the others open a quad."""
@@ -76,66 +78,9 @@ class Rules:
 
 
 @wp.func
-def allowance(temperature: wp.float32, number: wp.uint32) -> wp.float32:
-    """Return -T ln(u) for a random number, the logarithm made of straight pieces: the same on any device."""
-    zeros = float(0.0)
-    x = number | wp.uint32(1)
-    while x < HIGHEST_BIT:
-        x = x << wp.uint32(1)
-        zeros += 1.0
-    fraction = wp.float32((x >> wp.uint32(8)) & wp.uint32(0x7FFFFF)) / 8388608.0
-    return temperature * 0.6931472 * (zeros + 1.0 - fraction)
-
-
-@wp.func
-def scrambled(x: wp.uint32) -> wp.uint32:
-    """Return a hash of 32 bits."""
-    y = x * HASH_FACTOR + HASH_STEP
-    y = ((y >> ((y >> wp.uint32(28)) + wp.uint32(4))) ^ y) * HASH_MIX
-    return (y >> wp.uint32(22)) ^ y
-
-
-@wp.func
 def choice(number: wp.uint32, shift: wp.int32, count: wp.int32) -> wp.int32:
     """Return a number below `count` from eight bits of a random number."""
     return (wp.int32((number >> wp.uint32(shift)) & wp.uint32(255)) * count) >> 8
-
-
-@wp.func
-def distance_change(valence: wp.int32, more: wp.int32) -> wp.int32:
-    """Return what a change of a vertex's valence adds to the square of its distance from 4."""
-    return (valence + more - 4) * (valence + more - 4) - (valence - 4) * (valence - 4)
-
-
-@wp.func
-def rotation_cost(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> wp.int32:
-    """Return what rotating an edge adds to the irregularity: 0 with doublets, 99 off the block."""
-    cost = int(99)
-    if is_own(work, b, quad_corner(work, h, 0)) and is_own(work, b, quad_corner(work, h, 1)):
-        t = work.twin[h]
-        u = work.valence[quad_corner(work, h, 0)]
-        w = work.valence[quad_corner(work, h, 1)]
-        cost = int(0)
-        if u > 3 and w > 3:
-            step = wp.where(forward, 2, 3)
-            cost = distance_change(u, -1) + distance_change(w, -1)
-            cost += distance_change(work.valence[quad_corner(work, h, step)], 1)
-            cost += distance_change(work.valence[quad_corner(work, t, step)], 1)
-    return cost
-
-
-@wp.func
-def collapse_cost(work: Work, h: wp.int32) -> wp.int32:
-    """Return what collapsing a diagonal adds to the irregularity, 0 if a doublet comes of it."""
-    u = work.valence[quad_corner(work, h, 0)]
-    w = work.valence[quad_corner(work, h, 2)]
-    s = work.valence[quad_corner(work, h, 1)]
-    t = work.valence[quad_corner(work, h, 3)]
-    cost = int(0)
-    if s > 3 and t > 3:
-        cost = distance_change(s, -1) + distance_change(t, -1)
-        cost += (u + w - 6) * (u + w - 6) - (u - 4) * (u - 4) - (w - 4) * (w - 4)
-    return cost
 
 
 @wp.func
@@ -149,7 +94,8 @@ def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.fl
     if kind < ROTATIONS:
         side = (h & ~3) | ((h + choice(number, 16, 4)) & 3)
         forward = choice(number, 24, 2) == 1
-        if float(rotation_cost(work, b, side, forward)) > most:
+        cost = rotation_cost(work, b, side, forward)
+        if cost != UNKNOWN and float(cost) > most:
             fail(work, b)
         else:
             rotate_edge(work, b, side, forward)
@@ -198,33 +144,18 @@ def spread_opened(work: Work, fresh: wp.int32):
 
 
 @wp.func
-def value_before(work: Work, b: wp.int32, price: wp.float32) -> wp.vec3:
-    """Return what the mesh before an operation is worth more than its new connectivity allows for.
-
-    That is the energy before, less irregularity and price of quads after; with it the least shape and the
-    turned corners of the patch before. The journal is left as it was.
-    """
-    energy = -float(irregularity(work, b))
-    gone = gone_count(work, b)
+def measure_before(work: Work, b: wp.int32) -> wp.vec4:
+    """Return the measures of the patch before an operation and its folds; it is left as it is after it."""
     undo(work, b)
-    energy += float(irregularity(work, b)) - price * float(gone - gone_count(work, b))
     gather_patch(work, b)
     before = measure_patch(work, b)
+    folds = folded_sides(work, b)
     redo(work, b)
-    return wp.vec3(energy + SHAPE_WEIGHT * before[0], before[1], before[2])
+    return wp.vec4(before[0], before[1], before[2], float(folds))
 
 
 @wp.func
-def gone_count(work: Work, b: wp.int32) -> wp.int32:
-    """Return how many of the touched vertices are not there."""
-    gone = int(0)
-    for n in range(work.tally[b, TOUCHED]):
-        gone += wp.int32(work.vertex_gone[work.core[b, n]])
-    return gone
-
-
-@wp.func
-def try_places(scene: Scene, work: Work, b: wp.int32, before: wp.vec3, margin: wp.float32):
+def try_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4):
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
     fresh = work.tally[b, SPARE_VERTEX]
@@ -232,17 +163,19 @@ def try_places(scene: Scene, work: Work, b: wp.int32, before: wp.vec3, margin: w
         spread_opened(work, fresh)
     smooth_core(work, b)
     gather_patch(work, b)
-    budget = before[0] + margin
-    if is_worse(measure_patch(work, b), budget, before[1], before[2]):
-        fail(work, b)
+    if irregularity_change(work, b) >= 0:
+        if is_worse(measure_patch(work, b), budget, before[1], before[2]):
+            fail(work, b)
     if not has_failed(work, b):
         settle_core(scene, work, b)
     if not has_failed(work, b):
         if is_worse(measure_patch(work, b), budget, before[1], before[2]):
             fail(work, b)
     if not has_failed(work, b):
-        if highest_of_patch(scene, work, b) > HEIGHT_LIMIT:
+        if float(folded_sides(work, b)) > before[3] or highest_of_patch(scene, work, b) > HEIGHT_LIMIT:
             fail(work, b)
+    if not has_failed(work, b):
+        lodge_guests(scene, work, b)
     if has_failed(work, b):
         restore_places(work, b)
 
@@ -255,16 +188,14 @@ def attempt(
     begin(work, b)
     margin = allowance(rules.temperature, scrambled(number))
     propose(work, b, v, number, margin + GEOMETRY_CAN_GIVE, last)
-    if not has_failed(work, b) and not is_core_sound(work, b):
-        fail(work, b)
+    if not has_failed(work, b) and choice(number, 24, 256) < CHAINED:
+        pursue(work, b, number)
     if not has_failed(work, b):
-        before = value_before(work, b, rules.price)
-        if work.tally[b, OPENED] == 1:
-            begin_opened(work, b, work.tally[b, SPARE_VERTEX])
-        if before[0] + margin < 0.0:
+        cost = float(irregularity_change(work, b)) + rules.price * float(quads_removed(work, b))
+        if cost > margin + GEOMETRY_CAN_GIVE or not is_core_sound(work, b):
             fail(work, b)
         else:
-            try_places(scene, work, b, before, margin)
+            judge_places(scene, work, b, margin - cost)
     if has_failed(work, b):
         undo(work, b)
     else:
@@ -274,11 +205,24 @@ def attempt(
 
 
 @wp.func
+def judge_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32):
+    """Fail unless the shapes round an operation cost no more than `budget`, against before."""
+    before = measure_before(work, b)
+    whole = budget + SHAPE_WEIGHT * before[0]
+    if work.tally[b, OPENED] == 1:
+        begin_opened(work, b, work.tally[b, SPARE_VERTEX])
+    if whole < 0.0:
+        fail(work, b)
+    if not has_failed(work, b):
+        try_places(scene, work, b, whole, before)
+
+
+@wp.func
 def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, turned: wp.float32) -> wp.bool:
     """Return whether a patch costs more than it may, has a worse quad than before, or a new fold."""
     worse = SHAPE_WEIGHT * after[0] > budget
     worse = worse or after[1] < wp.min(least, SHAPE_FLOOR)
-    return worse or (after[2] > 0.0 and after[2] >= turned)
+    return worse or after[2] > turned
 
 
 @wp.func

@@ -16,14 +16,20 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 CORNER, TWIN, START, VALENCE, QUAD_GONE, VERTEX_GONE = range(6)
 """The arrays whose changes are journalled."""
 
-JOURNAL = 192
-"""Changes of one operation at most: about 40 of a rotation and as many of each vertex that is taken up."""
+JOURNAL = 640
+"""Changes of one operation at most: about 40 of each rotation, as many of each vertex that is taken up."""
 
-CORE = 20
-"""Vertices that one operation may touch: 6, and two for each doublet."""
+CORE = 40
+"""Vertices that one operation may touch: 6, about four for each link of a chain, two for each doublet."""
 
-PATCH = 96
+PATCH = 144
 """Quads round these vertices at most."""
+
+GUESTS = 320
+"""Guests of these quads at most."""
+
+LINKS = 12
+"""Rotations that one operation may be followed by at most."""
 
 JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
 MERGED, LEFT, OPENED, CHANGES, TALLIES = range(6, 11)
@@ -40,9 +46,9 @@ LONGEST_RING = 32
 class Work:
     """A mesh and the benches of its blocks.
 
-    Of halfedges corners and twin; of quads quad_gone and quad_block; of vertices vertex_halfedge to
-    vertex_block (-1: nobody's); of blocks and places on the bench the others. `sense` is 1 if quads face
-    along the gradient of F, else -1.
+    Of halfedges corners and twin; of quads quad_gone and first_guest; of vertices vertex_halfedge to
+    vertex_block (-1: nobody's); of guests guest_point, host and next_guest; of blocks and places on the
+    bench the others. `sense` is 1 if quads face along the gradient of F, else -1.
     """
 
     corners: wp.array(dtype=wp.int32)
@@ -56,14 +62,22 @@ class Work:
     local: wp.array(dtype=wp.vec3)
     normal: wp.array(dtype=wp.vec3)
     vertex_block: wp.array(dtype=wp.int32)
+    first_guest: wp.array(dtype=wp.int32)
+    guest_point: wp.array(dtype=wp.vec3)
+    host: wp.array(dtype=wp.int32)
+    next_guest: wp.array(dtype=wp.int32)
     journal_place: wp.array2d(dtype=wp.int64)
     journal_value: wp.array2d(dtype=wp.int32)
     core: wp.array2d(dtype=wp.int32)
+    chain: wp.array2d(dtype=wp.int32)
+    core_valence: wp.array2d(dtype=wp.int32)
     core_position: wp.array2d(dtype=wp.vec3)
     core_cell: wp.array2d(dtype=wp.int64)
     core_local: wp.array2d(dtype=wp.vec3)
     core_normal: wp.array2d(dtype=wp.vec3)
     patch: wp.array2d(dtype=wp.int32)
+    guest: wp.array2d(dtype=wp.int32)
+    new_host: wp.array2d(dtype=wp.int32)
     tally: wp.array2d(dtype=wp.int32)
     sense: wp.float32
 
@@ -111,6 +125,7 @@ def touch(work: Work, b: wp.int32, v: wp.int32):
             fail(work, b)
         else:
             work.core[b, count] = v
+            work.core_valence[b, count] = wp.where(work.vertex_gone[v] == wp.uint8(0), work.valence[v], 4)
             work.tally[b, TOUCHED] = count + 1
 
 

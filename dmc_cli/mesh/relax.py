@@ -22,9 +22,11 @@ import warp as wp
 
 from dmc_cli.device import Device
 from dmc_cli.mesh.glide import Scene, glide, make_scene, output_position, surface_normal
-from dmc_cli.mesh.halfedges import Halfedges, flat_quads, previous_halfedge
+from dmc_cli.mesh.guests import Guests, keep_guests
+from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.project import cell_node, node_cell
 from dmc_cli.mesh.quad_square import nearest_square_corner, quad_shape
+from dmc_cli.mesh.relax_checks import Ring, Spots, check_kernel, corner_point, ring_size, turn
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.surface import Surface
 
@@ -47,28 +49,13 @@ WEIGHT_OF_SHAPE = wp.constant(3.0)
 """How much more a quad of shape 0 counts than a square: the worst improve first."""
 
 
-@wp.struct
-class Ring:
-    """The mesh that a kernel walks on; `sense` is 1 if quads face along the gradient of F, else -1."""
-
-    corners: wp.array(dtype=wp.int32)
-    twin: wp.array(dtype=wp.int32)
-    start: wp.array(dtype=wp.int32)
-    valence: wp.array(dtype=wp.int32)
-    sense: wp.float32
-
-
-@wp.struct
-class Spots:
-    """Where vertices are: positions, cells, local coordinates, and the surface's unit normals."""
-
-    position: wp.array(dtype=wp.vec3)
-    cell: wp.array(dtype=wp.int64)
-    local: wp.array(dtype=wp.vec3)
-    normal: wp.array(dtype=wp.vec3)
-
-
-def relax(surface: Surface, halfedges: Halfedges, steps: int, progress: Progress = SILENT) -> Surface:
+def relax(
+    surface: Surface,
+    halfedges: Halfedges,
+    steps: int,
+    progress: Progress = SILENT,
+    guests: Guests | None = None,
+) -> Surface:
     """Return the surface after at most `steps` steps of its vertices to better shapes; no array is changed.
 
     Args:
@@ -76,6 +63,7 @@ def relax(surface: Surface, halfedges: Halfedges, steps: int, progress: Progress
         halfedges: Its halfedges.
         steps: How many; fewer where the mean shape rises no more.
         progress: Told the share of the steps that are done.
+        guests: Points that must not be left behind.
     """
     device = surface.device
     count = surface.vertices.shape[0]
@@ -88,7 +76,7 @@ def relax(surface: Surface, halfedges: Halfedges, steps: int, progress: Progress
     for step in range(steps):
         progress.advance(step / steps)
         then = spare.pop()
-        _take_step(ring, scene, now, then, scratch, device)
+        _take_step(ring, scene, now, then, scratch, guests, device)
         before, total_shape = total_shape, _measure(ring, then, scratch, device)
         if not total_shape > before:
             break
@@ -96,6 +84,15 @@ def relax(surface: Surface, halfedges: Halfedges, steps: int, progress: Progress
             spare.append(now)
         now = then
     return replace(surface, vertices=now.position, vertex_cell=now.cell, vertex_local=now.local)
+
+
+def measure_shapes(surface: Surface, halfedges: Halfedges) -> Any:
+    """Return the shapes of the quads, float32 (Q,)."""
+    quads, device = halfedges.quads.shape[0], surface.device
+    shape = device.empty(quads, wp.float32)
+    inputs = [_make_ring(halfedges, surface), surface.vertices]
+    device.launch(measure_shapes_kernel, quads, inputs, [shape])
+    return shape
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,9 @@ def _measure(ring: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
     return float(scratch.shape.numpy().sum(dtype=np.float64))
 
 
-def _take_step(ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, device: Device) -> None:
+def _take_step(
+    ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, guests: Guests | None, device: Device
+) -> None:
     """Move the vertices from `now`, whose shapes are measured, to `then`, as far as no quad suffers."""
     vertex_count, quad_count = scratch.level.shape[0], scratch.shape.shape[0]
     outputs = [scratch.floor, scratch.aim, scratch.level]
@@ -135,8 +134,11 @@ def _take_step(ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, de
         inputs = [scene, now, scratch.aim, int(checks < PATIENT_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
-        inputs = [ring, now, then, scratch.shape, scratch.floor, scratch.has_moved]
+        inputs = [ring, now, then, scratch.shape, scratch.floor, int(guests is None), scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
+        if guests is not None:
+            outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]
+            keep_guests(guests, scene.grid, ring.corners, then, *outputs, device)
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
 
 
@@ -161,35 +163,6 @@ def _spots(position: Any, cell: Any, local: Any, device: Device) -> Any:
 def _empty_spots(count: int, device: Device) -> Any:
     """Return the kernels' view of vertices that are still to be written."""
     return _spots(*(device.empty(count, kind) for kind in (wp.vec3, wp.int64, wp.vec3)), device)
-
-
-@wp.func
-def turn(ring: Ring, h: wp.int32) -> wp.int32:
-    """Return the next halfedge that leaves the same vertex, or -1 on a boundary."""
-    return ring.twin[previous_halfedge(h)]
-
-
-@wp.func
-def ring_size(ring: Ring, v: wp.int32) -> wp.int32:
-    """Return the number of quads round a vertex if they form one ring, else 0."""
-    size = int(0)
-    start = ring.start[v]
-    valence = ring.valence[v]
-    h = start
-    while h >= 0 and size < valence:
-        size += 1
-        h = turn(ring, h)
-        if h == start:
-            if size == valence:
-                return size
-            return 0
-    return 0
-
-
-@wp.func
-def corner_point(ring: Ring, position: wp.array(dtype=wp.vec3), h: wp.int32, step: wp.int32) -> wp.vec3:
-    """Return the position of the corner `step` corners after halfedge h's in its quad."""
-    return position[ring.corners[(h & ~3) | ((h + step) & 3)]]
 
 
 @wp.kernel
@@ -315,66 +288,3 @@ def move_kernel(
     then.cell[v] = cell
     then.local[v] = local
     then.normal[v] = normal
-
-
-@wp.func
-def faces_surface(ring: Ring, spots: Spots, h: wp.int32) -> wp.bool:
-    """Return whether the corner of halfedge h turns the way that the surface faces there."""
-    v = ring.corners[h]
-    here = spots.position[v]
-    before = here - corner_point(ring, spots.position, h, 3)
-    after = corner_point(ring, spots.position, h, 1) - here
-    return ring.sense * wp.dot(wp.cross(before, after), spots.normal[v]) > 0.0
-
-
-@wp.func
-def is_spoilt(
-    ring: Ring, now: Spots, then: Spots, q: wp.int32, shape: wp.float32, floor: wp.array(dtype=wp.float32)
-) -> wp.bool:
-    """Return whether the moves worsen a quad below its vertices' floors or turn one of its corners."""
-    h = 4 * q
-    least = float(1.0)
-    is_turned = bool(False)
-    for corner in range(4):
-        least = wp.min(least, floor[ring.corners[h + corner]])
-        if faces_surface(ring, now, h + corner) and not faces_surface(ring, then, h + corner):
-            is_turned = bool(True)
-    a = corner_point(ring, then.position, h, 0)
-    b = corner_point(ring, then.position, h, 1)
-    c = corner_point(ring, then.position, h, 2)
-    d = corner_point(ring, then.position, h, 3)
-    found = quad_shape(a, b, c, d)
-    return is_turned or (found < shape and (found < least or found <= 0.0))
-
-
-@wp.kernel
-def check_kernel(
-    # In:
-    first: wp.int32,
-    ring: Ring,
-    now: Spots,
-    then: Spots,
-    shape: wp.array(dtype=wp.float32),
-    floor: wp.array(dtype=wp.float32),
-    has_moved: wp.array(dtype=wp.uint8),
-    # In/out:
-    must_retreat_inout: wp.array(dtype=wp.uint8),
-    # Out:
-    failing_out: wp.array(dtype=wp.uint8),
-):
-    """Find the quads that the last moves spoil, and tell their vertices. One thread a quad.
-
-    Several threads may tell a vertex, all the same.
-    """
-    q = first + wp.tid()
-    is_touched = bool(False)
-    for corner in range(4):
-        if has_moved[ring.corners[4 * q + corner]] != wp.uint8(0):
-            is_touched = bool(True)
-    failing = wp.uint8(0)
-    if is_touched:
-        if is_spoilt(ring, now, then, q, shape[q], floor):
-            failing = wp.uint8(1)
-            for corner in range(4):
-                must_retreat_inout[ring.corners[4 * q + corner]] = wp.uint8(1)
-    failing_out[q] = failing
