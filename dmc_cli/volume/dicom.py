@@ -6,7 +6,7 @@ lay out its slices, read their values.
 
 from pathlib import Path
 
-from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.dicom_elements import read_header
@@ -17,6 +17,9 @@ from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, stacks_o
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
 from dmc_cli.volume.layout import check_affine, check_shape
 from dmc_cli.volume.volume import Volume, VolumeEntry
+
+MOST_TOLD = 3
+"""Files that a message names of those that were left out."""
 
 NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's own, lengths may be unknown"
 
@@ -32,9 +35,16 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     """
     with dicom_files(path, name) as files:
         with progress.stage("scanning"):
-            stacks, notes = _stacks(files, name, progress)
+            stacks, notes, left_out = _stacks(files, name, progress)
         stack = choose_stack(stacks, settings.series, name)
-        geometry = slice_geometry(stack, settings, name)
+        try:
+            geometry = slice_geometry(stack, settings, name)
+        except AmbiguousVolumeError as error:
+            if not left_out:
+                raise
+            # one of them may be the slice that is missing
+            told = "; ".join(left_out[:MOST_TOLD])
+            raise AmbiguousVolumeError(f"{error}; {len(left_out)} file(s) left out: {told}") from error
         columns, rows = geometry.frames[0].pixels.shape
         check_shape(name, (columns, rows, len(geometry.frames)))
         check_affine(name, geometry.affine)
@@ -63,12 +73,14 @@ def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
         VolumeError: There is none.
     """
     with dicom_files(path, name) as files:
-        stacks, _ = _stacks(files, name, SILENT)
+        stacks, *_ = _stacks(files, name, SILENT)
     return [stack.entry(number) for number, stack in enumerate(stacks, 1)]
 
 
-def _stacks(files: list[DicomFile], name: str, progress: Progress) -> tuple[list[Stack], list[str]]:
-    """The stacks of an input, and warnings."""
+def _stacks(
+    files: list[DicomFile], name: str, progress: Progress
+) -> tuple[list[Stack], list[str], list[str]]:
+    """The stacks of an input, warnings, and which DICOM files are in none, and why."""
     frames: list[Frame] = []
     reasons: list[str] = []
     damaged: list[VolumeError] = []
@@ -88,4 +100,5 @@ def _stacks(files: list[DicomFile], name: str, progress: Progress) -> tuple[list
     stacks = stacks_of(frames)
     if not stacks:
         raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
-    return stacks, [f"a file was left out: {error}" for error in damaged[:3]]
+    notes = [f"a file was left out: {error}" for error in damaged[:MOST_TOLD]]
+    return stacks, notes, [*map(str, damaged), *reasons]

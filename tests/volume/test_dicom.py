@@ -324,3 +324,13 @@ def test_an_absurd_size_is_not_trusted(tmp_path):
         save(dataset, tmp_path / f"{k}")
     with pytest.raises(DamagedVolumeError, match="header is damaged"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize("kept", [200, 400])
+def test_a_missing_slice_whose_file_is_cut_short_is_told_with_it(tmp_path, kept):
+    for k, position in enumerate(axial(6)):
+        path = save(make_slice(position, k), tmp_path / f"IM{k}")
+        if k == 3:
+            path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(AmbiguousVolumeError, match=r"missing slice found.*; 1 file\(s\) left out: IM3: "):
+        read(tmp_path)
