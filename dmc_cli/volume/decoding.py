@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, BinaryIO
 
 import numpy as np
+from isal import isal_zlib
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.layout import Encoding
@@ -88,8 +89,6 @@ def _raw_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 
 def new_inflater(wbits: int) -> Any:
     """A decompressor for one gzip (31) or zlib (15) stream; isal's takes half the time of Python's own."""
-    from isal import isal_zlib
-
     return isal_zlib.decompressobj(wbits=wbits)
 
 
