@@ -15,6 +15,9 @@ from dmc_cli.volume.dicom_source import HEAD_BYTES, MAX_RATIO, DicomFile
 DEFLATED = "1.2.840.10008.1.2.1.99"
 """Deflated Explicit VR Little Endian."""
 
+SLACK = 1 << 20
+"""Bytes by which deflate may make a data set longer, and more."""
+
 
 @dataclass(frozen=True, eq=False)
 class DeflatedFile(DicomFile):
@@ -28,15 +31,16 @@ class DeflatedFile(DicomFile):
     packed: DicomFile | None = None
     begin: int = 0
 
-    def open(self) -> BinaryIO:
-        """The inflated data set; it is inflated as far as it is read."""
+    def open(self, most: int | None = None) -> BinaryIO:
+        """The inflated data set; it is inflated as far as it is read, and no more than `most` bytes are."""
         assert self.packed is not None
-        return cast(BinaryIO, _InflatedStream(self.name, self.packed, self.begin))
+        file = self.packed.open(None if most is None else self.begin + most + SLACK)
+        return cast(BinaryIO, _InflatedStream(self.name, file, self.begin))
 
     def heads(self) -> Iterator[BinaryIO]:
         """The beginning of the data set, then more of it."""
         for limit in HEAD_BYTES:
-            with self.open() as stream:
+            with self.open(limit) as stream:
                 start = stream.read(limit)
             yield io.BytesIO(start)
             if len(start) < limit:
@@ -52,9 +56,8 @@ def inflated_file(packed: DicomFile, begin: int) -> DeflatedFile:
 class _InflatedStream(io.RawIOBase):
     """A deflated part of a file, inflated while it is read; to seek backwards begins anew."""
 
-    def __init__(self, name: str, packed: DicomFile, begin: int) -> None:
-        self._name, self._begin = name, begin
-        self._file = packed.open()
+    def __init__(self, name: str, file: BinaryIO, begin: int) -> None:
+        self._name, self._begin, self._file = name, begin, file
         self._rewind()
 
     def close(self) -> None:

@@ -56,6 +56,9 @@ LARGEST_RATIO = 5000
 """A frame beyond LARGE_FRAME bytes must have a stored byte for every LARGEST_RATIO of them: a damaged size
 must not make a decoder fill the memory."""
 
+COMPRESSED_SLACK = 1 << 20
+"""Bytes beside twice the values that compressed ones may take with all their tables."""
+
 LEAST_RLE_RATIO = 64
 """RLE needs two bytes for 128 equal ones."""
 
@@ -117,7 +120,7 @@ def _stored_type(frame: Frame) -> np.dtype[Any]:
 
 
 def _pixel_tag(header: Header) -> int:
-    with header.file.open() as file:
+    with header.file.open((header.pixel_start or 0) + 4) as file:
         file.seek(header.pixel_start or 0)
         start = file.read(4)
     order: Any = "big" if header.syntax == BIG_ENDIAN else "little"
@@ -171,7 +174,7 @@ def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> 
 def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> Iterator[_Array]:
     """Uncompressed slices, read into their place in the volume where their type is kept."""
     header, pixels = task[0][1].header, task[0][1].pixels
-    with header.file.open() as file:
+    with header.file.open((header.pixel_start or 0) + 12 + pixels.frames * pixels.frame_bytes) as file:
         file.seek(header.pixel_start or 0)
         start = file.read(12)
         explicit = header.syntax == EXPLICIT
@@ -210,7 +213,8 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     if not decoder.is_available:
         raise _plugin_missing(header, str(decoder.UID.name))
     try:
-        with header.file.open() as file:
+        most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
+        with header.file.open(most) as file:
             dataset = pydicom.dcmread(PiecewiseStream(file), force=True)
             wanted = [frame.index for _, frame in task]
             if header.syntax not in UNPACKED:

@@ -49,8 +49,8 @@ class DicomFile:
     size: int
     archive: zipfile.ZipFile | None = None
 
-    def open(self) -> BinaryIO:
-        """The whole file, seekable; a zip entry is unpacked into memory.
+    def open(self, most: int | None = None) -> BinaryIO:
+        """The file, seekable; a zip entry is unpacked into memory, its first `most` bytes if there are more.
 
         Raises:
             DamagedVolumeError: It cannot be read.
@@ -58,7 +58,7 @@ class DicomFile:
         try:
             if self.archive is None:
                 return self.path.open("rb")
-            return io.BytesIO(self._unpacked(self.size))
+            return io.BytesIO(self._unpacked(self.size if most is None else min(most, self.size)))
         except (OSError, RuntimeError, NotImplementedError, EOFError, zipfile.BadZipFile) as error:
             raise self._unreadable(error) from error
         except Exception as error:

@@ -178,3 +178,34 @@ def test_a_chunk_in_a_file_of_many_chunks(tmp_path):
     table = struct.pack("<QQ", 0, len(bomb)) + content[-20:-4]
     path.write_bytes(bomb + table + struct.pack("<I", google_crc32c.value(table)))
     assert refused(path, "zarr")
+
+
+def zip_of(entries):
+    """A zip of deflated entries: name to raw stream and the bytes that it claims to unpack to."""
+    body, directory = b"", b""
+    for name, (stream, size) in entries.items():
+        sizes = struct.pack("<LLL", 0, len(stream), size) + struct.pack("<HH", len(name), 0)
+        fields = struct.pack("<HHHHH", 20, 0, 8, 0, 0) + sizes
+        directory += (
+            b"PK\1\2" + struct.pack("<H", 20) + fields + bytes(10) + struct.pack("<L", len(body)) + name
+        )
+        body += b"PK\3\4" + fields + name + stream
+    end = struct.pack("<HHHHLLH", 0, 0, len(entries), len(entries), len(directory), len(body), 0)
+    return body + directory + b"PK\5\6" + end
+
+
+@pytest.mark.parametrize(
+    "syntax", [uid.ExplicitVRLittleEndian, uid.RLELossless, uid.DeflatedExplicitVRLittleEndian]
+)
+def test_a_zip_whose_slices_go_on_with_zeros(tmp_path, syntax):
+    entries = {}
+    for k, position in enumerate(axial(3)):
+        is_packed = syntax == uid.RLELossless
+        dataset = make_slice(position, k, **({} if is_packed else {"syntax": syntax}))
+        if is_packed:
+            dataset.compress(syntax)
+        content = save(dataset, tmp_path / f"{k}").read_bytes()
+        entries[b"%d" % k] = (deflated(content), len(content) + HUGE)
+    path = tmp_path / "a.zip"
+    path.write_bytes(zip_of(entries))
+    assert try_file(path, "zip") == "read"
