@@ -111,10 +111,17 @@ class Device:
             DeviceError: The total does not fit into the 32 bits of a mesh index.
         """
         length = counts.shape[0]
-        sums = self.zeros(length + 1, wp.int64)
-        if length:
-            wp.utils.array_scan(counts, sums[1:], inclusive=True)
-        total = int(sums[length:].numpy()[0])
+        sums = self.empty(length + 1, wp.int64)
+        if self.is_cpu:  # NumPy's sum, which takes a tenth of the time on short arrays
+            host = sums.numpy()
+            host[0] = 0
+            np.cumsum(counts.numpy(), out=host[1:])
+            total = int(host[length])
+        else:
+            sums[:1].zero_()
+            if length:
+                wp.utils.array_scan(counts, sums[1:], inclusive=True)
+            total = int(sums[length:].numpy()[0])
         if total > MOST_ITEMS:
             raise DeviceError(
                 f"the surface has {total} vertices or quads, but 32-bit mesh indices number only"

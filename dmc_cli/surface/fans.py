@@ -100,6 +100,50 @@ def label_fans(
     return result
 
 
+@wp.struct
+class CellVertices:
+    """The vertices of a cell: each edge's, how many there are, and how many polygons gave none."""
+
+    labels: wp.uint64
+    count: wp.int32
+    unused: wp.int32
+
+
+@wp.func
+def number_fans(
+    case: wp.int32,
+    joined: wp.uint32,
+    labels: wp.uint64,
+    polygons: wp.int32,
+    with_quad: wp.uint32,
+    splits_fans: wp.bool,
+) -> CellVertices:
+    """Return the vertices of a cell with edges that have no quad."""
+    found = CellVertices()
+    found.labels = NO_LABELS
+    for polygon in range(polygons):
+        bare = int(-1)  # an edge without a quad, if there is one
+        quads = int(0)
+        for edge in range(12):
+            if label_of(labels, edge) == polygon:
+                if has_bit(with_quad, edge):
+                    quads += 1
+                    found.labels = with_label(found.labels, edge, found.count)
+                else:
+                    bare = edge
+        if quads == 0:
+            found.unused += 1
+        elif bare >= 0 and splits_fans:
+            found.labels = label_fans(case, joined, found.labels, bare, with_quad, found.count)
+            for edge in range(12):
+                label = label_of(found.labels, edge)
+                if label != NO_LABEL:
+                    found.count = wp.max(found.count, label + 1)
+        else:
+            found.count += 1
+    return found
+
+
 @wp.kernel
 def number_vertices_kernel(
     # In:
@@ -122,40 +166,21 @@ def number_vertices_kernel(
     i = special.i[s]
     j = row % grid.ny
     k = row // grid.ny
-    case = cell_case(grid, bits.inside, row, i)
     labels = special.polygons[s]
-    joined = special.joined[s]
     with_quad = edges_with_quad(grid, bits, i, j, k, labels, has_absent)
     polygons = int(0)
+    crossed = wp.uint32(0)
     for edge in range(12):
         label = label_of(labels, edge)
         if label != NO_LABEL:
             polygons = wp.max(polygons, label + 1)
-    result = NO_LABELS
-    vertices = int(0)
-    unused = int(0)
-    for polygon in range(polygons):
-        bare = int(-1)  # an edge without a quad, if there is one
-        quads = int(0)
-        for edge in range(12):
-            if label_of(labels, edge) == polygon:
-                if has_bit(with_quad, edge):
-                    quads += 1
-                    result = with_label(result, edge, vertices)
-                else:
-                    bare = edge
-        if quads == 0:
-            unused += 1
-        elif bare >= 0 and splits_fans:
-            result = label_fans(case, joined, result, bare, with_quad, vertices)
-            for edge in range(12):
-                label = label_of(result, edge)
-                if label != NO_LABEL:
-                    vertices = wp.max(vertices, label + 1)
-        else:
-            vertices += 1
-    labels_out[s] = result
+            crossed |= wp.uint32(1) << wp.uint32(edge)
+    found = CellVertices(labels, polygons, 0)  # away from borders: one vertex a polygon
+    if with_quad != crossed:
+        case = cell_case(grid, bits.inside, row, i)
+        found = number_fans(case, special.joined[s], labels, polygons, with_quad, splits_fans)
+    labels_out[s] = found.labels
     polygon_count_out[s] = wp.int64(polygons)
-    vertex_count_out[s] = wp.int64(vertices)
-    unused_out[s] = wp.int64(unused)
+    vertex_count_out[s] = wp.int64(found.count)
+    unused_out[s] = wp.int64(found.unused)
     multi_out[s] = wp.int64(wp.where(polygons > 1, 1, 0))

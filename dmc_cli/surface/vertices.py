@@ -96,12 +96,13 @@ def _place_exactly(
     outputs = [vertices.cell, vertices.local]
     device.launch(list_special_vertices_kernel, special, inputs, outputs, ITEMS_A_SLAB)
     size = LANES if device.is_cpu else 1
-    left = wp.full(-(-count // size), 1, dtype=wp.uint8, device=device.name)
+    left = device.empty(-(-count // size), wp.uint8)
     if device.is_cpu:
         inputs = [*scene, ordinary, vertices.cell]
         outputs = [vertices.local, vertices.position, left]
         device.launch(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
     else:
+        left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
     fallbacks = device.empty(left.shape[0], wp.int64)
     inputs = [*scene, size, left, ordinary, polygons.special, special, vertices.cell]
