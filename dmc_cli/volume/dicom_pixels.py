@@ -4,7 +4,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from itertools import groupby, islice
@@ -19,6 +19,7 @@ from dmc_cli.volume.codestream import image_size
 from dmc_cli.volume.dicom_elements import (
     DOUBLE_PIXEL_DATA,
     FLOAT_PIXEL_DATA,
+    PIXEL_DATA,
     Header,
     PiecewiseStream,
 )
@@ -199,7 +200,7 @@ def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -
 
 def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     """Compressed or otherwise unusual slices, through pydicom and its plugins."""
-    import pydicom
+    from pydicom.filereader import read_partial
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 
     header, pixels = task[0][1].header, task[0][1].pixels
@@ -215,7 +216,7 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     try:
         most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
         with header.file.open(most) as file:
-            dataset = pydicom.dcmread(PiecewiseStream(file), force=True)
+            dataset = read_partial(PiecewiseStream(file), _behind_pixels(), force=True)  # type: ignore[arg-type]
             wanted = [frame.index for _, frame in task]
             if header.syntax not in UNPACKED:
                 _check_streams(dataset, wanted, header, pixels)
@@ -235,6 +236,18 @@ def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
         raise DamagedVolumeError(
             f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
         ) from error
+
+
+def _behind_pixels() -> Callable[[int, str | None, int], bool]:
+    """Tell pydicom to stop at the element behind the pixel data, whatever it is."""
+    seen = False
+
+    def stop(tag: int, _kind: str | None, _length: int) -> bool:
+        nonlocal seen
+        passed, seen = seen, tag == PIXEL_DATA
+        return passed
+
+    return stop
 
 
 def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
