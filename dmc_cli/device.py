@@ -91,15 +91,13 @@ class Device:
         On CPU the memory is NumPy's, which asks for huge pages: half the time of Warp's own for large arrays.
         """
         if self.is_cpu:
-            dims = (shape,) if isinstance(shape, int) else shape
-            host = np.empty((*dims, *getattr(dtype, "_shape_", ())), wp.dtype_to_numpy(scalar_type(dtype)))
-            array = wp.array(ptr=host.ctypes.data, dtype=dtype, shape=dims, device="cpu", copy=False)
-            array._source = host  # keeps the memory alive as long as Warp's array
-            return array
+            return _host_array(np.empty, shape, dtype)
         return wp.empty(shape, dtype=dtype, device=self.name)
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
-        """Return an array of zeros."""
+        """Return an array of zeros; on CPU a page of it costs nothing until it is written to."""
+        if self.is_cpu:
+            return _host_array(np.zeros, shape, dtype)
         return wp.zeros(shape, dtype=dtype, device=self.name)
 
     def starts(self, counts: Any) -> tuple[Any, int]:
@@ -132,6 +130,15 @@ class Device:
     def total(self, counts: Any) -> int:
         """Return the sum of an integer array as a Python integer."""
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
+
+
+def _host_array(make: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
+    """Return an array in memory that a function of NumPy's makes."""
+    dims = (shape,) if isinstance(shape, int) else shape
+    host = make((*dims, *getattr(dtype, "_shape_", ())), wp.dtype_to_numpy(scalar_type(dtype)))
+    array = wp.array(ptr=host.ctypes.data, dtype=dtype, shape=dims, device="cpu", copy=False)
+    array._source = host  # keeps the memory alive as long as Warp's array
+    return array
 
 
 def _slab(whole: Any, first: int, count: int) -> Any:

@@ -7,9 +7,11 @@ halfedges        the halfedge structure
 coloring         colours of vertices and quads
 working_mesh     a mesh while quads are being removed
 selection        sets of quads or vertices
+patterns         which quads have a pattern of valences
 simplify_3x3y    the pattern 3-X-3-Y
 project          the nearest point of the surface
 merged_vertices  where merged vertices go, and whether they may
+removal_3x3y     their quads removed
 simplify_3333    the pattern 3-3-3-3
 compaction       renumbering without gaps
 simplify         the passes in order
@@ -46,9 +48,9 @@ def kernel_modules(
     if colors or simplify:
         modules += [coloring, selection]
     if simplify:
-        from dmc_cli.mesh import compaction, merged_vertices, simplify_3x3y, simplify_3333, valences
+        from dmc_cli.mesh import compaction, patterns, removal_3x3y, simplify_3x3y, simplify_3333, valences
 
-        modules += [simplify_3x3y, merged_vertices, simplify_3333, compaction, valences]
+        modules += [patterns, simplify_3x3y, removal_3x3y, simplify_3333, compaction, valences]
     if more:
         from dmc_cli.mesh import guests, more_blocks, more_mend, more_mesh, more_sweep
 

@@ -12,11 +12,15 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.selection import count_marks, list_mask, mask_length, part
+from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mask_marks, part
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.surface import Surface
+from dmc_cli.surface.grid import low_bits
+from dmc_cli.surface.words import VECTOR_FLAGS
 
-wp.set_module_options({"enable_backward": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,8 @@ def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | No
                 move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], ITEMS_A_SLAB
             )
     if vertices.gaps.shape[0]:
-        device.launch(rename_vertices_kernel, quads.end, [arrays, vertices.end, vertices.moved_to], [])
+        inputs = [arrays, vertices.end, 4 * quads.end, vertices.moved_to]
+        device.launch(rename_vertices_kernel, -(-quads.end // 16), inputs, [])
     inputs = [arrays, quads.gaps, quads.movers, quads.end, quads.moved_to]
     device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [], ITEMS_A_SLAB)
     halfedges = Halfedges(
@@ -80,9 +85,9 @@ def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | No
 def _plan_moves(device: Device, gone: Any) -> Moves:
     """Return where items go, given a mark (uint8, not 0) for each that has gone."""
     count = gone.shape[0]
-    end = count - count_marks(device, gone)
-    mask = device.empty(mask_length(count), wp.uint32)
-    device.launch(find_moves_kernel, mask.shape[0], [gone, end], [mask])
+    mask, gone_count = mask_marks(device, gone)
+    end = count - gone_count
+    device.launch(find_moves_kernel, mask.shape[0], [end, count], [mask], 16 * WORDS_A_SLAB)
     listed = list_mask(device, mask)
     half = listed.shape[0] // 2
     moved_to = device.empty(count - end, wp.int32)
@@ -95,18 +100,18 @@ def _plan_moves(device: Device, gone: Any) -> Moves:
 def find_moves_kernel(
     # In:
     first: wp.int32,
-    gone: wp.array(dtype=wp.uint8),
     end: wp.int32,
-    # Out:
-    mask_out: wp.array(dtype=wp.uint32),
+    count: wp.int32,
+    # In/out:
+    mask_inout: wp.array(dtype=wp.uint32),
 ):
-    """Find the gaps before the new end and what stays beyond it: as many of each. One thread 32 items."""
+    """Turn a mask of all gaps into one of those before the new end and of what stays beyond it.
+
+    There are as many of each. One thread 32 items.
+    """
     w = first + wp.tid()
-    word = wp.uint32(0)
-    for item in range(32 * w, wp.min(32 * w + 32, gone.shape[0])):
-        if (gone[item] != wp.uint8(0)) == (item < end):
-            word |= wp.uint32(1) << wp.uint32(item - 32 * w)
-    mask_out[w] = word
+    ahead = low_bits(end - 32 * w)
+    mask_inout[w] = (mask_inout[w] ^ ~ahead) & low_bits(count - 32 * w)
 
 
 @wp.kernel
@@ -175,20 +180,37 @@ def move_colors_kernel(
     colors_inout[gaps[n]] = colors_inout[movers[n]]
 
 
+@wp.func_native(
+    """
+    const int* corner = (const int*)corners.data + 64 * (size_t)block;
+    int highest = -1;
+    for (int n = 0; n < 64; ++n) highest = corner[n] > highest ? corner[n] : highest;
+    return highest;
+    """
+)
+def highest_corner(corners: wp.array(dtype=wp.int32), block: wp.int32) -> wp.int32:
+    """Return the highest vertex of the quads 16 `block` to 16 `block` + 15."""
+    ...
+
+
 @wp.kernel
 def rename_vertices_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,  # changed
     end: wp.int32,
+    corner_count: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
 ):
-    """Give the quads their moved vertices' new numbers. One thread a quad."""
-    q = first + wp.tid()
-    for c in range(4):
-        v = mesh.corners[4 * q + c]
+    """Give the quads their moved vertices' new numbers. One thread 16 quads: most have none."""
+    block = first + wp.tid()
+    if 64 * block + 64 <= corner_count:
+        if highest_corner(mesh.corners, block) < end:
+            return
+    for n in range(64 * block, wp.min(64 * block + 64, corner_count)):
+        v = mesh.corners[n]
         if v >= end:
-            mesh.corners[4 * q + c] = moved_to[v - end]
+            mesh.corners[n] = moved_to[v - end]
 
 
 @wp.kernel

@@ -10,8 +10,11 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.grid import bit_index
+from dmc_cli.surface.words import VECTOR_FLAGS
 
-wp.set_module_options({"enable_backward": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 WORDS = wp.constant(32)
 """Words of a mask that one thread counts and lists."""
@@ -20,8 +23,11 @@ WORDS = wp.constant(32)
 KEY_FACTOR = wp.constant(wp.uint32(2654435769))
 """2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
-MARKS = wp.constant(1024)
-"""Marks that one thread counts."""
+WORDS_A_SLAB = 256
+"""Words of 32 items a slab at least, as `ITEMS_A_SLAB` of the device."""
+
+MASKS_A_SLAB = 64
+"""Blocks of words of a mask a slab at least."""
 
 
 def mask_length(count: int) -> int:
@@ -31,13 +37,34 @@ def mask_length(count: int) -> int:
 
 def list_mask(device: Device, mask: Any) -> Any:
     """Return the members of a mask in ascending order, int32."""
+    starts, total = _count_mask(device, mask)
+    listed = device.empty(total, wp.int32)
+    device.launch(list_mask_kernel, starts.shape[0] - 1, [mask, starts], [listed], MASKS_A_SLAB)
+    return listed
+
+
+def keep_masked(device: Device, items: Any, mask: Any) -> Any:
+    """Return the items, int32 (n,), that are members of a mask over them, in their order."""
+    starts, total = _count_mask(device, mask)
+    kept = device.empty(total, wp.int32)
+    if total:
+        device.launch(keep_masked_kernel, starts.shape[0] - 1, [items, mask, starts], [kept], MASKS_A_SLAB)
+    return kept
+
+
+def mask_marks(device: Device, marks: Any) -> tuple[Any, int]:
+    """Return a mask of the items with a mark, uint8 (n,), not 0, and how many there are."""
+    mask = device.empty(mask_length(marks.shape[0]), wp.uint32)
+    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 8 * WORDS_A_SLAB)
+    return mask, _count_mask(device, mask)[1]
+
+
+def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
+    """Return the members before each block of words, with one item more, and the number of all."""
     blocks = -(-mask.shape[0] // int(WORDS))
     counts = device.empty(blocks, wp.int64)
-    device.launch(count_mask_kernel, blocks, [mask], [counts])
-    starts, total = device.starts(counts)
-    listed = device.empty(total, wp.int32)
-    device.launch(list_mask_kernel, blocks, [mask, starts], [listed])
-    return listed
+    device.launch(count_mask_kernel, blocks, [mask], [counts], 4 * MASKS_A_SLAB)
+    return device.starts(counts)
 
 
 def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
@@ -53,12 +80,22 @@ def part(device: Device, array: Any, start: int, end: int) -> Any:
     return array[start:end] if end > start else device.empty(0, array.dtype)
 
 
-def count_marks(device: Device, marks: Any) -> int:
-    """Return how many items have a mark, uint8 (n,), not 0."""
-    blocks = -(-marks.shape[0] // int(MARKS))
-    counts = device.empty(blocks, wp.int64)
-    device.launch(count_marks_kernel, blocks, [marks], [counts])
-    return device.starts(counts)[1]
+@wp.func_native(
+    """
+    const unsigned char* mark = (const unsigned char*)marks.data + 32 * (size_t)word;
+    int count = (int)marks.shape[0] - 32 * word;
+    unsigned int bits = 0;
+    if (count >= 32) {
+        for (int n = 0; n < 32; ++n) bits |= (unsigned int)(mark[n] != 0) << n;
+    } else {
+        for (int n = 0; n < count; ++n) bits |= (unsigned int)(mark[n] != 0) << n;
+    }
+    return bits;
+    """
+)
+def mark_word(marks: wp.array(dtype=wp.uint8), word: wp.int32) -> wp.uint32:
+    """Return word `word` of the mask of the items with a mark."""
+    ...
 
 
 @wp.kernel
@@ -113,19 +150,37 @@ def keep_flagged_kernel(
 
 
 @wp.kernel
-def count_marks_kernel(
+def keep_masked_kernel(
+    # In:
+    first: wp.int32,
+    items: wp.array(dtype=wp.int32),
+    mask: wp.array(dtype=wp.uint32),
+    starts: wp.array(dtype=wp.int64),
+    # Out:
+    kept_out: wp.array(dtype=wp.int32),
+):
+    """Keep the members. One thread a block of words."""
+    block = first + wp.tid()
+    slot = wp.int32(starts[block])
+    for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
+        left = mask[w]
+        while left != wp.uint32(0):
+            kept_out[slot] = items[32 * w + bit_index(left)]
+            slot += 1
+            left &= left - wp.uint32(1)
+
+
+@wp.kernel
+def mask_marks_kernel(
     # In:
     first: wp.int32,
     marks: wp.array(dtype=wp.uint8),
     # Out:
-    counts_out: wp.array(dtype=wp.int64),
+    mask_out: wp.array(dtype=wp.uint32),
 ):
-    """Count the marked items. One thread a block of them."""
-    block = first + wp.tid()
-    count = wp.int32(0)
-    for item in range(block * MARKS, wp.min((block + 1) * MARKS, marks.shape[0])):
-        count += wp.where(marks[item] != wp.uint8(0), 1, 0)
-    counts_out[block] = wp.int64(count)
+    """Gather the marks of 32 items into a word. One thread a word."""
+    w = first + wp.tid()
+    mask_out[w] = mark_word(marks, w)
 
 
 @wp.func

@@ -14,20 +14,16 @@ import warp as wp
 from dmc_cli.mesh.coloring import repair_colors
 from dmc_cli.mesh.compaction import compact
 from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.merged_vertices import judge_folds, judge_topology, place_merged
-from dmc_cli.mesh.simplify_3x3y import (
-    choose_apart,
-    choose_by_paper,
-    list_3x3y,
-    remove_3x3y,
-    still_waiting,
-)
+from dmc_cli.mesh.patterns import list_3x3y, list_3333
+from dmc_cli.mesh.removal_3x3y import remove_3x3y
+from dmc_cli.mesh.selection import keep_masked
+from dmc_cli.mesh.simplify_3x3y import choose_apart, choose_by_paper, judge_topology
 from dmc_cli.mesh.simplify_3333 import (
     REMOVED_TOGETHER,
     choose_unshared,
     judge_3333,
-    list_3333,
     remove_3333,
+    still_waiting,
 )
 from dmc_cli.mesh.working_mesh import WorkingMesh, working_mesh
 from dmc_cli.settings import MeshSettings
@@ -95,10 +91,9 @@ def simplify(
 
 def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:
     """Remove quads by the papers' rules; return how many."""
-    quads = list_3x3y(mesh)
-    flags = choose_by_paper(mesh, quads, by_color=by_color)
-    remove_3x3y(mesh, quads, flags, place_merged(mesh, quads, flags, project=project))
-    return mesh.device.starts(flags)[1]
+    cuts = choose_by_paper(mesh, list_3x3y(mesh), by_color=by_color)
+    removed, _ = remove_3x3y(mesh, cuts, project=project, safe=False)
+    return mesh.device.total(removed)
 
 
 def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
@@ -106,18 +101,15 @@ def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
     device = mesh.device
     state = device.zeros(mesh.quad_count, wp.uint8)
     quads = list_3x3y(mesh)
-    removed = refusals = 0
+    gone = refusals = 0
     while quads.shape[0]:
-        eligible, refused = judge_topology(mesh, quads)
-        flags = choose_apart(mesh, quads, eligible, state)
-        waiting = still_waiting(device, quads, eligible, flags)
-        targets = place_merged(mesh, quads, flags, project=project)
-        judge_folds(mesh, quads, targets[0], flags, refused)
-        remove_3x3y(mesh, quads, flags, targets, may_crowd=False)
-        removed += device.starts(flags)[1]
-        refusals += device.starts(refused)[1]
-        quads = waiting
-    return removed, refusals
+        cuts, refused = judge_topology(mesh, quads, state)
+        chosen, waiting = choose_apart(mesh, cuts, state)
+        removed, folded = remove_3x3y(mesh, chosen, project=project, safe=True, state=state)
+        gone += device.total(removed)
+        refusals += device.total(refused) + device.total(folded)
+        quads = keep_masked(device, quads, waiting)
+    return gone, refusals
 
 
 def _pass_3333(mesh: WorkingMesh, *, safe: bool) -> tuple[int, int]:

@@ -20,8 +20,8 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB
-from dmc_cli.mesh.selection import list_mask, mask_length, turn_key
+from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -31,14 +31,6 @@ REMOVED_TOGETHER = 4
 
 LAST_KEY = 0xFFFFFFFF
 """A key that comes after every other."""
-
-
-def list_3333(mesh: WorkingMesh) -> Any:
-    """Return the quads whose vertices all have valence 3 in ascending order, int32."""
-    device = mesh.device
-    mask = device.empty(mask_length(mesh.quad_count), wp.uint32)
-    device.launch(find_3333_kernel, mask.shape[0], [mesh.arrays], [mask])
-    return list_mask(device, mask)
 
 
 def judge_3333(mesh: WorkingMesh, quads: Any, *, safe: bool) -> tuple[Any, Any]:
@@ -81,6 +73,13 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
     mesh.seams.append(seams)
 
 
+def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
+    """Return the quads that were eligible but did not go."""
+    waiting = device.empty(quads.shape[0], wp.int64)
+    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], ITEMS_A_SLAB)
+    return keep_flagged(device, quads, waiting)
+
+
 @wp.func
 def has_3333(mesh: MeshArrays, q: wp.int32) -> wp.bool:
     """Return whether all four vertices of a quad that is there have valence 3."""
@@ -94,26 +93,9 @@ def has_3333(mesh: MeshArrays, q: wp.int32) -> wp.bool:
 
 
 @wp.func
-def outer_side(mesh: MeshArrays, h: wp.int32) -> wp.int32:
+def outer_side(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
     """Return the halfedge on the far side of the neighbour across h; it runs the same way as h."""
-    return opposite_halfedge(mesh.twin[h])
-
-
-@wp.kernel
-def find_3333_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,
-    # Out:
-    mask_out: wp.array(dtype=wp.uint32),
-):
-    """Find the quads with the pattern. One thread 32 quads."""
-    w = first + wp.tid()
-    word = wp.uint32(0)
-    for q in range(32 * w, wp.min(32 * w + 32, mesh.quad_gone.shape[0])):
-        if has_3333(mesh, q):
-            word |= wp.uint32(1) << wp.uint32(q - 32 * w)
-    mask_out[w] = word
+    return opposite_halfedge(twin[h])
 
 
 @wp.func
@@ -123,21 +105,27 @@ def is_among(v: wp.int32, o: wp.vec4i) -> wp.bool:
 
 
 @wp.func
-def breaks_mesh(mesh: MeshArrays, q: wp.int32, o: wp.vec4i) -> wp.bool:
+def breaks_mesh(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+    o: wp.vec4i,
+) -> wp.bool:
     """Return whether stretching a quad over its neighbours makes a quad twice, or turns it over."""
     broken = o[0] == o[1] or o[0] == o[2] or o[0] == o[3] or o[1] == o[2] or o[1] == o[3] or o[2] == o[3]
     for c in range(4):
-        beyond = mesh.twin[outer_side(mesh, 4 * q + c)]
+        beyond = twin[outer_side(twin, 4 * q + c)]
         if beyond >= 0:
             r = beyond & ~3
-            same = is_among(mesh.corners[r], o) and is_among(mesh.corners[r + 1], o)
-            if same and is_among(mesh.corners[r + 2], o) and is_among(mesh.corners[r + 3], o):
+            same = is_among(corners[r], o) and is_among(corners[r + 1], o)
+            if same and is_among(corners[r + 2], o) and is_among(corners[r + 3], o):
                 broken = bool(True)
     before = wp.cross(
-        mesh.position[mesh.corners[4 * q + 2]] - mesh.position[mesh.corners[4 * q]],
-        mesh.position[mesh.corners[4 * q + 3]] - mesh.position[mesh.corners[4 * q + 1]],
+        position[corners[4 * q + 2]] - position[corners[4 * q]],
+        position[corners[4 * q + 3]] - position[corners[4 * q + 1]],
     )
-    after = wp.cross(mesh.position[o[2]] - mesh.position[o[0]], mesh.position[o[3]] - mesh.position[o[1]])
+    after = wp.cross(position[o[2]] - position[o[0]], position[o[3]] - position[o[1]])
     return broken or (wp.dot(before, after) <= 0.0 and wp.length_sq(before) > 0.0)
 
 
@@ -157,17 +145,17 @@ def judge_3333_kernel(
     q = quads[n]
     eligible = bool(False)
     refused = bool(False)
-    if has_3333(mesh, q) and not is_skipped(mesh, q):
+    if has_3333(mesh, q) and not is_skipped(mesh.twin, mesh.defect, q):
         o = wp.vec4i()
         some_three = bool(False)
         all_four = bool(True)
         for c in range(4):
-            o[c] = mesh.corners[outer_side(mesh, 4 * q + c)]
+            o[c] = mesh.corners[outer_side(mesh.twin, 4 * q + c)]
             some_three = some_three or mesh.valence[o[c]] <= 3
             all_four = all_four and mesh.valence[o[c]] == 4
         eligible = not some_three and not all_four
         if eligible and safe:
-            refused = breaks_mesh(mesh, q, o)
+            refused = breaks_mesh(mesh.corners, mesh.twin, mesh.position, q, o)
             eligible = not refused
     eligible_out[n] = wp.int64(wp.where(eligible, 1, 0))
     refused_out[n] = wp.int64(wp.where(refused, 1, 0))
@@ -187,7 +175,7 @@ def claim_outer_kernel(
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
-            o = mesh.corners[outer_side(mesh, 4 * quads[n] + c)]
+            o = mesh.corners[outer_side(mesh.twin, 4 * quads[n] + c)]
             wp.atomic_min(owner_inout, o, turn_key(quads[n]))
 
 
@@ -207,7 +195,7 @@ def choose_unshared_kernel(
     goes = eligible[n] == wp.int64(1)
     if goes:
         for c in range(4):
-            o = mesh.corners[outer_side(mesh, 4 * quads[n] + c)]
+            o = mesh.corners[outer_side(mesh.twin, 4 * quads[n] + c)]
             if owner[o] != turn_key(quads[n]):
                 goes = bool(False)
     flags_out[n] = wp.int64(wp.where(goes, 1, 0))
@@ -250,7 +238,7 @@ def gather_sides_kernel(
         sides = wp.vec4i()
         twins = wp.vec4i()
         for c in range(4):
-            sides[c] = outer_side(mesh, 4 * quads[n] + c)
+            sides[c] = outer_side(mesh.twin, 4 * quads[n] + c)
             beyond = mesh.twin[sides[c]]
             if beyond >= 0:
                 if mesh.quad_gone[beyond >> 2] == wp.uint8(1):
@@ -307,3 +295,17 @@ def lower_outer_kernel(
     if flags[n] == wp.int64(1):
         for c in range(4):
             wp.atomic_sub(mesh.valence, mesh.corners[4 * quads[n] + c], 1)
+
+
+@wp.kernel
+def subtract_kernel(
+    # In:
+    first: wp.int32,
+    flags: wp.array(dtype=wp.int64),
+    others: wp.array(dtype=wp.int64),
+    # Out:
+    difference_out: wp.array(dtype=wp.int64),
+):
+    """Keep the flags that others do not have. One thread a flag."""
+    n = first + wp.tid()
+    difference_out[n] = flags[n] - others[n]

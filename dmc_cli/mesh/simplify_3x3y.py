@@ -23,139 +23,112 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.selection import keep_flagged, list_mask, mask_length, turn_key
-from dmc_cli.mesh.working_mesh import (
-    MeshArrays,
-    WorkingMesh,
-    head,
-    is_skipped,
-    opposite_halfedge,
-    set_twins,
-    turned,
-)
+from dmc_cli.mesh.selection import mask_length, turn_key
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 LEAST_X = wp.constant(5)
 """Smallest valence of X and Y, which lose a mesh edge each."""
 
-NO_SEAM = -1
-"""Stands in a list of new twins where no quad went."""
+NO_CUT = wp.constant(-1)
+"""Stands for a quad that does not go."""
 
+REFUSED = wp.constant(-2)
+"""Stands for a quad that the safe rules keep."""
 
-def list_3x3y(mesh: WorkingMesh) -> Any:
-    """Return the quads with the pattern in ascending order, int32."""
-    device = mesh.device
-    mask = device.empty(mask_length(mesh.quad_count), wp.uint32)
-    device.launch(find_3x3y_kernel, mask.shape[0], [mesh.arrays], [mask])
-    return list_mask(device, mask)
+LISTED_A_SLAB = 16
+"""Blocks of 32 listed quads a slab at least: some 100 microseconds, since memory is slow where they lie."""
 
 
 def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
-    """Return which of the quads with the pattern go under the papers' rules, int64 flags.
+    """Return the cuts of those quads with the pattern that go under the papers' rules, int32.
 
     Args:
         mesh: The mesh.
         quads: All quads with the pattern.
         by_color: The coloured pass, else the counter pass.
     """
-    flags = mesh.device.empty(quads.shape[0], wp.int64)
+    cuts = mesh.device.empty(quads.shape[0], wp.int32)
     color = mesh.color if by_color else mesh.arrays.defect
-    mesh.device.launch(
-        choose_3x3y_kernel, quads.shape[0], [mesh.arrays, quads, color, by_color], [flags], ITEMS_A_SLAB
-    )
-    return flags
+    inputs = [mesh.arrays, quads, color, by_color]
+    mesh.device.launch(choose_by_paper_kernel, mask_length(quads.shape[0]), inputs, [cuts], LISTED_A_SLAB)
+    return cuts
 
 
-def choose_apart(mesh: WorkingMesh, quads: Any, eligible: Any, state: Any) -> Any:
-    """Return which of the eligible quads go at once, int64 flags: no two within two steps from quad to quad.
+def judge_topology(mesh: WorkingMesh, quads: Any, state: Any) -> tuple[Any, Any]:
+    """Return the cuts of the quads that may go as far as the connectivity tells, and how many are refused.
 
     Args:
         mesh: The mesh.
-        quads: Quads with the pattern.
-        eligible: int64 flags of those that may go.
-        state: uint8 (Q,), a scratch array of zeros; left as zeros.
+        quads: Quads that have, or had, the pattern.
+        state: uint8 (Q,); afterwards 1 for those of the quads that may go, 0 for the others of them.
+
+    Returns:
+        The cuts, int32, and the numbers of quads refused, int32, one for 32 of the list.
     """
     device, count = mesh.device, quads.shape[0]
-    flags = device.empty(count, wp.int64)
-    device.launch(mark_kernel, count, [quads, eligible, 1], [state], ITEMS_A_SLAB)
-    device.launch(choose_apart_kernel, count, [mesh.arrays, quads, eligible, state], [flags], ITEMS_A_SLAB)
-    device.launch(mark_kernel, count, [quads, eligible, 0], [state], ITEMS_A_SLAB)
-    return flags
+    cuts, refused = device.empty(count, wp.int32), device.empty(mask_length(count), wp.int32)
+    outputs = [state, cuts, refused]
+    device.launch(judge_topology_kernel, mask_length(count), [mesh.arrays, quads], outputs, LISTED_A_SLAB)
+    return cuts, refused
 
 
-def remove_3x3y(
-    mesh: WorkingMesh, quads: Any, flags: Any, targets: tuple[Any, Any, Any], *, may_crowd: bool = True
-) -> None:
-    """Remove the flagged quads.
+def choose_apart(mesh: WorkingMesh, cuts: Any, state: Any) -> tuple[Any, Any]:
+    """Return the cuts of quads that go at once, no two within two steps from quad to quad.
 
     Args:
-        mesh: The mesh, changed in place.
-        quads: Quads with the pattern, no two flagged ones neighbours.
-        flags: int64, 1 for those that go.
-        may_crowd: Whether a merged vertex may be joined twice to another, as under the papers' rules.
-        targets: For each quad the merged vertex's position (vec3), cell (int64) and local coordinates (vec3).
+        mesh: The mesh.
+        cuts: Those of all quads that may go.
+        state: uint8 (Q,), 1 for those.
+
+    Returns:
+        The cuts, int32, and a mask of those that have to wait.
     """
-    device, count = mesh.device, quads.shape[0]
-    seams = device.empty(2 * count, wp.int32)
-    device.launch(remove_3x3y_kernel, count, [mesh.arrays, quads, flags, *targets], [seams], ITEMS_A_SLAB)
-    if count:
-        # in one launch: on CPU an atomic is a plain load and store
-        wp.launch(lower_valence_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
-    if may_crowd:
-        device.launch(mark_crowded_kernel, count, [mesh.arrays, quads, flags], [], ITEMS_A_SLAB)
-    mesh.seams.append(seams)
-
-
-def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
-    """Return the quads that were eligible but did not go."""
-    waiting = device.empty(quads.shape[0], wp.int64)
-    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], ITEMS_A_SLAB)
-    return keep_flagged(device, quads, waiting)
+    device, count = mesh.device, cuts.shape[0]
+    chosen, waiting = device.empty(count, wp.int32), device.empty(mask_length(count), wp.uint32)
+    inputs = [mesh.arrays, cuts, state]
+    device.launch(choose_apart_kernel, mask_length(count), inputs, [chosen, waiting], LISTED_A_SLAB)
+    return chosen, waiting
 
 
 @wp.func
-def corner_3x3y(mesh: MeshArrays, q: wp.int32) -> wp.int32:
-    """Return the first corner (0 or 1) of valence 3 of a quad with the pattern, -1 without the pattern."""
-    a = mesh.valence[mesh.corners[4 * q]]
-    b = mesh.valence[mesh.corners[4 * q + 1]]
-    c = mesh.valence[mesh.corners[4 * q + 2]]
-    d = mesh.valence[mesh.corners[4 * q + 3]]
-    corner = int(-1)
+def cut_of(corners: wp.array(dtype=wp.int32), valence: wp.array(dtype=wp.int32), q: wp.int32) -> wp.int32:
+    """Return the cut of a quad with the pattern, `NO_CUT` without the pattern."""
+    a = valence[corners[4 * q]]
+    b = valence[corners[4 * q + 1]]
+    c = valence[corners[4 * q + 2]]
+    d = valence[corners[4 * q + 3]]
     if a == 3 and c == 3 and b >= LEAST_X and d >= LEAST_X:
-        corner = 0
+        return 4 * q
     if b == 3 and d == 3 and a >= LEAST_X and c >= LEAST_X:
-        corner = 1
-    return corner
+        return 4 * q + 1
+    return NO_CUT
 
 
 @wp.func
-def has_3x3y(mesh: MeshArrays, q: wp.int32) -> wp.bool:
-    """Return whether a quad that is there has the pattern."""
-    return mesh.quad_gone[q] == wp.uint8(0) and corner_3x3y(mesh, q) >= 0
+def paper_cut(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    defect: wp.array(dtype=wp.uint8),
+    color: wp.array(dtype=wp.uint8),
+    by_color: wp.bool,
+    q: wp.int32,
+) -> wp.int32:
+    """Return the cut of a quad with the pattern that goes by colour or, without, as no neighbour has it."""
+    if is_skipped(twin, defect, q):
+        return NO_CUT
+    for c in range(4):
+        neighbor = twin[4 * q + c] >> 2
+        if cut_of(corners, valence, neighbor) != NO_CUT and (not by_color or color[neighbor] <= color[q]):
+            return NO_CUT
+    return cut_of(corners, valence, q)
 
 
 @wp.kernel
-def find_3x3y_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,
-    # Out:
-    mask_out: wp.array(dtype=wp.uint32),
-):
-    """Find the quads with the pattern. One thread 32 quads."""
-    w = first + wp.tid()
-    word = wp.uint32(0)
-    for q in range(32 * w, wp.min(32 * w + 32, mesh.quad_gone.shape[0])):
-        if has_3x3y(mesh, q):
-            word |= wp.uint32(1) << wp.uint32(q - 32 * w)
-    mask_out[w] = word
-
-
-@wp.kernel
-def choose_3x3y_kernel(
+def choose_by_paper_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,
@@ -163,35 +136,94 @@ def choose_3x3y_kernel(
     color: wp.array(dtype=wp.uint8),
     by_color: wp.bool,
     # Out:
-    flags_out: wp.array(dtype=wp.int64),
+    cuts_out: wp.array(dtype=wp.int32),
 ):
-    """Choose by colour or, without, where no neighbour has the pattern. One thread a quad with it."""
-    n = first + wp.tid()
-    q = quads[n]
-    goes = bool(False)
-    if not is_skipped(mesh, q):
-        goes = bool(True)
-        for c in range(4):
-            neighbor = mesh.twin[4 * q + c] >> 2
-            if has_3x3y(mesh, neighbor) and (not by_color or color[neighbor] <= color[q]):
-                goes = bool(False)
-    flags_out[n] = wp.int64(wp.where(goes, 1, 0))
+    """Choose by the papers' rules. One thread 32 quads of the list."""
+    start = 32 * (first + wp.tid())
+    for n in range(start, wp.min(start + 32, quads.shape[0])):
+        cuts_out[n] = paper_cut(mesh.corners, mesh.twin, mesh.valence, mesh.defect, color, by_color, quads[n])
+
+
+@wp.func
+def safe_cut(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    defect: wp.array(dtype=wp.uint8),
+    q: wp.int32,
+) -> wp.int32:
+    """Return the cut of a quad that is there; `NO_CUT` without the pattern; `REFUSED`.
+
+    Refused is what would make a crowded mesh edge, or a quad or vertex twice.
+    """
+    h = cut_of(corners, valence, q)
+    if h == NO_CUT:
+        return NO_CUT
+    if is_skipped(twin, defect, q):
+        return NO_CUT
+    v1 = corners[h]
+    v2 = corners[opposite_halfedge(h)]
+    x = corners[next_halfedge(h)]
+    y = corners[previous_halfedge(h)]
+    a1 = twin[h]
+    a2 = twin[next_halfedge(h)]
+    b2 = twin[opposite_halfedge(h)]
+    b1 = twin[previous_halfedge(h)]
+    p1 = corners[opposite_halfedge(a1)]
+    s1 = corners[previous_halfedge(a1)]
+    t1 = corners[opposite_halfedge(b1)]
+    p2 = corners[opposite_halfedge(b2)]
+    t2 = corners[previous_halfedge(b2)]
+    s2 = corners[opposite_halfedge(a2)]
+    if p1 == p2 or x == y:
+        return REFUSED
+    if p1 == v2 or s1 == v2 or t1 == v2 or p2 == v1 or s2 == v1 or t2 == v1:
+        return REFUSED
+    if (s1 == p2 and s2 == p1) or (t1 == p2 and t2 == p1):
+        return REFUSED
+    if (s1 == y and t1 == x) or (s2 == y and t2 == x):
+        return REFUSED
+    return h
 
 
 @wp.kernel
-def mark_kernel(
+def judge_topology_kernel(
     # In:
     first: wp.int32,
+    mesh: MeshArrays,
     quads: wp.array(dtype=wp.int32),
-    flags: wp.array(dtype=wp.int64),
-    mark: wp.int32,
     # Out:
     state_out: wp.array(dtype=wp.uint8),
+    cuts_out: wp.array(dtype=wp.int32),
+    refused_out: wp.array(dtype=wp.int32),
 ):
-    """Mark the flagged quads. One thread a quad of the list."""
-    n = first + wp.tid()
-    if flags[n] == wp.int64(1):
-        state_out[quads[n]] = wp.uint8(mark)
+    """Judge by connectivity which quads may go. One thread 32 quads of the list."""
+    block = first + wp.tid()
+    refused = wp.int32(0)
+    for n in range(32 * block, wp.min(32 * block + 32, quads.shape[0])):
+        q = quads[n]
+        h = wp.int32(NO_CUT)
+        if mesh.quad_gone[q] == wp.uint8(0):
+            h = safe_cut(mesh.corners, mesh.twin, mesh.valence, mesh.defect, q)
+        refused += wp.where(h == REFUSED, 1, 0)
+        state_out[q] = wp.uint8(wp.where(h >= 0, 1, 0))
+        cuts_out[n] = wp.max(h, NO_CUT)
+    refused_out[block] = refused
+
+
+@wp.func
+def comes_first(twin: wp.array(dtype=wp.int32), state: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
+    """Return whether no quad within two steps that may go has a lower key."""
+    key = turn_key(q)
+    for c in range(4):
+        t = twin[4 * q + c]
+        if state[t >> 2] == wp.uint8(1) and turn_key(t >> 2) < key:
+            return False
+        for step in range(1, 4):
+            beyond = twin[(t & ~3) | ((t + step) & 3)] >> 2
+            if beyond != q and state[beyond] == wp.uint8(1) and turn_key(beyond) < key:
+                return False
+    return True
 
 
 @wp.kernel
@@ -199,140 +231,20 @@ def choose_apart_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,
-    quads: wp.array(dtype=wp.int32),
-    eligible: wp.array(dtype=wp.int64),
+    cuts: wp.array(dtype=wp.int32),
     state: wp.array(dtype=wp.uint8),
     # Out:
-    flags_out: wp.array(dtype=wp.int64),
+    chosen_out: wp.array(dtype=wp.int32),
+    waiting_out: wp.array(dtype=wp.uint32),
 ):
-    """Choose the eligible quads with the lowest key within two steps. One thread a quad of the list."""
-    n = first + wp.tid()
-    q = quads[n]
-    goes = eligible[n] == wp.int64(1)
-    if goes:
-        key = turn_key(q)
-        for c in range(4):
-            t = mesh.twin[4 * q + c]
-            if state[t >> 2] == wp.uint8(1) and turn_key(t >> 2) < key:
-                goes = bool(False)
-            for step in range(1, 4):
-                beyond = mesh.twin[(t & ~3) | ((t + step) & 3)] >> 2
-                if beyond != q and state[beyond] == wp.uint8(1) and turn_key(beyond) < key:
-                    goes = bool(False)
-    flags_out[n] = wp.int64(wp.where(goes, 1, 0))
-
-
-@wp.kernel
-def remove_3x3y_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,  # changed
-    quads: wp.array(dtype=wp.int32),
-    flags: wp.array(dtype=wp.int64),
-    position: wp.array(dtype=wp.vec3),
-    cell: wp.array(dtype=wp.int64),
-    local: wp.array(dtype=wp.vec3),
-    # Out:
-    seams_out: wp.array(dtype=wp.int32),
-):
-    """Merge the vertices of valence 3 of the flagged quads, the lower number stays. One thread a quad.
-
-    A thread writes to halfedges of its own quad's neighbours that face the quad or start at the vertex that
-    goes, and to its own four vertices: nothing that another thread reads or writes.
-    """
-    n = first + wp.tid()
-    seams_out[2 * n] = NO_SEAM
-    seams_out[2 * n + 1] = NO_SEAM
-    if flags[n] == wp.int64(1):
-        q = quads[n]
-        h = 4 * q + corner_3x3y(mesh, q)  # v1 to X
-        if mesh.corners[h] > mesh.corners[opposite_halfedge(h)]:
-            h = opposite_halfedge(h)  # v1 has the lower number now
-        kept = mesh.corners[h]
-        gone = mesh.corners[opposite_halfedge(h)]
-        at_x = next_halfedge(h)  # X to v2
-        at_y = previous_halfedge(h)  # Y to v1
-        to_y = opposite_halfedge(h)  # v2 to Y
-        # v2's other two halfedges start at m from now on
-        mesh.corners[mesh.twin[at_x]] = kept
-        mesh.corners[next_halfedge(mesh.twin[to_y])] = kept
-        x = mesh.corners[at_x]
-        y = mesh.corners[at_y]
-        mesh.vertex_halfedge[kept] = next_halfedge(mesh.twin[h])
-        if mesh.vertex_halfedge[x] == at_x:
-            mesh.vertex_halfedge[x] = next_halfedge(mesh.twin[at_x])
-        if mesh.vertex_halfedge[y] == at_y:
-            mesh.vertex_halfedge[y] = next_halfedge(mesh.twin[at_y])
-        seams_out[2 * n] = mesh.twin[h]
-        seams_out[2 * n + 1] = mesh.twin[to_y]
-        set_twins(mesh, mesh.twin[h], mesh.twin[at_x])
-        set_twins(mesh, mesh.twin[to_y], mesh.twin[at_y])
-        mesh.position[kept] = position[n]
-        mesh.cell[kept] = cell[n]
-        mesh.local[kept] = local[n]
-        mesh.quad_gone[q] = wp.uint8(1)
-        mesh.vertex_gone[gone] = wp.uint8(1)
-
-
-@wp.kernel
-def lower_valence_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,  # changed
-    quads: wp.array(dtype=wp.int32),
-    flags: wp.array(dtype=wp.int64),
-):
-    """Set the valences of the vertices of the quads that went: X and Y one less, m four. Not for slabs."""
-    n = first + wp.tid()
-    if flags[n] == wp.int64(1):
-        h = 4 * quads[n]
-        if mesh.vertex_gone[mesh.corners[h]] == wp.uint8(0):
-            if mesh.vertex_gone[mesh.corners[h + 2]] == wp.uint8(0):
-                h += 1
-        wp.atomic_sub(mesh.valence, mesh.corners[next_halfedge(h)], 1)
-        wp.atomic_sub(mesh.valence, mesh.corners[previous_halfedge(h)], 1)
-        mesh.valence[wp.min(mesh.corners[h], mesh.corners[opposite_halfedge(h)])] = 4
-
-
-@wp.kernel
-def mark_crowded_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,  # changed
-    quads: wp.array(dtype=wp.int32),
-    flags: wp.array(dtype=wp.int64),
-):
-    """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread a removed quad.
-
-    No other vertex pair can have become crowded; all writes are of the same value.
-    """
-    n = first + wp.tid()
-    if flags[n] == wp.int64(1):
-        h = 4 * quads[n]
-        if mesh.vertex_gone[mesh.corners[h]] == wp.uint8(0):
-            if mesh.vertex_gone[mesh.corners[h + 2]] == wp.uint8(0):
-                h += 1
-        m = wp.min(mesh.corners[h], mesh.corners[opposite_halfedge(h)])
-        here = mesh.vertex_halfedge[m]
-        for _turn in range(4):
-            other = turned(mesh, here)
-            for _rest in range(3):
-                if head(mesh, other) == head(mesh, here):
-                    mesh.defect[here >> 2] = wp.uint8(1)
-                    mesh.defect[mesh.twin[here] >> 2] = wp.uint8(1)
-                other = turned(mesh, other)
-            here = turned(mesh, here)
-
-
-@wp.kernel
-def subtract_kernel(
-    # In:
-    first: wp.int32,
-    flags: wp.array(dtype=wp.int64),
-    others: wp.array(dtype=wp.int64),
-    # Out:
-    difference_out: wp.array(dtype=wp.int64),
-):
-    """Keep the flags that others do not have. One thread a flag."""
-    n = first + wp.tid()
-    difference_out[n] = flags[n] - others[n]
+    """Choose the quads with the lowest key within two steps. One thread 32 quads of the list."""
+    block = first + wp.tid()
+    waiting = wp.uint32(0)
+    for n in range(32 * block, wp.min(32 * block + 32, cuts.shape[0])):
+        h = cuts[n]
+        if h >= 0:
+            if not comes_first(mesh.twin, state, h >> 2):
+                h = NO_CUT
+                waiting |= wp.uint32(1) << wp.uint32(n - 32 * block)
+        chosen_out[n] = h
+    waiting_out[block] = waiting

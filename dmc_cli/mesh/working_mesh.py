@@ -11,7 +11,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import Device
-from dmc_cli.mesh.halfedges import Halfedges, flat_quads, next_halfedge, previous_halfedge
+from dmc_cli.mesh.halfedges import Halfedges, flat_quads, previous_halfedge
 from dmc_cli.surface import Surface
 
 wp.set_module_options({"enable_backward": False})
@@ -19,7 +19,10 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class MeshArrays:
-    """The kernels' view of a mesh; corners and twin (4Q,), defect and quad_gone (Q,), the others (V,)."""
+    """The kernels' view of a mesh; corners and twin (4Q,), defect and quad_gone (Q,), the others (V,).
+
+    Functions take the arrays that they need, never the whole: it is copied with every call.
+    """
 
     corners: wp.array(dtype=wp.int32)
     twin: wp.array(dtype=wp.int32)
@@ -44,7 +47,8 @@ class WorkingMesh:
         surface: For its field, grid and affine.
         color: Colours 0 to 4 a quad, uint8 (Q,), proper at the beginning; None if they are not wanted.
         color24: The grid's colours, uint8 (Q,), or None.
-        seams: Lists of the halfedges that got new twins, int32, -1 for none; each pass adds its own.
+        seams: Lists of the halfedges that got new twins, int32, -1 for none; each pass adds its own. Those
+            where no colours clash may be left out.
         device: Where the arrays are.
     """
 
@@ -76,36 +80,29 @@ def working_mesh(
 
 
 @wp.func
-def head(mesh: MeshArrays, h: wp.int32) -> wp.int32:
-    """Return the vertex where a halfedge ends."""
-    return mesh.corners[next_halfedge(h)]
-
-
-@wp.func
 def opposite_halfedge(h: wp.int32) -> wp.int32:
     """Return the halfedge on the other side of the quad."""
     return (h & ~3) | ((h + 2) & 3)
 
 
 @wp.func
-def turned(mesh: MeshArrays, h: wp.int32) -> wp.int32:
+def turned(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
     """Return the next outgoing halfedge of a vertex, twin of previous; -1 at the end of a fan."""
-    return mesh.twin[previous_halfedge(h)]
+    return twin[previous_halfedge(h)]
 
 
 @wp.func
-def is_skipped(mesh: MeshArrays, q: wp.int32) -> wp.bool:
+def is_skipped(twin: wp.array(dtype=wp.int32), defect: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
     """Return whether a quad or a neighbour has a side without a twin or on a crowded vertex pair."""
-    skipped = mesh.defect[q] != wp.uint8(0)
-    if not skipped:
-        for c in range(4):
-            if mesh.defect[mesh.twin[4 * q + c] >> 2] != wp.uint8(0):
-                skipped = bool(True)
-    return skipped
+    if defect[q] != wp.uint8(0):
+        return True
+    beside = defect[twin[4 * q] >> 2] | defect[twin[4 * q + 1] >> 2]
+    beside |= defect[twin[4 * q + 2] >> 2] | defect[twin[4 * q + 3] >> 2]
+    return beside != wp.uint8(0)
 
 
 @wp.func
-def set_twins(mesh: MeshArrays, h: wp.int32, other: wp.int32):
+def set_twins(twin: wp.array(dtype=wp.int32), h: wp.int32, other: wp.int32):
     """Make two halfedges twins; neither is absent."""
-    mesh.twin[h] = other
-    mesh.twin[other] = h
+    twin[h] = other
+    twin[other] = h

@@ -10,9 +10,10 @@ from hypothesis import given
 from dmc_cli.errors import SettingsError
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.halfedges import NO_TWIN, build_halfedges
-from dmc_cli.mesh.merged_vertices import judge_folds, judge_topology, place_merged
+from dmc_cli.mesh.patterns import list_3x3y
+from dmc_cli.mesh.removal_3x3y import remove_3x3y
 from dmc_cli.mesh.simplify import simplify
-from dmc_cli.mesh.simplify_3x3y import choose_apart, choose_by_paper, list_3x3y, remove_3x3y
+from dmc_cli.mesh.simplify_3x3y import choose_apart, choose_by_paper, judge_topology
 from dmc_cli.mesh.working_mesh import working_mesh
 from dmc_cli.report.topology import measure_topology
 from dmc_cli.settings import MeshSettings
@@ -178,17 +179,14 @@ def dots_of_a_sweep(surface, *, safe):
     work = working_mesh(mesh.surface, mesh.halfedges, mesh.color)
     old_quads, old_positions = surface.quads.numpy().copy(), surface.vertices.numpy().astype(float)
     quads = list_3x3y(work)
+    state = work.device.zeros(work.quad_count, wp.uint8)
     if safe:
-        eligible, refused = judge_topology(work, quads)
-        flags = choose_apart(work, quads, eligible, work.device.zeros(work.quad_count, wp.uint8))
-        targets = place_merged(work, quads, flags, project=True)
-        judge_folds(work, quads, targets[0], flags, refused)
+        cuts, _ = choose_apart(work, judge_topology(work, quads, state)[0], state)
     else:
-        flags = choose_by_paper(work, quads, by_color=True)
-        targets = place_merged(work, quads, flags, project=True)
-    remove_3x3y(work, quads, flags, targets)
+        cuts = choose_by_paper(work, quads, by_color=True)
+    removed, _ = remove_3x3y(work, cuts, project=True, safe=safe, state=state)
     stays = work.arrays.quad_gone.numpy() == 0
-    assert int(flags.numpy().sum()) == int((~stays).sum())
+    assert int(removed.numpy().sum()) == int((~stays).sum())
     before = quad_normals(old_positions, old_quads)[stays]
     after = quad_normals(surface.vertices.numpy().astype(float), surface.quads.numpy())[stays]
     return (before * after).sum(axis=1)[(before != 0).any(axis=1)]
