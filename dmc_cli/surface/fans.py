@@ -48,25 +48,34 @@ def edge_has_quad(
 
 
 @wp.func
+def crossed_edges(labels: wp.uint64) -> wp.uint32:
+    """Return a bit for each edge of a cell that belongs to a polygon."""
+    crossed = wp.uint32(0)
+    for edge in range(12):
+        crossed |= wp.where(label_of(labels, edge) != NO_LABEL, wp.uint32(1), wp.uint32(0)) << wp.uint32(edge)
+    return crossed
+
+
+@wp.func
 def edges_with_quad(
-    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, labels: wp.uint64, has_absent: wp.int32
+    grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32, crossed: wp.uint32
 ) -> wp.uint32:
     """Return a bit for each crossed edge of cell (i, j, k) that has a quad."""
     found = wp.uint32(0)
-    if has_absent == 1:
-        for edge in range(12):
-            if label_of(labels, edge) != NO_LABEL and edge_has_quad(grid, bits, i, j, k, edge):
-                found |= wp.uint32(1) << wp.uint32(edge)
-    else:  # all cells of the grid exist, so only edges in the grid's own faces have none
-        bare = int(0)
-        bare |= wp.where(i == 0, FACE_EDGE_BITS[0], 0) | wp.where(i == grid.nx - 2, FACE_EDGE_BITS[1], 0)
-        bare |= wp.where(j == 0, FACE_EDGE_BITS[2], 0) | wp.where(j == grid.ny - 2, FACE_EDGE_BITS[3], 0)
-        bare |= wp.where(k == 0, FACE_EDGE_BITS[4], 0) | wp.where(k == grid.nz - 2, FACE_EDGE_BITS[5], 0)
-        for edge in range(12):
-            if label_of(labels, edge) != NO_LABEL:
-                found |= wp.uint32(1) << wp.uint32(edge)
-        found &= ~wp.uint32(bare)
+    for edge in range(12):
+        if has_bit(crossed, edge) and edge_has_quad(grid, bits, i, j, k, edge):
+            found |= wp.uint32(1) << wp.uint32(edge)
     return found
+
+
+@wp.func
+def border_edges(grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.uint32:
+    """Return a bit for each edge of cell (i, j, k) that lies in a face of the grid, and so has no quad."""
+    edges = int(0)
+    edges |= wp.where(i == 0, FACE_EDGE_BITS[0], 0) | wp.where(i == grid.nx - 2, FACE_EDGE_BITS[1], 0)
+    edges |= wp.where(j == 0, FACE_EDGE_BITS[2], 0) | wp.where(j == grid.ny - 2, FACE_EDGE_BITS[3], 0)
+    edges |= wp.where(k == 0, FACE_EDGE_BITS[4], 0) | wp.where(k == grid.nz - 2, FACE_EDGE_BITS[5], 0)
+    return wp.uint32(edges)
 
 
 @wp.func
@@ -167,18 +176,22 @@ def number_vertices_kernel(
     j = row % grid.ny
     k = row // grid.ny
     labels = special.polygons[s]
-    with_quad = edges_with_quad(grid, bits, i, j, k, labels, has_absent)
+    crossed = crossed_edges(labels)
+    bare = crossed & border_edges(grid, i, j, k)
+    if has_absent == 1:
+        bare = crossed & ~edges_with_quad(grid, bits, i, j, k, crossed)
     polygons = int(0)
-    crossed = wp.uint32(0)
     for edge in range(12):
-        label = label_of(labels, edge)
-        if label != NO_LABEL:
-            polygons = wp.max(polygons, label + 1)
-            crossed |= wp.uint32(1) << wp.uint32(edge)
-    found = CellVertices(labels, polygons, 0)  # away from borders: one vertex a polygon
-    if with_quad != crossed:
+        if has_bit(crossed, edge):
+            polygons = wp.max(polygons, label_of(labels, edge) + 1)
+    found = CellVertices(labels, polygons, 0)
+    if polygons == 1 and has_absent == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
+        for edge in range(12):
+            if has_bit(bare, edge):
+                found.labels = with_label(found.labels, edge, NO_LABEL)
+    elif bare != wp.uint32(0):
         case = cell_case(grid, bits.inside, row, i)
-        found = number_fans(case, special.joined[s], labels, polygons, with_quad, splits_fans)
+        found = number_fans(case, special.joined[s], labels, polygons, crossed & ~bare, splits_fans)
     labels_out[s] = found.labels
     polygon_count_out[s] = wp.int64(polygons)
     vertex_count_out[s] = wp.int64(found.count)

@@ -23,7 +23,7 @@ from dmc_cli.surface.special_cells import (
     cell_case,
     is_active,
 )
-from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, trace_cell
+from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, is_split, trace_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -127,24 +127,25 @@ def trace_polygons_kernel(
     case = cell_case(grid, bits.inside, row, i)
     joined = wp.uint32(0)
     count = wp.int64(0)
-    for face in range(6):
-        if is_ambiguous(case, face):
-            f03 = face_value(field, grid, i, j, k, face, 0) * face_value(field, grid, i, j, k, face, 3)
-            f12 = face_value(field, grid, i, j, k, face, 1) * face_value(field, grid, i, j, k, face, 2)
-            first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
-            if (first_inside and f03 >= f12) or (not first_inside and f12 >= f03):
-                joined |= wp.uint32(1) << wp.uint32(face)
-            joined |= AMBIGUOUS << wp.uint32(face)
-            axis = face / 2
-            low = is_active(
-                grid,
-                bits,
-                i - wp.where(axis == 0, 1, 0),
-                j - wp.where(axis == 1, 1, 0),
-                k - wp.where(axis == 2, 1, 0),
-            )
-            if face % 2 == 1 or not low:
-                count += wp.int64(1)
+    if is_split(case):
+        for face in range(6):
+            if is_ambiguous(case, face):
+                f03 = face_value(field, grid, i, j, k, face, 0) * face_value(field, grid, i, j, k, face, 3)
+                f12 = face_value(field, grid, i, j, k, face, 1) * face_value(field, grid, i, j, k, face, 2)
+                first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
+                if (first_inside and f03 >= f12) or (not first_inside and f12 >= f03):
+                    joined |= wp.uint32(1) << wp.uint32(face)
+                joined |= AMBIGUOUS << wp.uint32(face)
+                axis = face / 2
+                low = is_active(
+                    grid,
+                    bits,
+                    i - wp.where(axis == 0, 1, 0),
+                    j - wp.where(axis == 1, 1, 0),
+                    k - wp.where(axis == 2, 1, 0),
+                )
+                if face % 2 == 1 or not low:
+                    count += wp.int64(1)
     joined_out[s] = joined
     polygons_out[s] = trace_cell(case, joined)
     ambiguous_out[s] = count
