@@ -15,6 +15,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from math import prod
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +24,7 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.errors import DeviceError, WriteError
+from dmc_cli.host_memory import HostMemory
 from dmc_cli.progress import SILENT, Progress
 
 SLABS_PER_THREAD = 4
@@ -48,6 +50,10 @@ class Device:
     def is_cpu(self) -> bool:
         """Whether kernels run on the CPU."""
         return self.name == "cpu"
+
+    @cached_property
+    def _memory(self) -> HostMemory:
+        return HostMemory()
 
     @cached_property
     def _helpers(self) -> ThreadPoolExecutor:
@@ -88,17 +94,19 @@ class Device:
     def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an uninitialised array; every kernel that gets it writes all of it.
 
-        On CPU the memory is NumPy's, which asks for huge pages: half the time of Warp's own for large arrays.
+        On CPU the memory is our own (`host_memory.py`), on CUDA Warp's pool keeps it.
         """
-        if self.is_cpu:
-            return _host_array(np.empty, shape, dtype)
-        return wp.empty(shape, dtype=dtype, device=self.name)
+        if not self.is_cpu:
+            return wp.empty(shape, dtype=dtype, device=self.name)
+        lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))
+        return _host_array(lease.block, lease, shape, dtype)
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an array of zeros; on CPU a page of it costs nothing until it is written to."""
-        if self.is_cpu:
-            return _host_array(np.zeros, shape, dtype)
-        return wp.zeros(shape, dtype=dtype, device=self.name)
+        if not self.is_cpu:
+            return wp.zeros(shape, dtype=dtype, device=self.name)
+        block = np.zeros(prod(_dims(shape)) * size_of(dtype), np.uint8)
+        return _host_array(block, block, shape, dtype)
 
     def starts(self, counts: Any) -> tuple[Any, int]:
         """Return the exclusive prefix sum of int64 `counts` with the total as a last item, and the total.
@@ -132,12 +140,15 @@ class Device:
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
 
 
-def _host_array(make: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
-    """Return an array in memory that a function of NumPy's makes."""
-    dims = (shape,) if isinstance(shape, int) else shape
-    host = make((*dims, *getattr(dtype, "_shape_", ())), wp.dtype_to_numpy(scalar_type(dtype)))
-    array = wp.array(ptr=host.ctypes.data, dtype=dtype, shape=dims, device="cpu", copy=False)
-    array._source = host  # keeps the memory alive as long as Warp's array
+def _dims(shape: int | tuple[int, ...]) -> tuple[int, ...]:
+    """Return a shape as a tuple."""
+    return (shape,) if isinstance(shape, int) else shape
+
+
+def _host_array(block: Any, owner: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
+    """Return an array over a block of bytes, which `owner` holds."""
+    array = wp.array(ptr=block.ctypes.data, dtype=dtype, shape=shape, device="cpu", copy=False)
+    array._source = owner  # as long as the array and its views live
     return array
 
 
@@ -150,9 +161,9 @@ def _slab(whole: Any, first: int, count: int) -> Any:
     return slab
 
 
-def scalar_type(dtype: Any) -> Any:
-    """Return the type of a vector type's components; a scalar type is its own."""
-    return getattr(dtype, "_wp_scalar_type_", dtype)
+def size_of(dtype: Any) -> int:
+    """Return the bytes of a scalar or vector type."""
+    return int(wp.types.type_size_in_bytes(dtype))
 
 
 def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progress = SILENT) -> None:
