@@ -173,7 +173,7 @@ def face_on_side(
     face.f3 = is_inside(bits, grid, face.node + u + v)
     face.is_ambiguous = face.f0 == face.f3 and face.f1 == face.f2 and face.f0 != face.f1
     if face.is_ambiguous:
-        s = find_special(special, face.node[1] + grid.ny * face.node[2], face.node[0])
+        s = find_special(bits, face.node[1] + grid.ny * face.node[2], face.node[0])
         face.cuts_f1 = face.f0 == has_bit(special.joined[s], 2 * face.axis)
     return face
 

@@ -43,7 +43,8 @@ wp.set_module_options(
 class CellBits:
     """The bits that later stages ask about cells and nodes, by row and as the line of words.
 
-    `rank` [word of the line] counts the ordinary cells before a word that has one, in grid order.
+    `rank` [word of the line] counts the ordinary cells before a word that has one, in grid order;
+    `special_rank` likewise the special cells.
     """
 
     inside: wp.array2d(dtype=wp.uint32)
@@ -53,6 +54,7 @@ class CellBits:
     active_line: wp.array(dtype=Words)
     ordinary_line: wp.array(dtype=Words)
     rank: wp.array(dtype=wp.int32)
+    special_rank: wp.array(dtype=wp.int32)
 
 
 @dataclass(frozen=True)
@@ -99,10 +101,10 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
         device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
     ordinary_starts, ordinary_count = device.starts(ordinary_counts)
     special_starts, special_count = device.starts(special_counts)
-    bits.rank = device.empty(grid.rows * grid.words, wp.int32)
+    bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
     special_row, special_i = device.empty(special_count, wp.int32), device.empty(special_count, wp.int32)
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
-    outputs = [bits.rank, special_row, special_i]
+    outputs = [bits.rank, bits.special_rank, special_row, special_i]
     device.launch(number_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
     return Cells(
         bits=bits,
@@ -375,10 +377,11 @@ def number_cells_kernel(
     special_starts: wp.array(dtype=wp.int64),
     # Out:
     rank_out: wp.array(dtype=wp.int32),
+    special_rank_out: wp.array(dtype=wp.int32),
     special_row_out: wp.array(dtype=wp.int32),
     special_i_out: wp.array(dtype=wp.int32),
 ):
-    """Count the ordinary cells before each word that has any; list the special cells. One thread a block."""
+    """Count the ordinary and special cells before each word that has any; list the special ones. One thread a block."""
     block = first + wp.tid()
     rank = wp.int32(ordinary_starts[block])
     slot = wp.int32(special_starts[block])
@@ -394,6 +397,7 @@ def number_cells_kernel(
             rank += wp.int32(wp.bit_count(ordinary_word))
         left = active_words[lane] & ~ordinary_word
         if left != wp.uint32(0):
+            special_rank_out[n + lane] = slot
             row = (n + lane) / grid.words
             start = 32 * (n + lane - row * grid.words)
             while left != wp.uint32(0):

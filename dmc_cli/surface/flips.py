@@ -74,7 +74,7 @@ def flip_faces_kernel(
     nk = k + wp.where(axis == 2, 1, 0)
     if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
         other_row = nj + nk * grid.ny
-        other = find_special(special, other_row, ni)
+        other = find_special(bits, other_row, ni)
         if is_one_polygon(polygons_inout[other], face - 1):
             joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
             other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))

@@ -65,7 +65,6 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     """
     count = cells.special_count
     special = SpecialCells()
-    special.words, special.starts = grid.words, cells.special_starts
     special.row, special.i = cells.special_row, cells.special_i
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)

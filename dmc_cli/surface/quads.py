@@ -26,7 +26,7 @@ from dmc_cli.surface.grid import (
 )
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, find_special
-from dmc_cli.surface.tracing import label_of
+from dmc_cli.surface.tracing import EDGE_LOW, label_of
 from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, Words, before_line, block_count
 
 wp.set_module_options(
@@ -35,6 +35,10 @@ wp.set_module_options(
 
 QuadEdges = wp.types.vector(length=3 * LANES, dtype=wp.uint32)
 """The nodes of a block of words from which an edge along x, y, z goes up that carries a quad: a bit each."""
+
+
+QUAD_EDGES = wp.constant(wp.types.vector(length=12, dtype=wp.int32)(6, 4, 0, 2, 5, 1, 3, 7, 10, 11, 8, 9))
+"""Which edge of its four cells an edge along x, y, z is, the cells in the order of its quad's corners."""
 
 
 @dataclass(frozen=True)
@@ -171,48 +175,9 @@ def vertex_at(
     if has_bit(ordinary, b):
         v = bits.rank[row * bits.ordinary.shape[1] + w] + wp.int32(wp.bit_count(ordinary & low_bits(b)))
     else:
-        s = find_special(special, row, i)
+        s = find_special(bits, row, i)
         v = ordinary_count + wp.int32(special.first_vertex[s]) + label_of(special.vertices[s], edge)
     return v
-
-
-@wp.func
-def careful_quad_x(
-    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, ny: wp.int32, i: wp.int32
-) -> wp.vec4i:
-    """Return the quad round the edge along x from node i of a row, whatever its cells; normal along x."""
-    return wp.vec4i(
-        vertex_at(bits, special, ordinary_count, row - ny - 1, i, 6),
-        vertex_at(bits, special, ordinary_count, row - ny, i, 4),
-        vertex_at(bits, special, ordinary_count, row, i, 0),
-        vertex_at(bits, special, ordinary_count, row - 1, i, 2),
-    )
-
-
-@wp.func
-def careful_quad_y(
-    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, ny: wp.int32, i: wp.int32
-) -> wp.vec4i:
-    """The same along y."""
-    return wp.vec4i(
-        vertex_at(bits, special, ordinary_count, row - ny, i - 1, 5),
-        vertex_at(bits, special, ordinary_count, row, i - 1, 1),
-        vertex_at(bits, special, ordinary_count, row, i, 3),
-        vertex_at(bits, special, ordinary_count, row - ny, i, 7),
-    )
-
-
-@wp.func
-def careful_quad_z(
-    bits: CellBits, special: SpecialCells, ordinary_count: wp.int32, row: wp.int32, i: wp.int32
-) -> wp.vec4i:
-    """The same along z."""
-    return wp.vec4i(
-        vertex_at(bits, special, ordinary_count, row - 1, i - 1, 10),
-        vertex_at(bits, special, ordinary_count, row - 1, i, 11),
-        vertex_at(bits, special, ordinary_count, row, i, 8),
-        vertex_at(bits, special, ordinary_count, row, i - 1, 9),
-    )
 
 
 @wp.struct
@@ -254,32 +219,35 @@ def connect_with_care(
     special: SpecialCells,
     ordinary_count: wp.int32,
     n: wp.int32,
-    axis: wp.int32,
-    edges: wp.uint32,
+    edges: wp.vec3ui,
     plain: wp.uint32,
     forward: wp.uint32,
     q: wp.int32,
     quads_out: wp.array(dtype=wp.vec4i),
 ):
-    """Write the quads round those edges along an axis of word n that may have special cells beside them.
+    """Write the quads round those edges of word n that may have special cells beside them.
 
-    `edges` are all of the word's along the axis; q is the number of the first one's quad.
+    `edges` are all of the word's, by axis; q is the number of the first one's quad. One loop for all corners, so
+    that the structs are not copied for each.
     """
-    left = edges & ~plain
     row = n / grid.words
     start = 32 * (n - row * grid.words)
-    while left != wp.uint32(0):
-        b = bit_index(left)
-        left &= left - wp.uint32(1)
-        quad = wp.vec4i()
-        if axis == 0:
-            quad = careful_quad_x(bits, special, ordinary_count, row, grid.ny, start + b)
-        elif axis == 1:
-            quad = careful_quad_y(bits, special, ordinary_count, row, grid.ny, start + b)
-        else:
-            quad = careful_quad_z(bits, special, ordinary_count, row, start + b)
-        slot = q + wp.int32(wp.bit_count(edges & low_bits(b)))
-        quads_out[slot] = oriented(quad, has_bit(forward, b))
+    first = q
+    for axis in range(3):
+        of_axis = edges[axis]
+        left = of_axis & ~plain
+        while left != wp.uint32(0):
+            b = bit_index(left)
+            left &= left - wp.uint32(1)
+            quad = wp.vec4i()
+            for c in range(4):
+                edge = QUAD_EDGES[4 * axis + c]
+                corner = EDGE_LOW[edge]
+                cell_row = row - ((corner >> 1) & 1) - grid.ny * (corner >> 2)
+                quad[c] = vertex_at(bits, special, ordinary_count, cell_row, start + b - (corner & 1), edge)
+            slot = first + wp.int32(wp.bit_count(of_axis & low_bits(b)))
+            quads_out[slot] = oriented(quad, has_bit(forward, b))
+        first += wp.int32(wp.bit_count(of_axis))
 
 
 @wp.func
@@ -372,13 +340,8 @@ def connect_quads_kernel(
             connect_across(y, ~forward, here, front, q_y, quads_out)
             connect_across(z, forward, here, below, q_z, quads_out)
             if ((x | y | z) & ~plain[lane]) != wp.uint32(0):
+                words = wp.vec3ui(x, y, z)
                 connect_with_care(
-                    grid, bits, special, ordinary_count, n, 0, x, plain[lane], forward, q, quads_out
-                )
-                connect_with_care(
-                    grid, bits, special, ordinary_count, n, 1, y, plain[lane], forward, q_y, quads_out
-                )
-                connect_with_care(
-                    grid, bits, special, ordinary_count, n, 2, z, plain[lane], forward, q_z, quads_out
+                    grid, bits, special, ordinary_count, n, words, plain[lane], forward, q, quads_out
                 )
             q = q_z + wp.int32(wp.bit_count(z))

@@ -3,9 +3,8 @@
 import warp as wp
 
 from dmc_cli.surface.cells import CellBits
-from dmc_cli.surface.grid import Grid, has_bit
+from dmc_cli.surface.grid import Grid, has_bit, low_bits
 from dmc_cli.surface.tracing import NO_LABEL, label_of
-from dmc_cli.surface.words import LANES
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -16,7 +15,7 @@ AMBIGUOUS = wp.uint32(1 << 8)
 
 @wp.struct
 class SpecialCells:
-    """The special cells in grid order: those of a block of words from `starts[block]` to `starts[block + 1]`.
+    """The special cells in grid order.
 
     `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous.
     `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
@@ -24,8 +23,6 @@ class SpecialCells:
     cells before.
     """
 
-    words: wp.int32  # words a row
-    starts: wp.array(dtype=wp.int64)
     row: wp.array(dtype=wp.int32)
     i: wp.array(dtype=wp.int32)
     joined: wp.array(dtype=wp.uint32)
@@ -35,18 +32,12 @@ class SpecialCells:
 
 
 @wp.func
-def find_special(special: SpecialCells, row: wp.int32, i: wp.int32) -> wp.int64:
-    """Return the number of a special cell by bisection of its block's; the cell is one."""
-    block = (row * special.words + i // 32) / LANES
-    low = special.starts[block]
-    high = special.starts[block + 1] - wp.int64(1)
-    while low < high:
-        middle = (low + high) / wp.int64(2)
-        if special.row[middle] < row or (special.row[middle] == row and special.i[middle] < i):
-            low = middle + wp.int64(1)
-        else:
-            high = middle
-    return low
+def find_special(bits: CellBits, row: wp.int32, i: wp.int32) -> wp.int32:
+    """Return the number of a special cell; the cell is one."""
+    w = i // 32
+    n = row * bits.active.shape[1] + w
+    before = low_bits(i % 32) & bits.active[row, w] & ~bits.ordinary[row, w]
+    return bits.special_rank[n] + wp.int32(wp.bit_count(before))
 
 
 @wp.func
