@@ -69,7 +69,9 @@ class Device:
         if dim == 0:
             return
         slabs = (
-            min(self.threads * SLABS_PER_THREAD, -(-dim // grain)) if self.is_cpu and self.threads > 1 else 1
+            min(self.threads * SLABS_PER_THREAD, -(-dim // max(grain, 1)))
+            if self.is_cpu and self.threads > 1
+            else 1
         )
         arguments = [0, *inputs, *outputs]
         if slabs == 1:

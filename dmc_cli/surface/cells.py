@@ -381,7 +381,10 @@ def number_cells_kernel(
     special_row_out: wp.array(dtype=wp.int32),
     special_i_out: wp.array(dtype=wp.int32),
 ):
-    """Count the ordinary and special cells before each word that has any; list the special ones. One thread a block."""
+    """Count the ordinary and special cells before each word with any; list the special ones.
+
+    One thread a block of words.
+    """
     block = first + wp.tid()
     rank = wp.int32(ordinary_starts[block])
     slot = wp.int32(special_starts[block])

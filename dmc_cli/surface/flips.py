@@ -20,6 +20,10 @@ from dmc_cli.surface.tracing import FACE_EDGES, label_of, trace_cell
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
+CELLS_A_SLAB = 8 * ITEMS_A_SLAB
+"""Most cells only find that they have no face to flip."""
+
+
 def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number."""
     flips = device.zeros(count, wp.int64)
@@ -27,7 +31,7 @@ def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Devi
         for parity in range(2):
             inputs = [struct, cells.bits, special, axis, parity]
             outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, count, inputs, outputs, ITEMS_A_SLAB)
+            device.launch(flip_faces_kernel, count, inputs, outputs, CELLS_A_SLAB)
     return device.total(flips)
 
 

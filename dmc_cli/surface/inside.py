@@ -23,6 +23,9 @@ wp.set_module_options(
 WORD = 32
 """Nodes a word."""
 
+NODES_A_SLAB = 1 << 19
+"""Nodes a slab at least: some 100 microseconds."""
+
 
 @wp.struct
 class Threshold:
@@ -85,7 +88,7 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     inside = make_plane(grid, device)
     absent = device.empty(grid.rows, wp.int64)
     inputs = [grid.struct(), field, levels]
-    device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent])
+    device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], NODES_A_SLAB // grid.nx)
     no_data_count = device.total(absent) if levels.checks_finite or levels.checks_padding else 0
     if no_data_count == 0 or grid.border == 1:
         return InsideBits(inside, None, no_data_count)

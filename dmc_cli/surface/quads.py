@@ -227,8 +227,8 @@ def connect_with_care(
 ):
     """Write the quads round those edges of word n that may have special cells beside them.
 
-    `edges` are all of the word's, by axis; q is the number of the first one's quad. One loop for all corners, so
-    that the structs are not copied for each.
+    `edges` are all of the word's, by axis; q is the number of the first one's quad. One loop for all corners,
+    so that the structs are not copied for each.
     """
     row = n / grid.words
     start = 32 * (n - row * grid.words)
