@@ -11,8 +11,8 @@ from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume.allocation import available_bytes
 from dmc_cli.volume.volume import Volume
 
-BITS_BYTES_A_NODE = 5 / 8
-"""Inside, active and ordinary bits, bits of nodes with data, and a rank a word."""
+BITS_BYTES_A_NODE = 6 / 8
+"""Inside, active and ordinary bits, bits of nodes with data, and two ranks a word."""
 
 VERTEX_BYTES = 12 + 12 + 8 + 12
 """Position, local coordinates, cell and normal."""

@@ -31,7 +31,7 @@ def place_left_vertices_kernel(
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
     # Out:
-    fallbacks_out: wp.array(dtype=wp.int64),
+    fallbacks_out: wp.array(dtype=wp.uint8),
 ):
     """Place the vertices that have no place yet: local coordinates below 0. One thread a block of `size`.
 
@@ -61,4 +61,4 @@ def place_left_vertices_kernel(
                 local_inout[v] = local
                 position_inout[v] = world_position(matrix, i, j, k, local)
                 fallbacks += int(p[3])
-    fallbacks_out[block] = wp.int64(fallbacks)
+    fallbacks_out[block] = wp.uint8(fallbacks)

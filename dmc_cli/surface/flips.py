@@ -26,7 +26,7 @@ CELLS_A_SLAB = 8 * ITEMS_A_SLAB
 
 def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number."""
-    flips = device.zeros(count, wp.int64)
+    flips = device.zeros(count, wp.uint8)
     for axis in range(3):
         for parity in range(2):
             inputs = [struct, cells.bits, special, axis, parity]
@@ -58,7 +58,7 @@ def flip_faces_kernel(
     # In/out:
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
-    flips_inout: wp.array(dtype=wp.int64),
+    flips_inout: wp.array(dtype=wp.uint8),
 ):
     """Flip the bad faces of one class. One thread a special cell, for its high face on `axis`.
 
@@ -86,4 +86,4 @@ def flip_faces_kernel(
             joined_inout[other] = other_joined
             polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
             polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
-            flips_inout[s] = flips_inout[s] + wp.int64(1)
+            flips_inout[s] = flips_inout[s] + wp.uint8(1)

@@ -69,12 +69,13 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
     struct = grid.struct()
-    ambiguous = device.empty(count, wp.int64)
+    ambiguous = device.empty(count, wp.uint8)
     inputs = [struct, cells.bits, field, special]
     outputs = [special.joined, special.polygons, ambiguous]
     device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     flipped_faces = flip_faces(cells, special, count, struct, device) if manifold else 0
-    polygons, vertices, unused, multi = (device.empty(count, wp.int64) for _ in range(4))
+    polygons, unused, multi = (device.empty(count, wp.uint8) for _ in range(3))
+    vertices = device.empty(count, wp.int64)
     device.launch(
         number_vertices_kernel,
         count,
@@ -115,7 +116,7 @@ def trace_polygons_kernel(
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
     polygons_out: wp.array(dtype=wp.uint64),
-    ambiguous_out: wp.array(dtype=wp.int64),
+    ambiguous_out: wp.array(dtype=wp.uint8),
 ):
     """Decide the ambiguous faces, count those no lower cell shares, and trace. One thread a special cell."""
     s = first + wp.tid()
@@ -125,7 +126,7 @@ def trace_polygons_kernel(
     k = row // grid.ny
     case = cell_case(grid, bits.inside, row, i)
     joined = wp.uint32(0)
-    count = wp.int64(0)
+    count = int(0)
     if is_split(case):
         for face in range(6):
             if is_ambiguous(case, face):
@@ -144,7 +145,7 @@ def trace_polygons_kernel(
                     k - wp.where(axis == 2, 1, 0),
                 )
                 if face % 2 == 1 or not low:
-                    count += wp.int64(1)
+                    count += 1
     joined_out[s] = joined
     polygons_out[s] = trace_cell(case, joined)
-    ambiguous_out[s] = count
+    ambiguous_out[s] = wp.uint8(count)

@@ -104,7 +104,7 @@ def _place_exactly(
     else:
         left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
-    fallbacks = device.empty(left.shape[0], wp.int64)
+    fallbacks = device.empty(left.shape[0], wp.uint8)
     inputs = [*scene, size, left, ordinary, polygons.special, special, vertices.cell]
     outputs = [vertices.local, vertices.position, fallbacks]
     device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
