@@ -142,7 +142,7 @@ class MeshSettings:
     simplify: Simplify = "none"
     simplify_rules: SimplifyRules = "safe"
     project: bool = True
-    rounds: int = 60
+    rounds: int = 20
     relax: int = 0
 
     def __post_init__(self) -> None:

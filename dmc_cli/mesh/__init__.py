@@ -17,6 +17,7 @@ compaction       renumbering without gaps
 simplify         the passes in order
 quad_square      how far a quad is from a square
 glide            a vertex's step along the surface
+heights          how far points are from the surface
 guests           points that the mesh must not leave behind
 relax_checks     whether a step of smoothing may be taken
 relax            smoothing on the surface

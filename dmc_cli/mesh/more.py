@@ -1,8 +1,9 @@
 """More irregular vertices removed than the papers' patterns can (`--simplify more`).
 
-A round shifts the blocks, sweeps over them (`more_sweep.py`), closes the gaps and smooths. Every operation is
-judged as it is done, so after every round the mesh is as manifold, as unfolded and as near to the surface as
-before it. The temperature falls to 0; a quad that goes costs more the fewer there are.
+A round shifts the blocks, sweeps over them (`more_sweep.py`), closes the gaps and smooths; at last the worst
+quads are mended (`more_mend.py`). Every operation is judged as it is done, so after every round the mesh is as
+manifold, as unfolded and as near to the surface and to the old vertices (`guests.py`) as before it. The
+temperature falls to 0; a quad that goes costs more the fewer there are.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +26,7 @@ from dmc_cli.mesh.relax import measure_shapes, relax
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.surface import Surface
 
-TEMPERATURE = 0.25
+TEMPERATURE = 0.05
 """At the first round; a high one makes pairs of irregular vertices that it does not remove again."""
 
 COLD_SHARE = 0.1
@@ -37,7 +38,7 @@ TRIES = 8
 LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 """Share of the quads below which a quad that goes has a price, and how that rises with the share lost."""
 
-RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 5, 3
+RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 10, 3
 """Steps of smoothing before the rounds and after them, and rounds after which there is one step."""
 
 

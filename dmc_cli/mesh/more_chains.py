@@ -16,7 +16,7 @@ from dmc_cli.mesh.valences import REGULAR
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-DEPTH = wp.constant(6)
+DEPTH = wp.constant(10)
 """Rotations of a chain at most."""
 
 ASCENT = 2

@@ -9,6 +9,7 @@ as long as no two vertices of a ring become one.
 import warp as wp
 
 from dmc_cli.mesh.glide import Scene
+from dmc_cli.mesh.heights import distance_from_surface, height_above_surface, quad_centre
 from dmc_cli.mesh.more_work import (
     LONGEST_RING,
     MOST_VALENCE,
@@ -22,10 +23,8 @@ from dmc_cli.mesh.more_work import (
     onward,
     quad_corner,
 )
-from dmc_cli.mesh.project import cell_node, point_at
+from dmc_cli.mesh.project import index_position
 from dmc_cli.mesh.quad_square import quad_shape
-from dmc_cli.surface.field import cell_values
-from dmc_cli.surface.trilinear import single_precision, trilinear_gradient, trilinear_value
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -186,41 +185,23 @@ def folded_sides(work: Work, b: wp.int32) -> wp.int32:
 
 
 @wp.func
-def height_above_surface(scene: Scene, x: wp.vec3d) -> wp.float32:
-    """Return about how far, in cells, a point in node indices is from the surface; 1 off the grid."""
-    point = point_at(scene.grid, x)
-    i = point.cell
-    f = single_precision(cell_values(scene.field, scene.grid, i[0], i[1], i[2]))
-    gradient = trilinear_gradient(f, point.local)
-    value = wp.abs(trilinear_value(f, point.local[0], point.local[1], point.local[2]))
-    slope = wp.length(gradient)
-    return wp.where(slope > 0.0, wp.min(value / slope, 1.0), 1.0)
-
-
-@wp.func
 def highest_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
-    """Return the largest distance, in cells, of a patch quad's centre or side's midpoint from the surface."""
+    """Return the largest distance, in cells, of a patch quad's side's midpoint or centre from the surface."""
     highest = float(0.0)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
-        centre = wp.vec3d()
-        before = index_of(scene, work, work.corners[4 * q + 3])
+        before = corner_index(scene, work, 4 * q + 3)
         for c in range(4):
-            here = index_of(scene, work, work.corners[4 * q + c])
+            here = corner_index(scene, work, 4 * q + c)
             highest = wp.max(highest, height_above_surface(scene, wp.float64(0.5) * (before + here)))
-            centre += wp.float64(0.25) * here
             before = here
-        highest = wp.max(highest, height_above_surface(scene, centre))
+        centre = quad_centre(scene, work.corners, work.cell, work.local, q)
+        highest = wp.max(highest, distance_from_surface(scene, centre))
     return highest
 
 
 @wp.func
-def index_of(scene: Scene, work: Work, v: wp.int32) -> wp.vec3d:
-    """Return where a vertex is, in node indices."""
-    node = cell_node(scene.grid, work.cell[v])
-    local = work.local[v]
-    return wp.vec3d(
-        wp.float64(node[0]) + wp.float64(local[0]),
-        wp.float64(node[1]) + wp.float64(local[1]),
-        wp.float64(node[2]) + wp.float64(local[2]),
-    )
+def corner_index(scene: Scene, work: Work, h: wp.int32) -> wp.vec3d:
+    """Return where a quad's corner is, in node indices."""
+    v = work.corners[h]
+    return index_position(scene.grid, work.cell[v], work.local[v])

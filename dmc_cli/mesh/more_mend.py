@@ -2,14 +2,20 @@
 
 Smoothing moves all vertices towards the mean of what their quads want; the worst quad may lose there, and
 stays as it is. Here each vertex of a bad quad tries steps of three lengths in eight directions of its tangent
-plane and takes those that make its worst quad better, as long as none of its quads turns or folds, rises from
-the surface or leaves a guest behind.
+plane, of a sliver also out of that plane, and takes those that make its worst quad better, as long as none of
+its quads turns or folds, rises from the surface or leaves a guest behind.
 """
 
 import warp as wp
 
 from dmc_cli.mesh.glide import Scene
-from dmc_cli.mesh.more_checks import folded_sides, gather_patch, highest_of_patch, measure_patch
+from dmc_cli.mesh.more_checks import (
+    folded_sides,
+    gather_patch,
+    highest_of_patch,
+    measure_patch,
+    quad_area,
+)
 from dmc_cli.mesh.more_guests import lodge_guests
 from dmc_cli.mesh.more_moves import keep_places, restore_places, settle_core
 from dmc_cli.mesh.more_work import Work, begin, fail, has_failed, onward, quad_corner, touch
@@ -44,8 +50,21 @@ def mean_side(work: Work, v: wp.int32) -> wp.float32:
 
 
 @wp.func
+def upward(work: Work, v: wp.int32) -> wp.vec3:
+    """Return the surface's normal at a vertex; where the field's gradient vanishes, that of its quads."""
+    up = work.normal[v]
+    if wp.length_sq(up) == 0.0:
+        h = work.vertex_halfedge[v]
+        for _turn in range(work.valence[v]):
+            up += quad_area(work, h >> 2)
+            h = onward(work, h)
+    return wp.normalize(up)
+
+
+@wp.func
 def measure_ring(scene: Scene, work: Work, b: wp.int32) -> wp.vec4:
-    """Return the least shape of the patch's quads, their turned corners, folded sides and largest height."""
+    """Return the least shape of the quads round it, and how many are turned, folded sides, largest height."""
+    gather_patch(work, b)
     measures = measure_patch(work, b)
     return wp.vec4(measures[1], measures[2], float(folded_sides(work, b)), highest_of_patch(scene, work, b))
 
@@ -69,7 +88,6 @@ def try_step(
     work.position[v] = work.position[v] + step
     settle_core(scene, work, b)
     if not has_failed(work, b):
-        gather_patch(work, b)
         if not is_better(measure_ring(scene, work, b), before, limit):
             fail(work, b)
     if not has_failed(work, b):
@@ -80,24 +98,36 @@ def try_step(
 
 
 @wp.func
+def try_plane(
+    scene: Scene, work: Work, b: wp.int32, v: wp.int32, normal: wp.vec3, way: wp.vec3, limit: wp.float32
+):
+    """Try the steps of all lengths and directions in a plane with this normal; the first goes this way."""
+    before = measure_ring(scene, work, b)
+    length = 0.4 * mean_side(work, v)
+    for _length in range(LENGTHS):
+        for _direction in range(DIRECTIONS):
+            if try_step(scene, work, b, v, length * way, before, limit):
+                before = measure_ring(scene, work, b)
+            way = EIGHTH * (way + wp.cross(normal, way))
+        length = length / 3.0
+
+
+@wp.func
 def mend_vertex(scene: Scene, work: Work, b: wp.int32, v: wp.int32, bad: wp.float32, limit: wp.float32):
     """Try steps at a vertex if one of its quads has a shape of `bad` at most."""
     begin(work, b)
     touch(work, b, v)
     gather_patch(work, b)
-    if measure_patch(work, b)[1] <= bad and not has_failed(work, b):
-        normal = work.normal[v]
+    least = measure_patch(work, b)[1]
+    if least <= bad and not has_failed(work, b):
+        normal = upward(work, v)
         across = wp.where(wp.abs(normal[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
         across = wp.normalize(wp.cross(normal, across))
-        length = 0.4 * mean_side(work, v)
-        before = measure_ring(scene, work, b)
-        for _length in range(LENGTHS):
-            way = across
-            for _direction in range(DIRECTIONS):
-                if try_step(scene, work, b, v, length * way, before, limit):
-                    before = measure_ring(scene, work, b)
-                way = EIGHTH * (way + wp.cross(normal, way))
-            length = length / 3.0
+        along = wp.cross(normal, across)
+        try_plane(scene, work, b, v, normal, across, limit)
+        if least < SLIVER:
+            try_plane(scene, work, b, v, across, along, limit)
+            try_plane(scene, work, b, v, along, normal, limit)
 
 
 @wp.kernel

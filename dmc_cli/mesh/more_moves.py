@@ -71,7 +71,10 @@ def smooth_core(work: Work, b: wp.int32):
 
 @wp.func
 def settle(scene: Scene, work: Work, b: wp.int32, n: wp.int32):
-    """Put a touched vertex on the surface near where it has gone; fail where that is not found."""
+    """Put a touched vertex on the surface near where it has gone; fail where that is not found.
+
+    It may not come to face the other way; where the field's gradient vanishes it faces no way yet.
+    """
     v = work.core[b, n]
     cell = work.core_cell[b, n]
     start = index_position(scene.grid, cell, work.core_local[b, n])
@@ -86,7 +89,8 @@ def settle(scene: Scene, work: Work, b: wp.int32, n: wp.int32):
         moved = index_position(scene.grid, node_cell(scene.grid, end.cell), end.local) - start
         if wp.max(wp.abs(moved)) <= FARTHEST:
             facing = surface_normal(scene, end.cell, end.local)
-    if wp.dot(facing, work.core_normal[b, n]) > 0.0:
+    normal = work.core_normal[b, n]
+    if wp.dot(facing, normal) > 0.0 or (wp.length_sq(normal) == 0.0 and wp.length_sq(facing) > 0.0):
         work.position[v] = output_position(scene, end.cell, end.local)
         work.cell[v] = node_cell(scene.grid, end.cell)
         work.local[v] = end.local

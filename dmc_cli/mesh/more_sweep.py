@@ -1,6 +1,6 @@
 """A sweep of the further simplification: each block tries operations at its irregular vertices.
 
-An operation is drawn by chance, done, and kept if it lowers the energy, the sum of (valence - 4)^2 and 0.3
+An operation is drawn by chance, followed by a chain of rotations or not (`more_chains.py`), and kept if it lowers the energy, the sum of (valence - 4)^2 and 0.3
 times the sum of 1 - shape (equation 9 of Grosso & Zint 2021), or raises it by no more than -T ln(u) with u by
 chance; quads that go or come have a price. Chance is a hash of round, vertex and try, and a block is the work
 of one thread, so the mesh is the same on any device and for any number of threads.
@@ -56,7 +56,7 @@ GEOMETRY_CAN_GIVE = wp.constant(0.6)
 """What better shapes may make good at most; what costs more is dropped without looking at them."""
 
 
-CHAINED = 64
+CHAINED = 160
 """Of 256 operations tried, those that are followed by a chain if they gain nothing."""
 
 ROTATIONS, COLLAPSES = 8, 4

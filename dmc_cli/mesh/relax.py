@@ -134,7 +134,8 @@ def _take_step(
         inputs = [scene, now, scratch.aim, int(checks < PATIENT_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
-        inputs = [ring, now, then, scratch.shape, scratch.floor, int(guests is None), scratch.has_moved]
+        is_strict = int(guests is not None)
+        inputs = [scene, ring, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
         if guests is not None:
             outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]

@@ -2,7 +2,9 @@
 
 import warp as wp
 
+from dmc_cli.mesh.glide import Scene
 from dmc_cli.mesh.halfedges import previous_halfedge
+from dmc_cli.mesh.heights import distance_from_surface, quad_centre
 from dmc_cli.mesh.quad_square import quad_shape
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -10,6 +12,10 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 SLIVER = wp.constant(0.4)
 """Shape of quads that may fold: on a blob flatter than a cell they get better in no other way."""
+
+
+HIGHEST = wp.constant(0.45)
+"""How far, in cells, a quad's centre may go from the surface where that is looked at."""
 
 
 @wp.struct
@@ -118,16 +124,28 @@ def is_spoilt(
     return is_turned or (found < shape and (found < least or found <= 0.0))
 
 
+@wp.func
+def rises(scene: Scene, ring: Ring, now: Spots, then: Spots, q: wp.int32) -> wp.bool:
+    """Return whether the moves take a quad's centre away from the surface, too far."""
+    height = distance_from_surface(scene, quad_centre(scene, ring.corners, then.cell, then.local, q))
+    too_far = height > HIGHEST
+    if too_far:
+        centre = quad_centre(scene, ring.corners, now.cell, now.local, q)
+        too_far = height > distance_from_surface(scene, centre)
+    return too_far
+
+
 @wp.kernel
 def check_kernel(
     # In:
     first: wp.int32,
+    scene: Scene,
     ring: Ring,
     now: Spots,
     then: Spots,
     shape: wp.array(dtype=wp.float32),
     floor: wp.array(dtype=wp.float32),
-    may_fold: wp.int32,
+    is_strict: wp.int32,
     has_moved: wp.array(dtype=wp.uint8),
     # In/out:
     must_retreat_inout: wp.array(dtype=wp.uint8),
@@ -146,8 +164,8 @@ def check_kernel(
     failing = wp.uint8(0)
     if is_touched:
         spoilt = is_spoilt(ring, now, then, q, shape[q], floor)
-        if not spoilt and may_fold == 0:
-            spoilt = folds_anew(ring, now, then, q, shape)
+        if not spoilt and is_strict == 1:
+            spoilt = folds_anew(ring, now, then, q, shape) or rises(scene, ring, now, then, q)
         if spoilt:
             failing = wp.uint8(1)
             for corner in range(4):
