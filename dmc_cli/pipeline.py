@@ -25,7 +25,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.read_ahead import ReadAhead
 from dmc_cli.report import kernel_modules as report_kernels
 from dmc_cli.report.memory import measure_memory
-from dmc_cli.report.report import RunFacts, build_report, report_text
+from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
 from dmc_cli.report.requirements import check_requirements
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.settings import ConvertSettings
@@ -122,7 +122,7 @@ def convert(
             reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
         )
     _refuse_empty(surface, volume, settings)
-    connected = _relaxed(_connect(surface, settings, watch), settings, watch)
+    connected = _relaxed(_connect(surface, volume, settings, watch), settings, watch)
     surface = connected.surface
     normals = None
     if output.normals or output.halfedges is not None:
@@ -210,7 +210,7 @@ def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -
     raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
 
 
-def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
     """Build the halfedges, colour and simplify, as far as it is needed."""
     wanted = settings.mesh.simplify != "none"
     dumped = settings.output.halfedges is not None
@@ -232,7 +232,8 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
     from dmc_cli.mesh.simplify import simplify
     from dmc_cli.mesh.valences import irregular_percent
 
-    before = irregular_percent(surface.device, halfedges.valence)
+    irregular_before = irregular_percent(surface.device, halfedges.valence)
+    before = _measure(surface, halfedges, volume, settings, watch)
     with watch.stage("simplify", "simplifying"):
         more = settings.mesh.simplify == "more"
         patterns = replace(settings.mesh, simplify="all") if more else settings.mesh
@@ -241,8 +242,9 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> C
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
         "refused": result.refused,
-        "irregular_percent_before": before,
+        "irregular_percent_before": irregular_before,
         "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
+        "before": None if before is None else measured_sections(before),
     }
     connected = ConnectedMesh(
         result.surface, result.halfedges, result.color, result.color24, simplification=found
@@ -298,17 +300,24 @@ def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
     )
 
 
+def _measure(
+    surface: Surface, halfedges: Any, volume: Volume, settings: ConvertSettings, watch: Stopwatch
+) -> Measures | None:
+    """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
+    if not _measures(settings):
+        return None
+    from dmc_cli.report.measures import measure_surface
+
+    with watch.stage("report", "measuring"):
+        return measure_surface(surface, halfedges.twin, volume)
+
+
 def _measured(
     settings: ConvertSettings, volume: Volume, connected: ConnectedMesh, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
-    measures = None
     surface = connected.surface
-    if _measures(settings):
-        from dmc_cli.report.measures import measure_surface
-
-        with watch.stage("report", "measuring"):
-            measures = measure_surface(surface, connected.halfedges.twin, volume)
+    measures = _measure(surface, connected.halfedges, volume, settings, watch)
     device = surface.device
     facts = RunFacts(
         volume=volume,
