@@ -7,6 +7,7 @@ The data flow is the package. Whoever reads the files in this order meets the me
     progress     who is told how far a run is
     volume       values on a grid and where they lie in the world; readers for each format
     read_ahead   the volume is read while kernels are loaded
+    host_memory  memory that is kept for the next array
     device       where kernels run, and the one way to launch them
     surface      from the volume to vertices and quads: inside, cells, polygons, vertices, quads, normals
     mesh         halfedges, colours, simplification, smoothing, checks
