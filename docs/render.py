@@ -57,7 +57,7 @@ def main() -> None:
     window.SetOffScreenRendering(1)
     window.SetSize(WIDTH, HEIGHT)
     window.SetMultiSamples(8)
-    window.AddRenderer(view(actor(left, edges=False), (0.0, 0.0, 0.5, 1.0), (30.0, 20.0), 1.7))
+    window.AddRenderer(view(actor(left, edges=False), (0.0, 0.0, 0.5, 1.0), (30.0, 20.0), 1.4))
     window.AddRenderer(view(actor(right, edges=True), (0.5, 0.0, 1.0, 1.0), (30.0, 20.0), 4.0))
     window.Render()
     grab = vtk.vtkWindowToImageFilter()
