@@ -1,8 +1,8 @@
 """More irregular vertices removed than the papers' patterns can (`--simplify more`).
 
 A round shifts the blocks, sweeps over them (`more_sweep.py`), closes the gaps and smooths; at last the worst
-quads are mended (`more_mend.py`). Every operation is judged as it is done, so after every round the mesh is as
-manifold, as unfolded and as near to the surface and to the old vertices (`guests.py`) as before it. The
+quads are mended (`more_mend.py`). Every operation is judged as it is done, so after every round the mesh is
+as manifold, as unfolded and as near to the surface and to the old vertices (`guests.py`) as before it. The
 temperature falls to 0; a quad that goes costs more the fewer there are.
 """
 

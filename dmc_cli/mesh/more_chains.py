@@ -10,8 +10,7 @@ B. W. Kernighan's of 1973 for tours). The whole is then judged as one operation.
 import warp as wp
 
 from dmc_cli.mesh.more_checks import irregularity_change
-from dmc_cli.mesh.more_operations import rotate_edge
-from dmc_cli.mesh.more_work import TOUCHED, Work, fail, has_failed, is_own, onward, quad_corner
+from dmc_cli.mesh.more_work import LINKED, TOUCHED, Work, is_own, onward, quad_corner
 from dmc_cli.mesh.valences import REGULAR
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -92,20 +91,27 @@ def collapse_cost(work: Work, h: wp.int32) -> wp.int32:
 
 
 @wp.func
-def is_in_chain(work: Work, b: wp.int32, links: wp.int32, h: wp.int32) -> wp.bool:
+def link(work: Work, b: wp.int32, h: wp.int32):
+    """Note that a chain rotates the edge of halfedge h."""
+    work.chain[b, work.tally[b, LINKED]] = h
+    work.tally[b, LINKED] = work.tally[b, LINKED] + 1
+
+
+@wp.func
+def is_in_chain(work: Work, b: wp.int32, h: wp.int32) -> wp.bool:
     """Return whether an edge is one that the chain has rotated."""
     known = bool(False)
-    for n in range(links):
+    for n in range(work.tally[b, LINKED]):
         if work.chain[b, n] == h or work.chain[b, n] == work.twin[h]:
             known = bool(True)
     return known
 
 
 @wp.func
-def next_rotation(work: Work, b: wp.int32, links: wp.int32, number: wp.uint32) -> wp.vec2i:
-    """Return the cheapest rotation in the quads round touched irregular vertices, and its cost.
+def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
+    """Return the cheapest rotation in the quads round touched irregular vertices that a chain may go on by.
 
-    The rotation is twice the halfedge, and one more for forward; -1 if there is none.
+    It is twice the halfedge, and one more for forward; -1 if there is none.
     """
     best = int(ASCENT * TIES + TIES)
     found = int(-1)
@@ -121,25 +127,10 @@ def next_rotation(work: Work, b: wp.int32, links: wp.int32, number: wp.uint32) -
                     if cost <= ASCENT:
                         draw += wp.uint32(1)
                         key = cost * TIES + (wp.int32(scrambled(draw) & wp.uint32(TIES - 1)))
-                        if key < best and not is_in_chain(work, b, links, side):
+                        if key < best and not is_in_chain(work, b, side):
                             best = key
                             found = 2 * side + (choice & 1)
                 h = onward(work, h)
-    return wp.vec2i(found, best / TIES)
-
-
-@wp.func
-def pursue(work: Work, b: wp.int32, number: wp.uint32):
-    """Follow an operation that gains nothing by rotations until there is a gain, or fail."""
-    links = int(0)
-    cost = irregularity_change(work, b)
-    while cost >= 0 and not has_failed(work, b):
-        rotation = next_rotation(work, b, links, scrambled(number + wp.uint32(links)))
-        if links == DEPTH or rotation[0] < 0 or cost + rotation[1] > ASCENT:
-            fail(work, b)
-        else:
-            side = rotation[0] >> 1
-            work.chain[b, links] = side
-            rotate_edge(work, b, side, (rotation[0] & 1) == 1)
-            cost += rotation[1]
-            links += 1
+    if work.tally[b, LINKED] == DEPTH or irregularity_change(work, b) + best / TIES > ASCENT:
+        found = int(-1)
+    return found

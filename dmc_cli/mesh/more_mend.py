@@ -80,36 +80,45 @@ def is_better(after: wp.vec4, before: wp.vec4, limit: wp.float32) -> wp.bool:
 @wp.func
 def try_step(
     scene: Scene, work: Work, b: wp.int32, v: wp.int32, step: wp.vec3, before: wp.vec4, limit: wp.float32
-) -> wp.bool:
-    """Move a vertex if that makes its quads better; return whether it does."""
+) -> wp.vec4:
+    """Move a vertex if that makes its quads better; return their measures."""
+    found = before
     begin(work, b)
     touch(work, b, v)
     keep_places(work, b)
     work.position[v] = work.position[v] + step
     settle_core(scene, work, b)
     if not has_failed(work, b):
-        if not is_better(measure_ring(scene, work, b), before, limit):
+        found = measure_ring(scene, work, b)
+        if not is_better(found, before, limit):
             fail(work, b)
     if not has_failed(work, b):
         lodge_guests(scene, work, b)
     if has_failed(work, b):
         restore_places(work, b)
-    return not has_failed(work, b)
+        found = before
+    return found
 
 
 @wp.func
-def try_plane(
-    scene: Scene, work: Work, b: wp.int32, v: wp.int32, normal: wp.vec3, way: wp.vec3, limit: wp.float32
-):
-    """Try the steps of all lengths and directions in a plane with this normal; the first goes this way."""
+def try_steps(scene: Scene, work: Work, b: wp.int32, v: wp.int32, planes: wp.int32, limit: wp.float32):
+    """Try steps of all lengths and directions in the tangent plane, or in three planes at right angles."""
+    normal = upward(work, v)
+    way = wp.where(wp.abs(normal[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
+    way = wp.normalize(wp.cross(normal, way))
+    longest = 0.4 * mean_side(work, v)
+    length = longest
     before = measure_ring(scene, work, b)
-    length = 0.4 * mean_side(work, v)
-    for _length in range(LENGTHS):
-        for _direction in range(DIRECTIONS):
-            if try_step(scene, work, b, v, length * way, before, limit):
-                before = measure_ring(scene, work, b)
-            way = EIGHTH * (way + wp.cross(normal, way))
-        length = length / 3.0
+    for n in range(planes * LENGTHS * DIRECTIONS):
+        before = try_step(scene, work, b, v, length * way, before, limit)
+        way = EIGHTH * (way + wp.cross(normal, way))
+        if n % DIRECTIONS == DIRECTIONS - 1:
+            length = length / 3.0
+        if n % (LENGTHS * DIRECTIONS) == LENGTHS * DIRECTIONS - 1:
+            length = longest
+            along = wp.cross(normal, way)
+            normal = way
+            way = along
 
 
 @wp.func
@@ -120,14 +129,7 @@ def mend_vertex(scene: Scene, work: Work, b: wp.int32, v: wp.int32, bad: wp.floa
     gather_patch(work, b)
     least = measure_patch(work, b)[1]
     if least <= bad and not has_failed(work, b):
-        normal = upward(work, v)
-        across = wp.where(wp.abs(normal[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
-        across = wp.normalize(wp.cross(normal, across))
-        along = wp.cross(normal, across)
-        try_plane(scene, work, b, v, normal, across, limit)
-        if least < SLIVER:
-            try_plane(scene, work, b, v, across, along, limit)
-            try_plane(scene, work, b, v, along, normal, limit)
+        try_steps(scene, work, b, v, wp.where(least < SLIVER, 3, 1), limit)
 
 
 @wp.kernel

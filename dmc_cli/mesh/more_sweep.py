@@ -1,15 +1,24 @@
 """A sweep of the further simplification: each block tries operations at its irregular vertices.
 
-An operation is drawn by chance, followed by a chain of rotations or not (`more_chains.py`), and kept if it lowers the energy, the sum of (valence - 4)^2 and 0.3
-times the sum of 1 - shape (equation 9 of Grosso & Zint 2021), or raises it by no more than -T ln(u) with u by
-chance; quads that go or come have a price. Chance is a hash of round, vertex and try, and a block is the work
-of one thread, so the mesh is the same on any device and for any number of threads.
+An operation is drawn by chance, followed by a chain of rotations or not (`more_chains.py`), and kept if it
+lowers the energy, the sum of (valence - 4)^2 and 0.3 times the sum of 1 - shape (equation 9 of Grosso & Zint
+2021), or raises it by no more than -T ln(u) with u by chance; quads that go or come have a price. Chance is
+a hash of round, vertex and try, and a block is the work of one thread, so the mesh is the same on any device
+and for any number of threads.
 """
 
 import warp as wp
 
 from dmc_cli.mesh.glide import Scene
-from dmc_cli.mesh.more_chains import UNKNOWN, allowance, collapse_cost, pursue, rotation_cost, scrambled
+from dmc_cli.mesh.more_chains import (
+    UNKNOWN,
+    allowance,
+    collapse_cost,
+    link,
+    next_rotation,
+    rotation_cost,
+    scrambled,
+)
 from dmc_cli.mesh.more_checks import (
     SHAPE_WEIGHT,
     folded_sides,
@@ -59,6 +68,9 @@ GEOMETRY_CAN_GIVE = wp.constant(0.6)
 CHAINED = 160
 """Of 256 operations tried, those that are followed by a chain if they gain nothing."""
 
+NOTHING, ROTATE, COLLAPSE, OPEN = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+"""Kinds of operations."""
+
 ROTATIONS, COLLAPSES = 8, 4
 """Of 16 operations tried; the others open a quad."""
 
@@ -84,41 +96,76 @@ def choice(number: wp.uint32, shift: wp.int32, count: wp.int32) -> wp.int32:
 
 
 @wp.func
-def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32, last: wp.vec2i):
-    """Do the operation at or near a vertex that a random number names, and remove the doublets it leaves.
+def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32) -> wp.vec3i:
+    """Return the operation at or near a vertex that a random number names: its kind, halfedge and detail.
 
-    It fails at once where it is plain that it adds more than `most` to the irregularity.
+    It is `NOTHING` where it is plain that it adds more than `most` to the irregularity.
     """
     h = outgoing(work, v, choice(number, 0, work.valence[v]))
+    action = wp.vec3i(NOTHING, 0, 0)
     kind = choice(number, 8, 16)
     if kind < ROTATIONS:
         side = (h & ~3) | ((h + choice(number, 16, 4)) & 3)
-        forward = choice(number, 24, 2) == 1
-        cost = rotation_cost(work, b, side, forward)
-        if cost != UNKNOWN and float(cost) > most:
-            fail(work, b)
-        else:
-            rotate_edge(work, b, side, forward)
+        forward = choice(number, 24, 2)
+        cost = rotation_cost(work, b, side, forward == 1)
+        if cost == UNKNOWN or float(cost) <= most:
+            action = wp.vec3i(ROTATE, side, forward)
     elif kind < ROTATIONS + COLLAPSES:
         side = (h & ~3) | ((h + choice(number, 16, 2)) & 3)
-        if float(collapse_cost(work, side)) > most:
-            fail(work, b)
-        else:
+        if float(collapse_cost(work, side)) <= most:
             work.tally[b, LEFT] = quad_corner(work, side, 0)
             work.tally[b, MERGED] = quad_corner(work, side, 2)
-            collapse_diagonal(work, b, side)
+            action = wp.vec3i(COLLAPSE, side, 0)
     else:
         side = (h & ~3) | ((h + choice(number, 16, 4) / 3) & 3)
         if is_own(work, b, work.corners[side]):
             steps = 2 + choice(number, 24, wp.max(work.valence[work.corners[side]] - 3, 1))
-            open_quad(work, b, side, steps, last[0], last[1])
+            action = wp.vec3i(OPEN, side, steps)
+    return action
+
+
+@wp.func
+def next_action(work: Work, b: wp.int32, number: wp.uint32, done: wp.int32, is_chained: wp.bool) -> wp.vec3i:
+    """Return what follows `done` operations: a doublet's removal, the next link of a chain, or nothing."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    doublet = doublet_of(work, b, work.tally[b, TOUCHED])
+    if doublet >= 0:
+        if done <= DOUBLETS:
+            action = wp.vec3i(COLLAPSE, work.vertex_halfedge[doublet], 0)
+    elif is_chained:
+        if irregularity_change(work, b) >= 0:
+            rotation = next_rotation(work, b, scrambled(number + wp.uint32(done)))
+            if rotation < 0:
+                fail(work, b)
+            else:
+                action = wp.vec3i(ROTATE, rotation >> 1, rotation & 1)
+    return action
+
+
+@wp.func
+def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32, last: wp.vec2i):
+    """Do the operation that a random number names, and what follows it.
+
+    Each kind is called at one place only: the compiler copies it there.
+    """
+    action = first_action(work, b, v, number, most)
+    is_chained = choice(number, 24, 256) < CHAINED
+    done = int(0)
+    if action[0] == NOTHING:
+        fail(work, b)
+    while action[0] != NOTHING and not has_failed(work, b):
+        if action[0] == ROTATE:
+            if done > 0:
+                link(work, b, action[1])
+            rotate_edge(work, b, action[1], action[2] == 1)
+        elif action[0] == COLLAPSE:
+            collapse_diagonal(work, b, action[1])
         else:
-            fail(work, b)
-    for _doublet in range(DOUBLETS):
+            open_quad(work, b, action[1], action[2], last[0], last[1])
+        done += 1
+        action = wp.vec3i(NOTHING, 0, 0)
         if not has_failed(work, b):
-            doublet = doublet_of(work, b, work.tally[b, TOUCHED])
-            if doublet >= 0:
-                collapse_diagonal(work, b, work.vertex_halfedge[doublet])
+            action = next_action(work, b, number, done, is_chained)
 
 
 @wp.func
@@ -163,14 +210,12 @@ def try_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32, before
         spread_opened(work, fresh)
     smooth_core(work, b)
     gather_patch(work, b)
-    if irregularity_change(work, b) >= 0:
-        if is_worse(measure_patch(work, b), budget, before[1], before[2]):
-            fail(work, b)
-    if not has_failed(work, b):
-        settle_core(scene, work, b)
-    if not has_failed(work, b):
-        if is_worse(measure_patch(work, b), budget, before[1], before[2]):
-            fail(work, b)
+    for stage in range(2):
+        if stage == 1 and not has_failed(work, b):
+            settle_core(scene, work, b)
+        if not has_failed(work, b) and (stage == 1 or irregularity_change(work, b) >= 0):
+            if is_worse(measure_patch(work, b), budget, before[1], before[2]):
+                fail(work, b)
     if not has_failed(work, b):
         if float(folded_sides(work, b)) > before[3] or highest_of_patch(scene, work, b) > HEIGHT_LIMIT:
             fail(work, b)
@@ -188,8 +233,6 @@ def attempt(
     begin(work, b)
     margin = allowance(rules.temperature, scrambled(number))
     propose(work, b, v, number, margin + GEOMETRY_CAN_GIVE, last)
-    if not has_failed(work, b) and choice(number, 24, 256) < CHAINED:
-        pursue(work, b, number)
     if not has_failed(work, b):
         cost = float(irregularity_change(work, b)) + rules.price * float(quads_removed(work, b))
         if cost > margin + GEOMETRY_CAN_GIVE or not is_core_sound(work, b):

@@ -32,7 +32,7 @@ LINKS = 12
 """Rotations that one operation may be followed by at most."""
 
 JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
-MERGED, LEFT, OPENED, CHANGES, TALLIES = range(6, 11)
+MERGED, LEFT, OPENED, LINKED, CHANGES, TALLIES = range(6, 12)
 """What a block tallies; the last is their number."""
 
 MOST_VALENCE = 8
@@ -92,6 +92,7 @@ def begin(work: Work, b: wp.int32):
     work.tally[b, MERGED] = -1
     work.tally[b, LEFT] = -1
     work.tally[b, OPENED] = 0
+    work.tally[b, LINKED] = 0
 
 
 @wp.func
