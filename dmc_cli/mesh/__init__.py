@@ -1,9 +1,12 @@
 """The quad mesh after its surface: connectivity, colours, simplification, in the order of the papers.
 
 quad_ranks       numbers of the quads round grid edges, as ranks
+plain_twins      twins through faces that are not ambiguous
 grid_twins       twins of halfedges, from the cell faces' segments
+plain_rings      a halfedge and the valence of ordinary cells' vertices
 vertex_rings     a halfedge and the valence of each vertex
 halfedges        the halfedge structure
+color_words      colours of the quads of whole rows
 coloring         colours of vertices and quads
 working_mesh     a mesh while quads are being removed
 selection        sets of quads or vertices

@@ -18,18 +18,19 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
-from dmc_cli.mesh.quad_ranks import QuadWord, quad_in
+from dmc_cli.mesh.color_words import color_row, reduce_row, retry_quads
+from dmc_cli.mesh.quad_ranks import QuadWord
 from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.surface import Surface
-from dmc_cli.surface.grid import Grid, bit_index
+from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
-wp.set_module_options({"enable_backward": False})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 REDUCED = wp.constant(5)
 """Colours after reduction: one more than a quad has neighbours."""
-
-EVEN_BITS = wp.uint32(0x55555555)
-"""The bits of the nodes with an even index: words begin at one."""
 
 
 def color_quads(surface: Surface, words: Any) -> Any:
@@ -41,7 +42,9 @@ def color_quads(surface: Surface, words: Any) -> Any:
     """
     device = surface.device
     colors = device.empty(surface.quads.shape[0], wp.uint8)
-    device.launch(color_quads_kernel, surface.grid.rows, [surface.grid.struct(), words], [colors])
+    device.launch(
+        color_quads_kernel, surface.grid.rows, [surface.grid.struct(), words, surface.quad_starts], [colors]
+    )
     return colors
 
 
@@ -57,9 +60,9 @@ def reduce_colors(surface: Surface, words: Any, twin: Any, colors: Any) -> Any:
     device = surface.device
     reduced = wp.clone(colors)
     for group in range(4):
-        inputs = [surface.grid.struct(), words, twin, group]
+        inputs = [surface.grid.struct(), words, surface.quad_starts, twin, group]
         device.launch(reduce_rows_kernel, surface.grid.rows, inputs, [reduced])
-    device.launch(retry_kernel, colors.shape[0], [twin], [reduced])
+    device.launch(retry_kernel, -(-colors.shape[0] // 64), [twin], [reduced])
     return reduced
 
 
@@ -103,15 +106,16 @@ def repair_colors(device: Device, twin: Any, colors: Any, *seams: Any, gone: Any
 
 
 @wp.func
-def color_classes(word: QuadWord, axis: wp.int32, odd: wp.int32) -> wp.uint32:
-    """Return the edges along an axis of a word whose lower node has an even or an odd index."""
-    return word[axis] & wp.where(odd == 0, EVEN_BITS, ~EVEN_BITS)
-
-
-@wp.func
 def group_of_row(grid: Grid, row: wp.int32) -> wp.int32:
     """Return (j & 1) | (k & 1) << 1 of a row."""
     return ((row % grid.ny) & 1) | (((row / grid.ny) & 1) << 1)
+
+
+@wp.func
+def has_quads(grid: Grid, starts: wp.array(dtype=wp.int64), row: wp.int32) -> wp.bool:
+    """Return whether the blocks of words that a row is in have quads."""
+    n = row * grid.words
+    return starts[n / LANES] != starts[(n + grid.words - 1) / LANES + 1]
 
 
 @wp.kernel
@@ -120,23 +124,14 @@ def color_quads_kernel(
     first: wp.int32,
     grid: Grid,
     words: wp.array2d(dtype=QuadWord),
+    starts: wp.array(dtype=wp.int64),
     # Out:
     colors_out: wp.array(dtype=wp.uint8),
 ):
     """Colour the quads by the parity of their edge's lower node and its axis. One thread a row."""
     row = first + wp.tid()
-    group = group_of_row(grid, row)
-    for w in range(grid.words):
-        word = words[row, w]
-        if (word[0] | word[1] | word[2]) != wp.uint32(0):
-            q = wp.int32(word[3])
-            for axis in range(3):
-                left = word[axis]
-                while left != wp.uint32(0):
-                    b = bit_index(left)
-                    left &= left - wp.uint32(1)
-                    colors_out[q] = wp.uint8(6 * group + 3 * (b & 1) + axis)
-                    q += 1
+    if has_quads(grid, starts, row):
+        color_row(words, row, group_of_row(grid, row), colors_out)
 
 
 @wp.func
@@ -158,6 +153,7 @@ def reduce_rows_kernel(
     first: wp.int32,
     grid: Grid,
     words: wp.array2d(dtype=QuadWord),
+    starts: wp.array(dtype=wp.int64),
     twin: wp.array(dtype=wp.int32),
     group: wp.int32,
     # In/out:
@@ -168,19 +164,8 @@ def reduce_rows_kernel(
     A row of nodes; quads of its group in other rows are no neighbours.
     """
     row = first + wp.tid()
-    if group_of_row(grid, row) == group:
-        for place in range(6):
-            if 6 * group + place >= REDUCED:
-                for w in range(grid.words):
-                    axis = place % 3
-                    word = words[row, w]
-                    left = color_classes(word, axis, place / 3)
-                    if left != wp.uint32(0):
-                        while left != wp.uint32(0):
-                            b = bit_index(left)
-                            left &= left - wp.uint32(1)
-                            q = quad_in(word, axis, b)
-                            colors_inout[q] = wp.uint8(first_free(twin, colors_inout, q))
+    if group_of_row(grid, row) == group and has_quads(grid, starts, row):
+        reduce_row(words, twin, row, group, colors_inout)
 
 
 @wp.kernel
@@ -191,10 +176,9 @@ def retry_kernel(
     # In/out:
     colors_inout: wp.array(dtype=wp.uint8),
 ):
-    """Let the quads of the last colour retry the others. One thread a quad; they are no neighbours."""
-    q = first + wp.tid()
-    if colors_inout[q] == wp.uint8(REDUCED - 1):
-        colors_inout[q] = wp.uint8(first_free(twin, colors_inout, q))
+    """Let the quads of the last colour retry the others. One thread 64 quads; they are no neighbours."""
+    start = 64 * (first + wp.tid())
+    retry_quads(twin, start, wp.min(64, colors_inout.shape[0] - start), colors_inout)
 
 
 @wp.kernel

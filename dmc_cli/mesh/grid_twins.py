@@ -5,8 +5,8 @@ twin of the halfedge on that side of the quad round one of them is the halfedge 
 round the other; there is none if no quad goes round it. That is right also where four quads share two
 vertices, where Grosso & Zint 2021 (section 3.2) pair by whatever order a hash table has.
 
-Where all cells round an edge are ordinary, each of the four faces has exactly one other edge with a quad: the
-parallel one, or one of the two across. Elsewhere the inside bits and the special cell's decision tell.
+`plain_twins.py` finds most of them by bits alone. On ambiguous faces, and near the grid's ends or nodes
+without data, the inside bits and the special cell's decision tell.
 
 The kernel also finds the quads with a *defect*: a side without a twin, or with two vertices that more than
 two quads join. Simplification leaves them and their neighbours alone. Crowded vertex pairs come from
@@ -18,15 +18,11 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.device import Device
-from dmc_cli.mesh.quad_ranks import (
-    QuadWord,
-    has_quad,
-    quad_round,
-    side_halfedge,
-)
+from dmc_cli.mesh.plain_twins import UNSURE, store_plain_twins
+from dmc_cli.mesh.quad_ranks import QuadWord, has_quad, quad_in, quad_round, side_halfedge
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
-from dmc_cli.surface.grid import Grid, bit_index, has_bit
+from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index, has_bit, low_bits
 from dmc_cli.surface.quads import surely_ordinary
 from dmc_cli.surface.special_cells import SpecialCells, find_special
 from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
@@ -48,78 +44,9 @@ def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, 
     count = surface.quads.shape[0]
     twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
     inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
-    inputs += [words, surface.quads]
+    inputs += [surface.field.has_absent, words, surface.quad_starts, surface.quads]
     device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_SLAB)
     return twins, defects
-
-
-@wp.func
-def plain_twin(
-    words: wp.array2d(dtype=QuadWord),
-    side: wp.int32,
-    forward: wp.bool,
-    axis: wp.int32,
-    parallel_row: wp.int32,
-    parallel_i: wp.int32,
-    across: wp.int32,
-    same_row: wp.int32,
-    same_i: wp.int32,
-    opposite_row: wp.int32,
-    opposite_i: wp.int32,
-) -> wp.int32:
-    """Return the twin on a side of a quad where all cells are ordinary: one of three other edges has a quad.
-
-    The parallel edge is along the same `axis`, the other two are along `across`. A quad round the parallel or
-    the `same` one has its normal towards the same end of its edge as ours, round the `opposite` one towards
-    the other end.
-    """
-    h = int(0)
-    if has_quad(words, parallel_row, parallel_i, axis):
-        h = side_halfedge(quad_round(words, parallel_row, parallel_i, axis), side ^ 2, forward)
-    elif has_quad(words, same_row, same_i, across):
-        h = side_halfedge(quad_round(words, same_row, same_i, across), 3 - side, forward)
-    else:
-        h = side_halfedge(quad_round(words, opposite_row, opposite_i, across), side ^ 1, not forward)
-    return h
-
-
-@wp.func
-def twins_of_x(
-    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
-) -> wp.vec4i:
-    """Return the twins on the sides of the quad round an x edge; y and z are the steps between rows."""
-    return wp.vec4i(
-        plain_twin(words, 0, forward, 0, r - z, i, 2, r - z, i + 1, r - z, i),
-        plain_twin(words, 1, forward, 0, r + y, i, 1, r, i, r, i + 1),
-        plain_twin(words, 2, forward, 0, r + z, i, 2, r, i, r, i + 1),
-        plain_twin(words, 3, forward, 0, r - y, i, 1, r - y, i + 1, r - y, i),
-    )
-
-
-@wp.func
-def twins_of_y(
-    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
-) -> wp.vec4i:
-    """Return the twins on the sides of the quad round a y edge; y and z are the steps between rows."""
-    return wp.vec4i(
-        plain_twin(words, 0, forward, 1, r, i - 1, 0, r + y, i - 1, r, i - 1),
-        plain_twin(words, 1, forward, 1, r + z, i, 2, r, i, r + y, i),
-        plain_twin(words, 2, forward, 1, r, i + 1, 0, r, i, r + y, i),
-        plain_twin(words, 3, forward, 1, r - z, i, 2, r + y - z, i, r - z, i),
-    )
-
-
-@wp.func
-def twins_of_z(
-    words: wp.array2d(dtype=QuadWord), y: wp.int32, z: wp.int32, r: wp.int32, i: wp.int32, forward: wp.bool
-) -> wp.vec4i:
-    """Return the twins on the sides of the quad round a z edge; y and z are the steps between rows."""
-    return wp.vec4i(
-        plain_twin(words, 0, forward, 2, r - y, i, 1, r - y + z, i, r - y, i),
-        plain_twin(words, 1, forward, 2, r, i + 1, 0, r, i, r + z, i),
-        plain_twin(words, 2, forward, 2, r + y, i, 1, r, i, r + z, i),
-        plain_twin(words, 3, forward, 2, r, i - 1, 0, r + z, i - 1, r, i - 1),
-    )
 
 
 @wp.func
@@ -250,6 +177,60 @@ def is_crowded(
     return count > 2
 
 
+@wp.func
+def inner_nodes(grid: Grid, has_absent: wp.int32, row: wp.int32, w: wp.int32) -> wp.uint32:
+    """Return the nodes of a word round which all crossed edges have quads: two steps from the grid's ends."""
+    k = row / grid.ny
+    j = row - k * grid.ny
+    if has_absent == 1 or j < 2 or k < 2 or j > grid.ny - 3 or k > grid.nz - 3:
+        return wp.uint32(0)
+    return low_bits(grid.nx - 2 - 32 * w) & ~low_bits(2 - 32 * w)
+
+
+@wp.func
+def find_with_care(
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    is_reversed: wp.int32,
+    words: wp.array2d(dtype=QuadWord),
+    quads: wp.array(dtype=wp.vec4i),
+    n: wp.int32,
+    axis: wp.int32,
+    plain: wp.uint32,
+    inner: wp.uint32,
+    forward: wp.uint32,
+    twins_out: wp.array(dtype=wp.vec4i),
+    defects_out: wp.array(dtype=wp.uint8),
+):
+    """Find the twins of those quads along an axis of word n that may have special cells beside them.
+
+    Those of `inner` nodes are there already, but for sides that are `UNSURE`.
+    """
+    row = n / grid.words
+    w = n - row * grid.words
+    k = row / grid.ny
+    word = words[row, w]
+    left = word[axis] & ~plain
+    while left != wp.uint32(0):
+        b = bit_index(left)
+        left &= left - wp.uint32(1)
+        q = quad_in(word, axis, b)
+        node = wp.vec3i(32 * w + b, row - k * grid.ny, k)
+        turn = wp.where(has_bit(forward, b), 0, 3)
+        t = wp.vec4i(UNSURE, UNSURE, UNSURE, UNSURE)
+        if has_bit(inner, b):
+            t = twins_out[q]
+        for side in range(4):
+            if t[side ^ turn] == UNSURE:
+                face = face_on_side(grid, bits, special, axis, node, side)
+                h = halfedge_at(grid, words, is_reversed, face, joined_place(face, side ^ 1))
+                t[side ^ turn] = h
+                if h < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
+                    defects_out[q] = wp.uint8(1)
+        twins_out[q] = t
+
+
 @wp.kernel
 def find_twins_kernel(
     # In:
@@ -258,48 +239,50 @@ def find_twins_kernel(
     bits: CellBits,
     special: SpecialCells,
     is_reversed: wp.int32,
+    has_absent: wp.int32,
     words: wp.array2d(dtype=QuadWord),
+    starts: wp.array(dtype=wp.int64),
     quads: wp.array(dtype=wp.vec4i),
     # Out:
     twins_out: wp.array(dtype=wp.vec4i),
     defects_out: wp.array(dtype=wp.uint8),
 ):
     """Find the twins of the halfedges of all quads. One thread a block of words."""
-    start = (first + wp.tid()) * LANES
+    block = first + wp.tid()
+    start = block * LANES
+    q = wp.int32(starts[block])
+    end = wp.int32(starts[block + 1])
+    if q == end:
+        return
+    for other in range(q, end):
+        defects_out[other] = wp.uint8(0)
     plain = surely_ordinary(grid, bits, before_line(grid) + start)
+    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     for n in range(start, wp.min(start + LANES, grid.layer * grid.nz)):
         row = n / grid.words
         w = n - row * grid.words
         word = words[row, w]
-        if (word[0] | word[1] | word[2]) != wp.uint32(0):
+        some = word[0] | word[1] | word[2]
+        if some != wp.uint32(0):
             q = wp.int32(word[3])
-            k = row / grid.ny
-            towards = bits.inside[row, w]
-            if is_reversed == 1:
-                towards = ~towards
-            for axis in range(3):
-                left = word[axis]
-                while left != wp.uint32(0):
-                    b = bit_index(left)
-                    left &= left - wp.uint32(1)
-                    forward = has_bit(towards, b)
-                    t = wp.vec4i()
-                    defect = wp.uint8(0)
-                    if has_bit(plain[n - start], b):
-                        if axis == 0:
-                            t = twins_of_x(words, 1, grid.ny, row, 32 * w + b, forward)
-                        elif axis == 1:
-                            t = twins_of_y(words, 1, grid.ny, row, 32 * w + b, forward)
-                        else:
-                            t = twins_of_z(words, 1, grid.ny, row, 32 * w + b, forward)
-                    else:
-                        node = wp.vec3i(32 * w + b, row - k * grid.ny, k)
-                        for side in range(4):
-                            face = face_on_side(grid, bits, special, axis, node, side)
-                            other = joined_place(face, side ^ 1)
-                            t[side] = halfedge_at(grid, words, is_reversed, face, other)
-                            if t[side] < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
-                                defect = wp.uint8(1)
-                    twins_out[q] = wp.where(forward, t, wp.vec4i(t[3], t[2], t[1], t[0]))
-                    defects_out[q] = defect
-                    q += 1
+            forward = bits.inside[row, w] ^ turn
+            inner = inner_nodes(grid, has_absent, row, w)
+            known = plain[n - start] | inner
+            store_plain_twins(words, n, grid.words, grid.layer, known, forward, q, twins_out)
+            if (some & ~plain[n - start]) != wp.uint32(0):
+                for axis in range(3):
+                    find_with_care(
+                        grid,
+                        bits,
+                        special,
+                        is_reversed,
+                        words,
+                        quads,
+                        n,
+                        axis,
+                        plain[n - start],
+                        inner,
+                        forward,
+                        twins_out,
+                        defects_out,
+                    )

@@ -18,7 +18,7 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, GridShape, has_bit
-from dmc_cli.surface.quads import QuadEdges, quad_edges
+from dmc_cli.surface.quads import quad_edges
 from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
 
 wp.set_module_options(
@@ -32,7 +32,7 @@ LOWEST = wp.uint32(1)
 
 
 def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) -> Any:
-    """Return the `QuadWord` of each word of nodes, [row, word]: half a byte a node.
+    """Return the `QuadWord` of each word of nodes, [row, word]: half a byte a node where the surface is.
 
     Args:
         cells: Active cells.
@@ -40,7 +40,7 @@ def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) ->
         quad_starts: Quads before each block of words, as `Surface` holds them.
         device: Where to work.
     """
-    words = device.empty((grid.rows, grid.words), QuadWord)
+    words = device.zeros((grid.rows, grid.words), QuadWord)
     inputs = [grid.struct(), cells.bits, quad_starts]
     device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_SLAB)
     return words
@@ -56,13 +56,16 @@ def rank_quads_kernel(
     # Out:
     words_out: wp.array(dtype=QuadWord),
 ):
-    """Store the edges with a quad and the quads before each word. One thread a block of words."""
+    """Store the edges with a quad and the quads before each word, unless there are none in the block.
+
+    One thread a block of words.
+    """
     block = first + wp.tid()
+    if starts[block] == starts[block + 1]:
+        return
     n = block * LANES
     count = wp.uint32(starts[block])
-    edges = QuadEdges()
-    if starts[block] != starts[block + 1]:
-        edges = quad_edges(grid, bits, before_line(grid) + n)
+    edges = quad_edges(grid, bits, before_line(grid) + n)
     for lane in range(wp.min(LANES, words_out.shape[0] - n)):
         x = edges[lane]
         y = edges[LANES + lane]
@@ -80,15 +83,6 @@ def axis_first(word: QuadWord, axis: wp.int32) -> wp.int32:
     if axis > 1:
         number += wp.int32(wp.bit_count(word[1]))
     return number
-
-
-@wp.func
-def word_after(words: wp.array2d(dtype=QuadWord), row: wp.int32, w: wp.int32) -> QuadWord:
-    """Return the word after a word of a row, without a quad at its end."""
-    word = QuadWord()
-    if w + 1 < words.shape[1]:
-        word = words[row, w + 1]
-    return word
 
 
 @wp.func
