@@ -1,18 +1,28 @@
-"""Memory that surface extraction takes beside the volume and the output arrays, in bytes a node.
+"""Memory that surface extraction, or the whole mesh pipeline, takes beside the volume and the results.
 
-    python benchmarks/memory.py [FIELD] [N]
+    python benchmarks/memory.py [FIELD] [N]              the surface
+    python benchmarks/memory.py --pipeline [FIELD] [N]   to a simplified mesh with normals, as in mesh.py
+    python benchmarks/memory.py --pipeline head          the same of the head CT, if it is there
 
 The peak of resident memory of a fresh process, less what was resident before with kernels loaded and the
-volume touched, less the output arrays. The goal is at most one byte a node.
+volume touched, less the arrays of the result. The goals are one byte a node for the surface, and two bytes a
+node and 40 bytes a quad for the pipeline.
 """
 
+import argparse
 import resource
 import sys
 from pathlib import Path
 
+from cases import CASES
+
 from dmc_cli.device import load_kernels, select_device
-from dmc_cli.settings import ReadSettings, SurfaceSettings
-from dmc_cli.surface import extract_surface, kernel_modules, upload_volume
+from dmc_cli.mesh import kernel_modules as mesh_kernels
+from dmc_cli.mesh.coloring import color_quads, reduce_colors
+from dmc_cli.mesh.halfedges import build_halfedges
+from dmc_cli.mesh.simplify import simplify
+from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
+from dmc_cli.surface import compute_normals, extract_surface, kernel_modules, upload_volume
 from dmc_cli.volume.read import read_volume
 
 UNIT = 1 if sys.platform == "darwin" else 1024
@@ -23,23 +33,47 @@ def resident() -> int:
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmRSS"))
 
 
+def run(volume, isovalue: float, device, *, pipeline: bool) -> tuple[int, list]:
+    """Return the number of quads before simplification and the arrays of the result."""
+    settings = SurfaceSettings(isovalue=isovalue)
+    surface = extract_surface(upload_volume(volume, device), settings)
+    quads = surface.quads.shape[0]
+    if not pipeline:
+        return quads, arrays_of(surface)
+    halfedges = build_halfedges(surface)
+    color24 = color_quads(surface, halfedges.words)
+    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
+    result = simplify(surface, halfedges, MeshSettings(simplify="all"), color, color24)
+    return quads, [*arrays_of(result.surface), compute_normals(result.surface, settings)]
+
+
+def arrays_of(surface) -> list:
+    return [surface.vertices, surface.vertex_local, surface.vertex_cell, surface.quads]
+
+
 def main() -> None:
-    field = sys.argv[1] if len(sys.argv) > 1 else "iwp"
-    nodes = int(sys.argv[2]) if len(sys.argv) > 2 else 512
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("field", nargs="?", default="iwp")
+    parser.add_argument("nodes", nargs="?", type=int, default=512)
+    parser.add_argument("--pipeline", action="store_true")
+    options = parser.parse_args()
     device = select_device("cpu", 2)
-    load_kernels(device, kernel_modules())
-    small = read_volume(f"synth:{field}:16", ReadSettings())
-    extract_surface(upload_volume(small, device), SurfaceSettings(isovalue=0.0))
-    volume = read_volume(f"synth:{field}:{nodes}", ReadSettings())
+    load_kernels(device, kernel_modules(normals_too=True) + mesh_kernels(simplify=True))
+    run(read_volume("synth:iwp:16", ReadSettings()), 0.0, device, pipeline=options.pipeline)
+    named = next((case for case in CASES if case.name.startswith(options.field)), None)
+    volume = named.load() if named else read_volume(f"synth:{options.field}:{options.nodes}", ReadSettings())
+    volume.values.max()
     before = resident()
-    surface = extract_surface(upload_volume(volume, device), SurfaceSettings(isovalue=0.0))
+    quads, arrays = run(volume, named.isovalue if named else 0.0, device, pipeline=options.pipeline)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * UNIT
-    arrays = (surface.vertices, surface.vertex_local, surface.vertex_cell, surface.quads)
-    outputs = sum(array.numpy().nbytes for array in arrays)
-    beside = peak - before - outputs
-    count = volume.values.size
-    print(f"{field} {nodes}: {surface.quads.shape[0]} quads, outputs {outputs / 2**20:.0f} MiB")
-    print(f"beside volume and outputs: {beside / 2**20:.0f} MiB, {beside / count:.2f} bytes a node")
+    results = sum(array.numpy().nbytes for array in arrays)
+    beside, count = peak - before - results, volume.values.size
+    allowed = 2 * count + 40 * quads if options.pipeline else count
+    print(f"{options.field} {volume.shape}: {quads} quads, results {results / 2**20:.0f} MiB")
+    print(f"beside volume and results: {beside / 2**20:.0f} MiB, {beside / count:.2f} bytes a node")
+    print(f"allowed: {allowed / 2**20:.0f} MiB")
 
 
 if __name__ == "__main__":

@@ -25,8 +25,14 @@ HALFEDGE_NODE_BYTES = 1 / 2
 HALFEDGE_VERTEX_BYTES = 4 + 4 + 1
 """A halfedge, the valence, and whether the vertex has gone."""
 
-HALFEDGE_QUAD_BYTES = 16 + 1 + 1 + 2 + 8
-"""Twins, defect, whether the quad has gone, two colours; lists of quads with a pattern, an eighth of all."""
+HALFEDGE_QUAD_BYTES = 16 + 1 + 1 + 1 + 2 + 8
+"""Twins, defect, whether the quad has gone and may go, two colours; lists of quads with a pattern."""
+
+RELAX_VERTEX_BYTES = 12 + 19
+RELAX_SPARE_BYTES = 12 + 8 + 12 + 12
+RELAX_QUAD_BYTES = 4 + 1
+"""Of a vertex a normal, where a step aims and whether it may go there; of each of two spares all of a vertex
+and its normal; of a quad its shape and whether it fails."""
 
 
 def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
@@ -48,9 +54,13 @@ def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
 def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless the mesh fits beside the volume; called before it is made."""
     needed = _node_bytes(volume) + vertices * VERTEX_BYTES + quads * QUAD_BYTES
-    if settings.mesh.simplify != "none" or settings.output.halfedges is not None:
+    steps = settings.mesh.relax
+    if settings.mesh.simplify != "none" or settings.output.halfedges is not None or steps:
         needed += int(HALFEDGE_NODE_BYTES * volume.values.size)
         needed += vertices * HALFEDGE_VERTEX_BYTES + quads * HALFEDGE_QUAD_BYTES
+    if steps:
+        needed += vertices * (RELAX_VERTEX_BYTES + min(steps, 2) * RELAX_SPARE_BYTES)
+        needed += quads * RELAX_QUAD_BYTES
     _reserve(needed, settings, f"the volume and a mesh of {quads} quads")
 
 
