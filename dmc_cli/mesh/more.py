@@ -38,7 +38,7 @@ TRIES = 8
 LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 """Share of the quads below which a quad that goes has a price, and how that rises with the share lost."""
 
-RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 10, 3
+RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 15, 3
 """Steps of smoothing before the rounds and after them, and rounds after which there is one step."""
 
 

@@ -28,7 +28,7 @@ from dmc_cli.mesh.quad_square import quad_shape
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-SHAPE_WEIGHT = wp.constant(0.3)
+SHAPE_WEIGHT = wp.constant(0.6)
 """What a quad's shape counts against the square of a vertex's distance from valence 4."""
 
 

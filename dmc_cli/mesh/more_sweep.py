@@ -1,7 +1,7 @@
 """A sweep of the further simplification: each block tries operations at its irregular vertices.
 
 An operation is drawn by chance, followed by a chain of rotations or not (`more_chains.py`), and kept if it
-lowers the energy, the sum of (valence - 4)^2 and 0.3 times the sum of 1 - shape (equation 9 of Grosso & Zint
+lowers the energy, the sum of (valence - 4)^2 and 0.6 times the sum of 1 - shape (equation 9 of Grosso & Zint
 2021), or raises it by no more than -T ln(u) with u by chance; quads that go or come have a price. Chance is
 a hash of round, vertex and try, and a block is the work of one thread, so the mesh is the same on any device
 and for any number of threads.
