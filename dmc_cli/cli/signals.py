@@ -1,9 +1,16 @@
 """Signals as exceptions, so that every `with` on the way out cleans up."""
 
 import signal
+import sys
+from collections.abc import Callable
+from threading import Timer, main_thread
 from types import FrameType
+from typing import Any
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_LATER = 0.01
+"""Seconds until a signal is raised again that was swallowed."""
 
 
 class Stopped(BaseException):
@@ -11,6 +18,7 @@ class Stopped(BaseException):
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
+        self.number = number
         self.message = "interrupted" if number == signal.SIGINT else "terminated"
         self.message += "; no output was left incomplete"
         self.exit_status = 128 + number
@@ -28,6 +36,28 @@ def raise_on_signals() -> None:
     for number in _SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup and `&` ask
             signal.signal(number, handle)
+    sys.unraisablehook = _raising_again(handle, sys.unraisablehook)
+
+
+def _raising_again(
+    handle: Callable[[int, FrameType | None], None], usual: Callable[[Any], Any]
+) -> Callable[[Any], None]:
+    """Return a hook for exceptions that Python swallows: in destructors and callbacks of weak references.
+
+    A signal that came just there would be lost; it is raised once more, when they have ended.
+    """
+
+    def hook(unraisable: Any) -> None:
+        if not isinstance(unraisable.exc_value, Stopped):
+            usual(unraisable)
+            return
+        number = unraisable.exc_value.number
+        signal.signal(number, handle)
+        again = Timer(_LATER, signal.pthread_kill, [main_thread().ident, number])  # wakes it, too
+        again.daemon = True
+        again.start()
+
+    return hook
 
 
 def die_on_signals() -> None:

@@ -1,0 +1,43 @@
+"""Signals where Python swallows exceptions."""
+
+import subprocess
+import sys
+
+import pytest
+
+SWALLOWED = """
+import os, signal, time, weakref
+from dmc_cli.cli.signals import Stopped, raise_on_signals
+
+class Thing:
+    def __del__(self):
+        if {in_destructor}:
+            strike()
+
+def strike(*_):
+    os.kill(os.getpid(), signal.{name})
+    time.sleep(0.05)  # the handler runs here, and what it raises goes no further than this callback
+
+raise_on_signals()
+thing = Thing()
+if not {in_destructor}:
+    reference = weakref.ref(thing, strike)
+try:
+    del thing
+    time.sleep(20)
+except Stopped as stopped:
+    print(stopped.exit_status)
+"""
+
+
+@pytest.mark.parametrize("in_destructor", [False, True], ids=["weak-reference", "destructor"])
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_in_a_callback_is_not_lost(name, status, in_destructor):
+    script = SWALLOWED.format(name=name, in_destructor=in_destructor)
+    if name == "SIGINT":  # a parent that ignores it, as `&` of a shell asks, hands that down
+        script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n" + script
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert run.stdout.split() == [str(status)]
+    assert run.stderr == ""
