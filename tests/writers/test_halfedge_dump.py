@@ -119,6 +119,8 @@ def test_the_report_tells_what_simplification_did(run, tmp_path):
     paper = ["--simplify", "all", "--simplify-rules", "paper", "--topology", "asymptotic"]
     assert run(*words, *paper).exit_code == 0
     found = json.loads(report.read_text())
+    before = found["simplification"].pop("before")
+    assert before["topology"]["irregular_percent"] == pytest.approx(43.370, abs=5e-4)
     assert found["simplification"] == {
         "removed_3x3y": 865 + 68,
         "removed_3333": 0,
