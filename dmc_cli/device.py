@@ -68,20 +68,16 @@ class Device:
         """
         if dim == 0:
             return
-        slabs = (
-            min(self.threads * SLABS_PER_THREAD, -(-dim // max(grain, 1)))
-            if self.is_cpu and self.threads > 1
-            else 1
-        )
+        most = self.threads * SLABS_PER_THREAD if self.is_cpu and self.threads > 1 else 1
+        slabs = min(most, -(-dim // grain))
         arguments = [0, *inputs, *outputs]
         if slabs == 1:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
             return
         whole = wp.launch(kernel, dim=dim, inputs=arguments, device=self.name, record_cmd=True)
         bounds = [dim * s // slabs for s in range(slabs + 1)]
-        turns = iter(
-            [_slab(whole, first, end - first) for first, end in pairwise(bounds)]
-        )  # next() is atomic
+        slices = [_slab(whole, first, end - first) for first, end in pairwise(bounds)]
+        turns = iter(slices)  # next() is atomic
 
         def work() -> None:
             for slab in turns:

@@ -28,7 +28,7 @@ from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
 from dmc_cli.report.requirements import check_requirements
 from dmc_cli.report.versions import collect_versions
-from dmc_cli.settings import ConvertSettings
+from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
 from dmc_cli.volume.space import output_affine
@@ -96,13 +96,7 @@ def convert(
     """
     output = settings.output
     watch = Stopwatch(progress)
-    choose_format(output.path, output.output_format)
-    check_output(output.path, force=output.force)
-    if output.halfedges is not None:
-        check_dump_name(output.halfedges)
-    for path in (output.halfedges, output.report):
-        if path is not None:
-            check_output(path, force=output.force)
+    _check_outputs(output)
     ahead = ahead or ReadAhead(settings)
     device = select_device(settings.device, settings.threads)
     ahead.check()
@@ -128,7 +122,7 @@ def convert(
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(surface, settings.surface)
-    report = _measured(settings, volume, connected, watch)
+    report = _make_report(settings, volume, connected, watch)
     if output.check:
         from dmc_cli.mesh.check import check_mesh
 
@@ -177,14 +171,25 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     modules = surface_kernels(
         normals_too=settings.output.normals or dumped, placement=settings.surface.placement
     )
-    if dumped or wanted or settings.mesh.relax or _measures(settings):
+    if dumped or wanted or settings.mesh.relax or _is_measured(settings):
         more = settings.mesh.simplify == "more"
         relaxed = settings.mesh.relax > 0
         modules += mesh_kernels(simplify=wanted, colors=dumped, relax=relaxed, more=more)
-    return modules + (report_kernels() if _measures(settings) else [])
+    return modules + (report_kernels() if _is_measured(settings) else [])
 
 
-def _measures(settings: ConvertSettings) -> bool:
+def _check_outputs(output: OutputSettings) -> None:
+    """Raise DmcError, before any work, if an output has a name or a place that will not do."""
+    choose_format(output.path, output.output_format)
+    check_output(output.path, force=output.force)
+    if output.halfedges is not None:
+        check_dump_name(output.halfedges)
+    for path in (output.halfedges, output.report):
+        if path is not None:
+            check_output(path, force=output.force)
+
+
+def _is_measured(settings: ConvertSettings) -> bool:
     """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
     output = settings.output
     return output.report is not None or bool(output.require) or output.check
@@ -214,7 +219,7 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
     """Build the halfedges, colour and simplify, as far as it is needed."""
     wanted = settings.mesh.simplify != "none"
     dumped = settings.output.halfedges is not None
-    if not (wanted or dumped or settings.mesh.relax or _measures(settings)):
+    if not (wanted or dumped or settings.mesh.relax or _is_measured(settings)):
         return ConnectedMesh(surface)
     from dmc_cli.mesh.halfedges import build_halfedges
 
@@ -304,7 +309,7 @@ def _measure(
     surface: Surface, halfedges: Any, volume: Volume, settings: ConvertSettings, watch: Stopwatch
 ) -> Measures | None:
     """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
-    if not _measures(settings):
+    if not _is_measured(settings):
         return None
     from dmc_cli.report.measures import measure_surface
 
@@ -312,7 +317,7 @@ def _measure(
         return measure_surface(surface, halfedges.twin, volume)
 
 
-def _measured(
+def _make_report(
     settings: ConvertSettings, volume: Volume, connected: ConnectedMesh, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""

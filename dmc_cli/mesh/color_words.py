@@ -7,6 +7,16 @@ import warp as wp
 
 from dmc_cli.mesh.quad_ranks import QuadWord
 
+TAKE_FREE = """
+    auto take_free = [&](int q) {
+        const int* t = twins + 4 * (size_t)q;
+        unsigned int taken = 0;  // where there is no neighbour: its own colour, which is no low one
+        for (int c = 0; c < 4; ++c) taken |= 1u << color[t[c] < 0 ? q : t[c] >> 2];
+        color[q] = (unsigned char)wp::bit_count((~taken & (taken + 1u)) - 1u);
+    };
+"""
+"""C++ that gives a quad the lowest colour that no neighbour has."""
+
 
 @wp.func_native(
     """
@@ -36,6 +46,9 @@ def color_row(
     const int* twins = (const int*)twin.data;
     unsigned char* color = (unsigned char*)colors_inout.data;
     const unsigned int* start = (const unsigned int*)words.data + 4 * (size_t)row * words.shape[1];
+"""
+    + TAKE_FREE
+    + """
     auto reduce = [&](int w, int odd) {
         const unsigned int* word = start + 4 * w;
         unsigned int before = word[3];
@@ -44,10 +57,7 @@ def color_row(
             if (6 * group + 3 * odd + axis < 5) left = 0;
             for (; left; left &= left - 1) {
                 int q = (int)before + wp::bit_count(all & ((left ^ (left - 1)) >> 1));
-                const int* t = twins + 4 * (size_t)q;
-                unsigned int taken = 0;  // where there is no neighbour: its own colour, which is no low one
-                for (int c = 0; c < 4; ++c) taken |= 1u << color[t[c] < 0 ? q : t[c] >> 2];
-                color[q] = (unsigned char)wp::bit_count((~taken & (taken + 1u)) - 1u);
+                take_free(q);
             }
             before += wp::bit_count(all);
         }
@@ -89,12 +99,12 @@ def reduce_row(
         for (int n = 0; n < count; ++n) last |= (unsigned long long)(color[n] == 4) << n;
     }
     color -= start;
+    """
+    + TAKE_FREE
+    + """
     for (; last; last &= last - 1) {
         int q = start + wp::bit_count((wp::uint64)(~last & (last - 1)));
-        const int* t = twins + 4 * (size_t)q;
-        unsigned int taken = 0;
-        for (int c = 0; c < 4; ++c) taken |= 1u << color[t[c] < 0 ? q : t[c] >> 2];
-        color[q] = (unsigned char)wp::bit_count((~taken & (taken + 1u)) - 1u);
+        take_free(q);
     }
     """
 )

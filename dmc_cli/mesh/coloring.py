@@ -29,9 +29,6 @@ wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
 
-REDUCED = wp.constant(5)
-"""Colours after reduction: one more than a quad has neighbours."""
-
 
 def color_quads(surface: Surface, words: Any) -> Any:
     """Return the colour of each quad from the grid, 0 to 23, uint8 (Q,).

@@ -20,18 +20,18 @@ wp.set_module_options(
 
 def list_3x3y(mesh: WorkingMesh) -> Any:
     """Return the quads that are there and have the pattern 3-X-3-Y in ascending order, int32."""
-    return _listed(mesh, find_3x3y_kernel)
+    return _listed(mesh, all_three=False)
 
 
 def list_3333(mesh: WorkingMesh) -> Any:
     """Return the quads that are there and whose vertices all have valence 3 in ascending order, int32."""
-    return _listed(mesh, find_3333_kernel)
+    return _listed(mesh, all_three=True)
 
 
-def _listed(mesh: WorkingMesh, kernel: Any) -> Any:
-    """Return the quads that a kernel finds."""
+def _listed(mesh: WorkingMesh, *, all_three: bool) -> Any:
+    """Return the quads with one of the patterns."""
     mask = mesh.device.empty(mask_length(mesh.quad_count), wp.uint32)
-    mesh.device.launch(kernel, mask.shape[0], [mesh.arrays], [mask], WORDS_A_SLAB)
+    mesh.device.launch(find_pattern_kernel, mask.shape[0], [mesh.arrays, all_three], [mask], WORDS_A_SLAB)
     return list_mask(mesh.device, mask)
 
 
@@ -76,32 +76,22 @@ def word_3333(
 
 
 @wp.kernel
-def find_3x3y_kernel(
+def find_pattern_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,
+    all_three: wp.bool,
     # Out:
     mask_out: wp.array(dtype=wp.uint32),
 ):
-    """Find the quads with the pattern 3-X-3-Y. One thread 32 quads."""
+    """Find the quads with the pattern 3-3-3-3, else with 3-X-3-Y. One thread 32 quads."""
     w = first + wp.tid()
-    word = word_3x3y(mesh.corners, mesh.valence, w, mesh.defect.shape[0] - 32 * w)
-    if word != wp.uint32(0):
-        word &= ~mark_word(mesh.quad_gone, w)
-    mask_out[w] = word
-
-
-@wp.kernel
-def find_3333_kernel(
-    # In:
-    first: wp.int32,
-    mesh: MeshArrays,
-    # Out:
-    mask_out: wp.array(dtype=wp.uint32),
-):
-    """Find the quads with the pattern 3-3-3-3. One thread 32 quads."""
-    w = first + wp.tid()
-    word = word_3333(mesh.corners, mesh.valence, w, mesh.defect.shape[0] - 32 * w)
+    count = mesh.defect.shape[0] - 32 * w
+    word = wp.uint32(0)
+    if all_three:
+        word = word_3333(mesh.corners, mesh.valence, w, count)
+    else:
+        word = word_3x3y(mesh.corners, mesh.valence, w, count)
     if word != wp.uint32(0):
         word &= ~mark_word(mesh.quad_gone, w)
     mask_out[w] = word

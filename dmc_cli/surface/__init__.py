@@ -5,6 +5,7 @@ words       words of bits in one line, sixteen at a time
 stored      stored values of whatever type: the readers of the volume
 field       the scalar field F whose zero set is the surface
 inside      inside bits: the one pass over the values
+absent_cells   what nodes without data take away
 cells       active cells, ordinary and special, and their numbers
 tracing     the polygons of one cell, followed from face to face
 special_cells   the cells with more than one polygon, or at a border

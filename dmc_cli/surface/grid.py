@@ -94,13 +94,6 @@ def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
     return GridShape(nx, ny, nz, border)
 
 
-def cell_indices(cells: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
-    """Return (i, j, k) of linear cell numbers (of their lowest nodes), shape (n, 3), int64."""
-    i = cells % grid.nx
-    row = cells // grid.nx
-    return np.stack([i, row % grid.ny, row // grid.ny], axis=-1)
-
-
 def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
     """Return the map from the grid's node indices, the virtual border counted in."""
     shifted = np.array(affine, dtype=np.float64)

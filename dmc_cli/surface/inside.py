@@ -88,7 +88,7 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     inside = make_plane(grid, device)
     absent = device.empty(grid.rows, wp.int32)
     inputs = [grid.struct(), field, levels]
-    device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], NODES_A_SLAB // grid.nx)
+    device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
     no_data_count = device.total(absent) if levels.checks_finite or levels.checks_padding else 0
     if no_data_count == 0 or grid.border == 1:
         return InsideBits(inside, None, no_data_count)
