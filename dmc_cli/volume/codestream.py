@@ -7,6 +7,8 @@ and HTJ2K: the segment of image and tile size of ISO/IEC 15444-1, A.5.1.
 import struct
 
 JPEG_START = b"\xff\xd8"
+JPEG_END = b"\xff\xd9"
+JPEG_LS_FRAME = b"\xff\xf7"
 JPEG_2000_START = b"\xff\x4f\xff\x51"
 
 FRAME_HEADERS = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC} | {0xF7}
@@ -25,6 +27,14 @@ def image_size(stream: bytes) -> tuple[int, int, int] | None:
         return None if begin < 0 else _jpeg_2000_size(stream, begin)
     except (struct.error, IndexError):
         return None
+
+
+def lacks_end(stream: bytes) -> bool:
+    """Whether a JPEG-LS image has no end marker: CharLS may then look for one more bit for ten seconds.
+
+    No marker can be part of packed pixels: after a byte of ones the next has a zero in front.
+    """
+    return stream[:2] == JPEG_START and JPEG_LS_FRAME in stream and JPEG_END not in stream
 
 
 def _jpeg_size(stream: bytes) -> tuple[int, int, int] | None:

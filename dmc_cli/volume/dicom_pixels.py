@@ -15,7 +15,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import Progress
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.codestream import image_size
+from dmc_cli.volume.codestream import image_size, lacks_end
 from dmc_cli.volume.dicom_elements import (
     DOUBLE_PIXEL_DATA,
     FLOAT_PIXEL_DATA,
@@ -251,7 +251,7 @@ def _behind_pixels() -> Callable[[int, str | None, int], bool]:
 
 
 def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
-    """Refuse a compressed image that says another size than its header does: a decoder would believe it."""
+    """Refuse a compressed image that says another size than its header, or has no end: decoders trust both."""
     from pydicom.encaps import generate_frames
 
     offsets = None
@@ -266,6 +266,11 @@ def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixe
             raise DamagedVolumeError(
                 f"{header.file.name}: a compressed image of {told} found; expected {pixels.shape[0]} x "
                 f"{pixels.shape[1]} pixels as its header says; get the file again"
+            )
+        if index in chosen and lacks_end(stream):
+            raise DamagedVolumeError(
+                f"{header.file.name}: a compressed image of {len(stream)} bytes without its end found; the "
+                "file was cut short; get it again"
             )
 
 

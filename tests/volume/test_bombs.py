@@ -7,8 +7,10 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import pydicom
 import pytest
 from pydicom import uid
+from pydicom.encaps import encapsulate, generate_frames
 
 from tests.fuzz.trial import try_file
 from tests.volume.scanner import axial, make_slice, plane_values, save
@@ -90,6 +92,18 @@ def test_a_jpeg_ls_stream_that_disagrees_with_its_header(tmp_path, columns, rows
         content = bytearray(path.read_bytes())
         struct.pack_into(">HH", content, content.index(b"\xff\xf7") + 5, rows, columns)
         path.write_bytes(content)
+    assert refused(path, "dicom")
+
+
+@pytest.mark.parametrize("kept", [57, 400])
+def test_a_jpeg_ls_stream_that_was_cut(tmp_path, kept):
+    """Without an end marker the decoder may look for a bit of one for ten seconds."""
+    pytest.importorskip("jpeg_ls")
+    for path in compressed_slices(tmp_path, uid.JPEGLSLossless):
+        dataset = pydicom.dcmread(path)
+        stream = next(generate_frames(dataset.PixelData, number_of_frames=1))
+        dataset.PixelData = encapsulate([stream[:kept]])
+        save(dataset, path)
     assert refused(path, "dicom")
 
 
