@@ -251,7 +251,7 @@ def _behind_pixels() -> Callable[[int, str | None, int], bool]:
 
 
 def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
-    """Refuse a compressed image that says another size than its header, or has no end: decoders trust both."""
+    """Refuse a compressed image that has no end, or another size than its header: decoders trust both."""
     from pydicom.encaps import generate_frames
 
     offsets = None
