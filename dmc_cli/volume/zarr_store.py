@@ -106,7 +106,12 @@ def _opened(
             )
         level = images[0]["datasets"][0]
         spacing, origin = _placed(images[0], level)
-        return node[level["path"]], path / str(level["path"]), spacing, origin
+        array = node[level["path"]]
+        if not hasattr(array, "shape"):
+            raise DamagedVolumeError(
+                f"{name}: level {level['path']!r} of the image is no array; get the data again"
+            )
+        return array, path / str(level["path"]), spacing, origin
     except DmcError:
         raise
     except Exception as error:
