@@ -58,13 +58,17 @@ def test_damaged_files_give_documented_errors_only(honest, reader, which, seed):
 
 @pytest.mark.parametrize("path", CRASHERS, ids=lambda path: path.name)
 def test_what_once_broke_a_reader_does_not_any_more(honest, path):
-    reader, stem, _ = path.stem.split("-", 2)
-    target, content = next((p, c) for p, c in honest(reader) if p.stem == stem and p.suffix == path.suffix)
-    target.write_bytes(path.read_bytes())
-    try:
-        try_file(target, reader)
-    finally:
-        target.write_bytes(content)
+    reader, _, rest = path.name.partition("-")
+    stem, _, tail = rest.rpartition("-")
+    name = stem + Path(tail).suffix
+    targets = [(target, content) for target, content in honest(reader) if target.name == name]
+    assert targets
+    for target, content in targets:
+        target.write_bytes(path.read_bytes())
+        try:
+            try_file(target, reader)
+        finally:
+            target.write_bytes(content)
 
 
 def test_damage_is_really_done(honest):
