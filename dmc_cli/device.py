@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from math import prod
 from pathlib import Path
 from types import ModuleType
@@ -75,8 +74,7 @@ class Device:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
             return
         whole = wp.launch(kernel, dim=dim, inputs=arguments, device=self.name, record_cmd=True)
-        bounds = [dim * s // slabs for s in range(slabs + 1)]
-        slices = [_slab(whole, first, end - first) for first, end in pairwise(bounds)]
+        slices = _slabs(whole, dim, slabs)
         turns = iter(slices)  # next() is atomic
 
         def work() -> None:
@@ -150,13 +148,18 @@ def _host_array(block: Any, owner: Any, shape: int | tuple[int, ...], dtype: Any
     return array
 
 
-def _slab(whole: Any, first: int, count: int) -> Any:
-    """Return a recorded launch for `count` threads from `first` on; it shares all other arguments."""
-    slab = copy(whole)
-    slab.params = list(whole.params)
-    slab.params[1] = type(whole.params[1])(first)  # after the bounds, which `set_dim` replaces
-    slab.set_dim(count)
-    return slab
+def _slabs(whole: Any, dim: int, count: int) -> list[Any]:
+    """Return a recorded launch in `count` parts of equal size at most; they share all other arguments."""
+    size = -(-dim // count)
+    whole.set_dim(size)
+    slabs = []
+    for first in range(0, dim, size):
+        slab = copy(whole)
+        slab.params = list(whole.params)
+        slab.params[1] = type(whole.params[1])(first)  # after the bounds
+        slabs.append(slab)
+    slabs[-1].set_dim(dim - first)
+    return slabs
 
 
 def size_of(dtype: Any) -> int:

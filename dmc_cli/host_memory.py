@@ -37,6 +37,7 @@ class HostMemory:
     def __init__(self) -> None:
         self._returned: deque[np.ndarray[Any, Any]] = deque()
         self._kept: dict[int, list[np.ndarray[Any, Any]]] = {}
+        self._total = 0
         self._lock = Lock()
 
     def take(self, size: int) -> Lease:
@@ -47,18 +48,21 @@ class HostMemory:
         with self._lock:
             self._collect()
             blocks = self._kept.get(rounded)
-            block = blocks.pop() if blocks else np.empty(rounded, np.uint8)  # NumPy asks for huge pages
-        return Lease(block, self._returned)
+            if blocks:
+                self._total -= rounded
+                return Lease(blocks.pop(), self._returned)
+        return Lease(np.empty(rounded, np.uint8), self._returned)  # NumPy asks for huge pages
 
     def _collect(self) -> None:
         """Keep what came back since; let the largest go where that is too much."""
         while self._returned:
             block = self._returned.popleft()
             self._kept.setdefault(len(block), []).append(block)
-        total = sum(size * len(blocks) for size, blocks in self._kept.items())
-        for size in sorted(self._kept, reverse=True):
-            while total > MOST_KEPT and self._kept[size]:
-                total -= len(self._kept[size].pop())
+            self._total += len(block)
+        if self._total > MOST_KEPT:
+            for size in sorted(self._kept, reverse=True):
+                while self._total > MOST_KEPT and self._kept[size]:
+                    self._total -= len(self._kept[size].pop())
 
 
 def block_size(size: int) -> int:

@@ -20,7 +20,7 @@ import warp as wp
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.mesh.color_words import color_row, reduce_row, retry_quads
 from dmc_cli.mesh.quad_ranks import QuadWord
-from dmc_cli.mesh.selection import keep_flagged, turn_key
+from dmc_cli.mesh.selection import concatenated, keep_flagged, turn_key
 from dmc_cli.surface import Surface
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS
@@ -55,7 +55,8 @@ def reduce_colors(surface: Surface, words: Any, twin: Any, colors: Any) -> Any:
         colors: As `color_quads` returns them.
     """
     device = surface.device
-    reduced = wp.clone(colors)
+    reduced = device.empty(colors.shape[0], wp.uint8)
+    wp.copy(reduced, colors)
     for group in range(4):
         inputs = [surface.grid.struct(), words, surface.quad_starts, twin, group]
         device.launch(reduce_rows_kernel, surface.grid.rows, inputs, [reduced])
@@ -82,18 +83,12 @@ def repair_colors(device: Device, twin: Any, colors: Any, *seams: Any, gone: Any
         gone: Quads that are no more, uint8 (Q,), 1 for those; None if all are there.
     """
     gone = device.zeros(colors.shape[0], wp.uint8) if gone is None else gone
-    clashing = []
-    for listed in seams:
-        flags = device.empty(listed.shape[0], wp.int64)
-        inputs = [twin, colors, gone, listed]
-        device.launch(find_clashes_kernel, listed.shape[0], inputs, [flags], ITEMS_A_SLAB)
-        clashing.append(keep_flagged(device, listed, flags))
-    quads = device.empty(2 * sum(listed.shape[0] for listed in clashing), wp.int32)
-    start = 0
-    for listed in clashing:
-        count = listed.shape[0]
-        device.launch(list_ends_kernel, count, [twin, listed, start], [quads], ITEMS_A_SLAB)
-        start += 2 * count
+    listed = concatenated(device, seams)
+    flags = device.empty(listed.shape[0], wp.int64)
+    device.launch(find_clashes_kernel, listed.shape[0], [twin, colors, gone, listed], [flags], ITEMS_A_SLAB)
+    clashing = keep_flagged(device, listed, flags)
+    quads = device.empty(2 * clashing.shape[0], wp.int32)
+    device.launch(list_ends_kernel, clashing.shape[0], [twin, clashing], [quads], ITEMS_A_SLAB)
     while quads.shape[0]:
         size = quads.shape[0]
         chosen, waits = device.empty(size, wp.int32), device.empty(size, wp.int64)
@@ -205,14 +200,13 @@ def list_ends_kernel(
     first: wp.int32,
     twin: wp.array(dtype=wp.int32),
     seams: wp.array(dtype=wp.int32),
-    start: wp.int32,
     # Out:
     quads_out: wp.array(dtype=wp.int32),
 ):
     """List the quads on both sides of halfedges. One thread a halfedge of the list."""
     n = first + wp.tid()
-    quads_out[start + 2 * n] = seams[n] >> 2
-    quads_out[start + 2 * n + 1] = twin[seams[n]] >> 2
+    quads_out[2 * n] = seams[n] >> 2
+    quads_out[2 * n + 1] = twin[seams[n]] >> 2
 
 
 @wp.func

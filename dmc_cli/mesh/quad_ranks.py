@@ -40,7 +40,7 @@ def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) ->
         quad_starts: Quads before each block of words, as `Surface` holds them.
         device: Where to work.
     """
-    words = device.zeros((grid.rows, grid.words), QuadWord)
+    words = device.empty((grid.rows, grid.words), QuadWord)
     inputs = [grid.struct(), cells.bits, quad_starts]
     device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_SLAB)
     return words
@@ -56,17 +56,17 @@ def rank_quads_kernel(
     # Out:
     words_out: wp.array(dtype=QuadWord),
 ):
-    """Store the edges with a quad and the quads before each word, unless there are none in the block.
-
-    One thread a block of words.
-    """
+    """Store the edges with a quad and the quads before each word. One thread a block of words."""
     block = first + wp.tid()
-    if starts[block] == starts[block + 1]:
-        return
     n = block * LANES
+    size = wp.min(LANES, words_out.shape[0] - n)
+    if starts[block] == starts[block + 1]:
+        for lane in range(size):
+            words_out[n + lane] = QuadWord()
+        return
     count = wp.uint32(starts[block])
     edges = quad_edges(grid, bits, before_line(grid) + n)
-    for lane in range(wp.min(LANES, words_out.shape[0] - n)):
+    for lane in range(size):
         x = edges[lane]
         y = edges[LANES + lane]
         z = edges[2 * LANES + lane]

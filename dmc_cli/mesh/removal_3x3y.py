@@ -12,12 +12,13 @@ import warp as wp
 
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.merged_vertices import folds, merged_point, point_position
-from dmc_cli.mesh.project import node_cell
+from dmc_cli.mesh.project import cell_node, node_cell
 from dmc_cli.mesh.selection import keep_masked, mask_length
 from dmc_cli.mesh.simplify_3x3y import LISTED_A_SLAB
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
-from dmc_cli.surface.field import Field
+from dmc_cli.surface.field import Field, node_of_volume
 from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.stored import fetch_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -94,6 +95,15 @@ def fetch_ahead(
 
 
 @wp.func
+def fetch_values(grid: Grid, field: Field, cell: wp.int64):
+    """Ask memory for the values of a cell, near which a merged vertex will be projected."""
+    row = wp.int64(grid.nx - 2 * grid.border)
+    node = cell_node(grid, cell)
+    at = node_of_volume(grid, node[0] - grid.border, node[1] - grid.border, node[2] - grid.border)
+    fetch_cell(field.values, field.kind, at, row, row * wp.int64(grid.ny - 2 * grid.border))
+
+
+@wp.func
 def cut_out(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
@@ -157,6 +167,10 @@ def remove_3x3y_kernel(
     for n in range(32 * block, end):
         if cuts[n] >= 0:
             fetch_ahead(mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts[n])
+    if project:
+        for n in range(32 * block, end):
+            if cuts[n] >= 0:
+                fetch_values(grid, field, mesh.cell[mesh.corners[cuts[n]]])
     for n in range(32 * block, end):
         h = cuts[n]
         if h >= 0:

@@ -4,6 +4,7 @@ A *mask* is uint32 (ceil(n / 32),); bit b of word w stands for item 32 w + b. A 
 count, scan and emit, so that it is the same on any device and for any number of threads.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import warp as wp
@@ -78,6 +79,18 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
 def part(device: Device, array: Any, start: int, end: int) -> Any:
     """Return a view of the items from `start` up to `end`, which may be none."""
     return array[start:end] if end > start else device.empty(0, array.dtype)
+
+
+def concatenated(device: Device, lists: Sequence[Any]) -> Any:
+    """Return the items of several lists, int32, one after the other."""
+    joined = device.empty(sum(items.shape[0] for items in lists), wp.int32)
+    start = 0
+    for items in lists:
+        count = items.shape[0]
+        if count:
+            wp.copy(joined, items, dest_offset=start, count=count)
+        start += count
+    return joined
 
 
 @wp.func_native(

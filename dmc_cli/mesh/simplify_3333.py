@@ -29,7 +29,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 REMOVED_TOGETHER = 4
 """Quads that go with one pattern."""
 
-LAST_KEY = 0xFFFFFFFF
+LAST_KEY = wp.constant(wp.uint32(0xFFFFFFFF))
 """A key that comes after every other."""
 
 
@@ -51,7 +51,8 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
     """Return which of the eligible quads go at once, int64 flags: no two with a common outer vertex."""
     device, count = mesh.device, quads.shape[0]
     flags = device.empty(count, wp.int64)
-    owner = wp.full(mesh.arrays.valence.shape[0], LAST_KEY, dtype=wp.uint32, device=device.name)
+    owner = device.empty(mesh.arrays.valence.shape[0], wp.uint32)
+    device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], ITEMS_A_SLAB)
     if count:
         # in one launch: on CPU an atomic is a plain load and store
         inputs = [0, mesh.arrays, quads, eligible, owner]
@@ -159,6 +160,23 @@ def judge_3333_kernel(
             eligible = not refused
     eligible_out[n] = wp.int64(wp.where(eligible, 1, 0))
     refused_out[n] = wp.int64(wp.where(refused, 1, 0))
+
+
+@wp.kernel
+def free_outer_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,
+    quads: wp.array(dtype=wp.int32),
+    eligible: wp.array(dtype=wp.int64),
+    # Out:
+    owner_out: wp.array(dtype=wp.uint32),
+):
+    """Say that nobody has the outer vertices; no others are looked at. One thread a quad of the list."""
+    n = first + wp.tid()
+    if eligible[n] == wp.int64(1):
+        for c in range(4):
+            owner_out[mesh.corners[outer_side(mesh.twin, 4 * quads[n] + c)]] = LAST_KEY
 
 
 @wp.kernel

@@ -22,6 +22,7 @@ vertices    vertices of all cells, by whichever placement
 quads       one quad a crossed edge
 slices      unevenly spaced slices: vertices mapped by a table of positions
 surface     the stages in order
+slopes      central differences in sixteen cells
 normals     vertex normals by central differences
 """
 

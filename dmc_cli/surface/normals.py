@@ -19,13 +19,18 @@ from dmc_cli.surface.field import Field, is_data, node_of_volume, node_value, st
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.lanes import FloatLanes, find_block_cells, load_points, store_points
 from dmc_cli.surface.slices import node_distance
-from dmc_cli.surface.stored import DoubleLanes, IntLanes, values_at
+from dmc_cli.surface.slopes import difference, mixed, slopes_in_lanes
+from dmc_cli.surface.stored import IntLanes
 from dmc_cli.surface.surface import Surface
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
+
+
+NO_OFFSET = wp.constant(-(2**31))
+"""Less than any offset of a block's cells."""
 
 
 def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
@@ -51,26 +56,6 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     else:
         device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_SLAB)
     return normals
-
-
-@wp.func
-def mixed(
-    a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, s: wp.float64, t: wp.float64
-) -> wp.float64:
-    """Interpolate between the corners low low, high low, low high, high high of a square, at (s, t)."""
-    low = a + s * (b - a)
-    high = c + s * (d - c)
-    return low + t * (high - low)
-
-
-@wp.func
-def difference(
-    before: wp.float64, at_0: wp.float64, at_1: wp.float64, after: wp.float64, t: wp.float64
-) -> wp.float32:
-    """Interpolate between the central differences at positions 0 and 1, t of the way."""
-    low = at_1 - before
-    high = after - at_0
-    return wp.float32(wp.float64(0.5) * (low + t * (high - low)))
 
 
 @wp.func
@@ -126,17 +111,11 @@ def node_difference(
     field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, di: wp.int32, dj: wp.int32, dk: wp.int32
 ) -> wp.float32:
     """Return the derivative of F at a node along (di, dj, dk): central, one-sided, or 0."""
-    here = node_value(field, grid, i, j, k)
-    low = here
-    high = here
-    distance = wp.float64(0.0)
-    if has_value(field, grid, i - di, j - dj, k - dk):
-        low = node_value(field, grid, i - di, j - dj, k - dk)
-        distance += wp.float64(1.0)
-    if has_value(field, grid, i + di, j + dj, k + dk):
-        high = node_value(field, grid, i + di, j + dj, k + dk)
-        distance += wp.float64(1.0)
-    return wp.float32((high - low) / wp.max(distance, wp.float64(1.0)))
+    back = wp.where(has_value(field, grid, i - di, j - dj, k - dk), 1, 0)
+    on = wp.where(has_value(field, grid, i + di, j + dj, k + dk), 1, 0)
+    low = node_value(field, grid, i - back * di, j - back * dj, k - back * dk)
+    high = node_value(field, grid, i + on * di, j + on * dj, k + on * dk)
+    return wp.float32((high - low) / wp.float64(wp.max(back + on, 1)))
 
 
 @wp.func
@@ -227,50 +206,6 @@ def compute_normals_kernel(
     normals_out[v] = unit_normal(to_output, gradient)
 
 
-@wp.func
-def square_lanes(
-    field: Field,
-    at: wp.int64,
-    step_s: wp.int64,
-    step_t: wp.int64,
-    offsets: IntLanes,
-    s: FloatLanes,
-    t: FloatLanes,
-) -> DoubleLanes:
-    """Return `square_value` of a block."""
-    a = values_at(field.values, field.kind, at, offsets)
-    b = values_at(field.values, field.kind, at + step_s, offsets)
-    c = values_at(field.values, field.kind, at + step_t, offsets)
-    d = values_at(field.values, field.kind, at + step_s + step_t, offsets)
-    lanes = DoubleLanes()
-    for lane in range(LANES):
-        lanes[lane] = mixed(a[lane], b[lane], c[lane], d[lane], wp.float64(s[lane]), wp.float64(t[lane]))
-    return lanes
-
-
-@wp.func
-def slope_lanes(
-    field: Field,
-    at: wp.int64,
-    along: wp.int64,
-    step_s: wp.int64,
-    step_t: wp.int64,
-    offsets: IntLanes,
-    s: FloatLanes,
-    t: FloatLanes,
-    r: FloatLanes,
-) -> FloatLanes:
-    """Return `slope` of a block."""
-    before = square_lanes(field, at - along, step_s, step_t, offsets, s, t)
-    at_0 = square_lanes(field, at, step_s, step_t, offsets, s, t)
-    at_1 = square_lanes(field, at + along, step_s, step_t, offsets, s, t)
-    after = square_lanes(field, at + wp.int64(2) * along, step_s, step_t, offsets, s, t)
-    lanes = FloatLanes()
-    for lane in range(LANES):
-        lanes[lane] = difference(before[lane], at_0[lane], at_1[lane], after[lane], wp.float64(r[lane]))
-    return lanes
-
-
 @wp.kernel
 def normal_block_kernel(
     # In:
@@ -296,32 +231,36 @@ def normal_block_kernel(
     j = block.j
     k = block.k
     far = block.far
+    offsets = block.offsets
     has_absent = field.has_absent
-    careful = int(0)
+    safe = NO_OFFSET  # then that of a cell that is read in place of those that need care
+    care = IntLanes()
+    some_care = int(0)
     for lane in range(LANES):
         u[lane] = points[lane]
         v[lane] = points[LANES + lane]
         w[lane] = points[2 * LANES + lane]
-        careful |= wp.where(is_interior(has_absent, grid, i[lane], j[lane], k[lane]), far[lane], 1)
-    if careful == 0:
-        x = wp.int64(1)
-        y = wp.int64(grid.nx - 2 * grid.border)
-        z = y * wp.int64(grid.ny - 2 * grid.border)
-        gx = slope_lanes(field, block.node, x, y, z, block.offsets, v, w, u)
-        gy = slope_lanes(field, block.node, y, x, z, block.offsets, u, w, v)
-        gz = slope_lanes(field, block.node, z, x, y, block.offsets, u, v, w)
+        care[lane] = wp.where(is_interior(has_absent, grid, i[lane], j[lane], k[lane]), far[lane], 1)
+        some_care |= care[lane]
+        safe = wp.max(safe, wp.where(care[lane] == 1, NO_OFFSET, offsets[lane]))
+    if safe != NO_OFFSET:
+        for lane in range(LANES):
+            offsets[lane] = wp.where(care[lane] == 1, safe, offsets[lane])
+        slopes = slopes_in_lanes(field, grid, block.node, offsets, u, v, w)
         sign = wp.float32(field.sign)
         for lane in range(LANES):
-            normal = unit_normal(to_output, sign * wp.vec3(gx[lane], gy[lane], gz[lane]))
+            slope_here = wp.vec3(slopes[lane], slopes[LANES + lane], slopes[2 * LANES + lane])
+            normal = unit_normal(to_output, sign * slope_here)
             u[lane] = normal[0]
             v[lane] = normal[1]
             w[lane] = normal[2]
-    else:
+    if some_care == 1:
         for lane in range(LANES):
-            local = wp.vec3(u[lane], v[lane], w[lane])
-            gradient = field_gradient(field, grid, i[lane], j[lane], k[lane], local)
-            normal = unit_normal(to_output, gradient)
-            u[lane] = normal[0]
-            v[lane] = normal[1]
-            w[lane] = normal[2]
+            if care[lane] == 1:
+                local = wp.vec3(points[lane], points[LANES + lane], points[2 * LANES + lane])
+                gradient = field_gradient(field, grid, i[lane], j[lane], k[lane], local)
+                normal = unit_normal(to_output, gradient)
+                u[lane] = normal[0]
+                v[lane] = normal[1]
+                w[lane] = normal[2]
     store_points(u, v, w, start, size, normals_out)

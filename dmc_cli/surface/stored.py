@@ -31,6 +31,9 @@ _NATIVE_TYPES = ("uint8_t", "int8_t", "uint16_t", "int16_t", "uint32_t", "int32_
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 DoubleLanes = wp.types.vector(length=LANES, dtype=wp.float64)
 
+RowLanes = wp.types.vector(length=4 * LANES, dtype=wp.float64)
+"""Four values in a row for each lane: the first ones, then the second ones."""
+
 
 def _for_each_type(body: str) -> str:
     """Return C++ that runs `body` with `nodes` pointing at node `at` of `values`, in the type that it has."""
@@ -61,6 +64,57 @@ def values_at(
     values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes
 ) -> DoubleLanes:
     """Return the stored values `offsets` nodes after node `at`."""
+    ...
+
+
+@wp.func_native(
+    _for_each_type(
+        """
+        wp::vec_t<64, double> lanes;
+        #if defined(__clang__) && !defined(__CUDA_ARCH__)
+        auto example = *nodes;
+        typedef decltype(example) value_t;
+        typedef value_t values_t __attribute__((ext_vector_type(16)));
+        typedef double doubles_t __attribute__((ext_vector_type(16)));
+        auto keep = [&](int n, values_t stored) {
+            doubles_t numbers = __builtin_convertvector(stored, doubles_t);
+            __builtin_memcpy((double*)&lanes + 16 * n, &numbers, sizeof(numbers));
+        };
+        auto unpack = [&](auto empty, auto part, int count) {  // `count` values a word
+            typedef decltype(empty) word_t;
+            typedef decltype(part) part_t;
+            typedef word_t words_t __attribute__((ext_vector_type(16)));
+            typedef part_t parts_t __attribute__((ext_vector_type(16)));
+            for (int begin = 0; begin < 4; begin += count) {
+                words_t words;
+                for (int lane = 0; lane < 16; ++lane) {
+                    word_t word;
+                    __builtin_memcpy(&word, nodes + offsets[lane] + begin, sizeof(word));
+                    words[lane] = word;
+                }
+                for (int n = 0; n < count; ++n) {
+                    words_t shifted = words >> (word_t)(8 * sizeof(value_t) * n);
+                    keep(begin + n, __builtin_bit_cast(values_t, __builtin_convertvector(shifted, parts_t)));
+                }
+            }
+        };
+        if constexpr (sizeof(value_t) == 1) unpack((unsigned int)0, (unsigned char)0, 4);
+        else if constexpr (sizeof(value_t) == 2) unpack((unsigned long long)0, (unsigned short)0, 4);
+        else if constexpr (sizeof(value_t) == 4) unpack((unsigned long long)0, (unsigned int)0, 2);
+        else unpack((unsigned long long)0, (unsigned long long)0, 1);
+        #else
+        for (int n = 0; n < 4; ++n)
+            for (int lane = 0; lane < 16; ++lane) lanes[16 * n + lane] = (double)nodes[offsets[lane] + n];
+        #endif
+        return lanes;
+        """
+    )
+)
+def rows_at(values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes) -> RowLanes:
+    """Return four values of a row from each of the nodes `offsets` after node `at` on.
+
+    They are read together: all four of one or two bytes in a word, else two or one.
+    """
     ...
 
 
@@ -134,4 +188,23 @@ def compare_row(
     With clang's vectors a word takes a comparison or two, and memory sets the speed: asking for it a page
     ahead, which processors do not do by themselves, gives a third to a half more.
     """
+    ...
+
+
+@wp.func_native(
+    _for_each_type(
+        """
+        #if defined(__clang__) && !defined(__CUDA_ARCH__)
+        __builtin_prefetch(nodes);
+        __builtin_prefetch(nodes + row);
+        __builtin_prefetch(nodes + layer);
+        __builtin_prefetch(nodes + row + layer);
+        #endif
+        """
+    )
+)
+def fetch_cell(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, row: wp.int64, layer: wp.int64
+):
+    """Ask memory for the values of the cell at node `at`; a row and a layer have that many nodes."""
     ...
