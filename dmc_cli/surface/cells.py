@@ -71,6 +71,7 @@ class Cells:
         ordinary_count: Number of ordinary cells: the first that many vertices are theirs.
         special_count: Number of special cells.
         crossed_edges: Number of grid edges between two nodes with data whose ends are on different sides.
+        quad_counts: Quads in each block of words, int64; None where nodes without data may take quads away.
     """
 
     bits: Any
@@ -81,6 +82,7 @@ class Cells:
     ordinary_count: int
     special_count: int
     crossed_edges: int
+    quad_counts: Any | None
 
 
 def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
@@ -91,10 +93,10 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     bits.inside, bits.inside_line = nodes.inside.rows, nodes.inside.line
     bits.active, bits.active_line = active.rows, active.line
     bits.ordinary, bits.ordinary_line = ordinary.rows, ordinary.line
-    ordinary_counts, special_counts, crossed = (device.empty(blocks, wp.int64) for _ in range(3))
+    ordinary_counts, special_counts, crossed, quads = (device.empty(blocks, wp.int64) for _ in range(4))
     struct = grid.struct()
     counts = [ordinary_counts, special_counts, crossed]
-    outputs = [active.line, ordinary.line, *counts]
+    outputs = [active.line, ordinary.line, *counts, quads]
     device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BLOCKS_A_SLAB)
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
@@ -116,6 +118,7 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
         ordinary_count=ordinary_count,
         special_count=special_count,
         crossed_edges=device.total(crossed),
+        quad_counts=quads if nodes.data is None else None,
     )
 
 
@@ -200,6 +203,7 @@ def find_cells_kernel(
     ordinary_count_out: wp.array(dtype=wp.int64),
     special_count_out: wp.array(dtype=wp.int64),
     crossed_count_out: wp.array(dtype=wp.int64),
+    quad_count_out: wp.array(dtype=wp.int64),
 ):
     """Find the active and the ordinary cells as if every node had data. One thread a block of words."""
     block = first + wp.tid()
@@ -209,6 +213,7 @@ def find_cells_kernel(
     ordinary_count = wp.int32(0)
     special_count = wp.int32(0)
     crossed_count = wp.int32(0)
+    quad_count = wp.int32(0)
     if any_bit(active):  # on a scan hardly ever
         w0 = inside[n]
         w2 = inside[n + grid.words]
@@ -239,14 +244,26 @@ def find_cells_kernel(
             ordinary[lane] = exists & ~special
             ordinary_count += wp.int32(wp.bit_count(exists & ~special))
             special_count += wp.int32(wp.bit_count(exists & special))
-            crossed_count += wp.int32(wp.bit_count((c0 ^ c1) & along_x))
-            crossed_count += wp.int32(wp.bit_count((c0 ^ c2) & along_y))
-            crossed_count += wp.int32(wp.bit_count((c0 ^ c4) & along_z))
+            x = (c0 ^ c1) & along_x  # crossed edges
+            y = (c0 ^ c2) & along_y
+            z = (c0 ^ c4) & along_z
+            crossed_count += wp.int32(wp.bit_count(x) + wp.bit_count(y) + wp.bit_count(z))
+            inner_x = along_x & ~wp.where(
+                at[0] == 0, wp.uint32(1), wp.uint32(0)
+            )  # nodes with cells on all sides
+            inner_y = wp.where(at[1] > 0, along_y, wp.uint32(0))
+            inner_z = wp.where(at[2] > 0, along_z, wp.uint32(0))
+            quad_count += wp.int32(
+                wp.bit_count(x & inner_y & inner_z)
+                + wp.bit_count(y & inner_x & inner_z)
+                + wp.bit_count(z & inner_x & inner_y)
+            )
     active_out[n] = active
     ordinary_out[n] = ordinary
     ordinary_count_out[block] = wp.int64(ordinary_count)
     special_count_out[block] = wp.int64(special_count)
     crossed_count_out[block] = wp.int64(crossed_count)
+    quad_count_out[block] = wp.int64(quad_count)
 
 
 @wp.kernel

@@ -20,8 +20,8 @@ from dmc_cli.surface.tracing import FACE_EDGES, label_of, trace_cell
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-CELLS_A_SLAB = 8 * ITEMS_A_SLAB
-"""Most cells only find that they have no face to flip."""
+CELLS = wp.constant(16)
+"""Special cells a thread: most only find that they have no face to flip."""
 
 
 def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
@@ -31,7 +31,7 @@ def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Devi
         for parity in range(2):
             inputs = [struct, cells.bits, special, axis, parity]
             outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, count, inputs, outputs, CELLS_A_SLAB)
+            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, ITEMS_A_SLAB)
     return device.total(flips)
 
 
@@ -44,6 +44,43 @@ def is_one_polygon(labels: wp.uint64, face: wp.int32) -> wp.bool:
         if label_of(labels, FACE_EDGES[4 * face + side]) != label:
             same = False
     return same
+
+
+@wp.func
+def flip_if_bad(
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    s: wp.int32,
+    axis: wp.int32,
+    parity: wp.int32,
+    joined_inout: wp.array(dtype=wp.uint32),
+    polygons_inout: wp.array(dtype=wp.uint64),
+    flips_inout: wp.array(dtype=wp.uint8),
+):
+    """Flip the high face on `axis` of special cell s, which is ambiguous, if it is of the class and bad."""
+    row = special.row[s]
+    i = special.i[s]
+    j = row % grid.ny
+    k = row // grid.ny
+    plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
+    if plane % 2 != parity:
+        return
+    face = 2 * axis + 1
+    ni = i + wp.where(axis == 0, 1, 0)
+    nj = j + wp.where(axis == 1, 1, 0)
+    nk = k + wp.where(axis == 2, 1, 0)
+    if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
+        other_row = nj + nk * grid.ny
+        other = find_special(bits, other_row, ni)
+        if is_one_polygon(polygons_inout[other], face - 1):
+            joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
+            other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
+            joined_inout[s] = joined
+            joined_inout[other] = other_joined
+            polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
+            polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
+            flips_inout[s] = flips_inout[s] + wp.uint8(1)
 
 
 @wp.kernel
@@ -60,30 +97,11 @@ def flip_faces_kernel(
     polygons_inout: wp.array(dtype=wp.uint64),
     flips_inout: wp.array(dtype=wp.uint8),
 ):
-    """Flip the bad faces of one class. One thread a special cell, for its high face on `axis`.
+    """Flip the bad faces of one class. One thread `CELLS` special cells, for their high faces on `axis`.
 
     Two faces of a class never share a cell, so no thread writes what another one reads.
     """
-    s = first + wp.tid()
-    row = special.row[s]
-    i = special.i[s]
-    j = row % grid.ny
-    k = row // grid.ny
-    plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
-    face = 2 * axis + 1
-    if plane % 2 != parity or not has_bit(joined_inout[s], face + 8):
-        return
-    ni = i + wp.where(axis == 0, 1, 0)
-    nj = j + wp.where(axis == 1, 1, 0)
-    nk = k + wp.where(axis == 2, 1, 0)
-    if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
-        other_row = nj + nk * grid.ny
-        other = find_special(bits, other_row, ni)
-        if is_one_polygon(polygons_inout[other], face - 1):
-            joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
-            other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
-            joined_inout[s] = joined
-            joined_inout[other] = other_joined
-            polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
-            polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
-            flips_inout[s] = flips_inout[s] + wp.uint8(1)
+    start = CELLS * (first + wp.tid())
+    for s in range(start, wp.min(start + CELLS, flips_inout.shape[0])):
+        if has_bit(joined_inout[s], 2 * axis + 9):  # hardly ever: the face is ambiguous
+            flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, flips_inout)

@@ -67,9 +67,11 @@ def connect_quads(
         device: Where to work.
     """
     struct, blocks = grid.struct(), block_count(grid)
-    counts = device.empty(blocks, wp.int64)
-    inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
-    device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
+    counts = cells.quad_counts
+    if counts is None:
+        counts = device.empty(blocks, wp.int64)
+        inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
+        device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
     starts, quad_count = device.starts(counts)
     quads = device.empty(quad_count, wp.vec4i)
     inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
@@ -149,7 +151,7 @@ def count_quads_kernel(
     # Out:
     counts_out: wp.array(dtype=wp.int64),
 ):
-    """Count the quads. One thread a block of words."""
+    """Count the quads where some cells do not exist. One thread a block of words."""
     block = first + wp.tid()
     count = wp.int32(0)
     has_cells = ordinary_starts[block] != ordinary_starts[block + 1]
