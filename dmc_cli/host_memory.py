@@ -14,7 +14,7 @@ import numpy as np
 SMALLEST_KEPT = 1 << 16
 """Bytes below which the C library's own lists are as good."""
 
-MOST_KEPT = 1 << 29
+MOST_KEPT = 1 << 30
 """Bytes kept at most."""
 
 
