@@ -12,6 +12,7 @@ special_cells   the cells with more than one polygon, or at a border
 flips       face flips that make the mesh manifold
 fans        from polygons to vertices
 polygons    decide, trace, flip, number: the special cells' stage
+crossings   where a polygon crosses its cell's edges: their mean, their box
 placement   one vertex a polygon on the trilinear surface
 placement_sampled, placement_iterative   one vertex a polygon as the papers place it
 lanes       sixteen vertices at a time, on CPU

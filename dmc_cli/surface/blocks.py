@@ -8,10 +8,11 @@ to place one by one.
 
 import warp as wp
 
+from dmc_cli.surface.crossings import crossed_edges
 from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.lanes import FloatLanes, find_block_cells, store_points
-from dmc_cli.surface.placement import crossed_edges, solve_on_steepest_axis
+from dmc_cli.surface.placement import solve_on_steepest_axis
 from dmc_cli.surface.stored import IntLanes, values_at
 from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS

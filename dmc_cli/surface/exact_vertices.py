@@ -5,9 +5,10 @@ On CPU `blocks` has placed nearly all before; what it left is placed here. On a 
 
 import warp as wp
 
+from dmc_cli.surface.crossings import crossed_edges, edge_set
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, world_position
-from dmc_cli.surface.placement import crossed_edges, edge_set, place_vertex
+from dmc_cli.surface.placement import place_vertex
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import single_precision
 

@@ -6,9 +6,9 @@ kernel serves all cells, ordinary and special, on CPU and on CUDA.
 
 import warp as wp
 
+from dmc_cli.surface.crossings import EdgeSet, crossed_edges, edge_set
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, world_position
-from dmc_cli.surface.placement import EdgeSet, crossed_edges, edge_set
 from dmc_cli.surface.placement_iterative import place_at_mean, place_by_steps
 from dmc_cli.surface.placement_sampled import place_by_samples
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of

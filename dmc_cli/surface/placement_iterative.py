@@ -8,7 +8,7 @@ if its F is smaller than the mean's. Four halvings leave about a sixteenth of th
 
 import warp as wp
 
-from dmc_cli.surface.placement import EdgeSet, find_crossings, mean_crossing
+from dmc_cli.surface.crossings import EdgeSet, find_crossings, mean_crossing
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient, trilinear_value
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})

@@ -14,15 +14,8 @@ polygons of the cell never acts in the code, and is left out.
 
 import warp as wp
 
-from dmc_cli.surface.placement import (
-    COARSE_LATTICE,
-    FINE_LATTICE,
-    EdgeSet,
-    Polygon,
-    measure_polygon,
-    nearest_on_lattice,
-    sum4,
-)
+from dmc_cli.surface.crossings import EdgeSet, Polygon, measure_polygon, sum4
+from dmc_cli.surface.placement import COARSE_LATTICE, FINE_LATTICE, nearest_on_lattice
 from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
