@@ -33,7 +33,7 @@ more_guests      how it finds hosts for guests
 more_mesh        the mesh between rounds
 more_blocks      who works where in a round
 more_sweep       operations tried at irregular vertices
-more_mend        the worst quads made better
+more_mend        high quads made lower, the worst better
 more             the rounds in order
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure

@@ -12,6 +12,9 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 PLAINLY_NEAR = wp.constant(0.15)
 """Heights, in cells, up to which the field's value and slope are believed."""
 
+HIGHEST = wp.constant(0.45)
+"""How far a quad's centre may go from the surface where that is looked at: under the half cell promised."""
+
 NOWHERE = wp.constant(1.0)
 """Distance of a point that no point of the surface is found for."""
 
@@ -55,3 +58,16 @@ def quad_centre(
         v = corners[4 * q + c]
         centre += wp.float64(0.25) * index_position(scene.grid, cell[v], local[v])
     return centre
+
+
+@wp.func
+def excess_height(
+    scene: Scene,
+    corners: wp.array(dtype=wp.int32),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+) -> wp.float32:
+    """Return by how much, in cells, a quad's centre is further than `HIGHEST` from the surface, or 0."""
+    distance = distance_from_surface(scene, quad_centre(scene, corners, cell, local, q))
+    return wp.max(distance - HIGHEST, 0.0)

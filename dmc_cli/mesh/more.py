@@ -1,8 +1,8 @@
 """More irregular vertices removed than the papers' patterns can (`--simplify more`).
 
-A round shifts the blocks, sweeps over them (`more_sweep.py`), closes the gaps and smooths; at last the worst
-quads are mended (`more_mend.py`). Every operation is judged as it is done, so after every round the mesh is
-as manifold, as unfolded and as near to the surface and to the old vertices (`guests.py`) as before it. The
+A round shifts the blocks, sweeps over them (`more_sweep.py`), closes the gaps and smooths; at last high and
+bad quads are mended (`more_mend.py`). Every operation is judged as it is done, so after every round the mesh
+is as manifold, as unfolded and as near to the surface and to the old vertices (`guests.py`) as before it. The
 temperature falls to 0; a quad that goes costs more the fewer there are.
 """
 
@@ -18,7 +18,7 @@ from dmc_cli.mesh.glide import make_scene
 from dmc_cli.mesh.guests import Guests, list_guests, lodge_vertices, with_nearer_hosts
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.more_blocks import Blocks, find_normals, freeze_fans, make_blocks, with_spares
-from dmc_cli.mesh.more_mend import mend_kernel
+from dmc_cli.mesh.more_mend import Limits, mark_high, mend_kernel
 from dmc_cli.mesh.more_mesh import Mesh, with_room, without_gaps
 from dmc_cli.mesh.more_sweep import HEIGHT_LIMIT, Rules, sweep_kernel
 from dmc_cli.mesh.more_work import CHANGES, CORE, GUESTS, JOURNAL, LINKS, PATCH, TALLIES, Work
@@ -44,6 +44,9 @@ RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 15, 3
 
 MENDINGS, BAD_SHARE = 3, 0.002
 """Times that the worst quads are mended at the end, each time in other blocks, and which share of them."""
+
+MOST_MENDINGS = 8
+"""Times at most: those after the first few are only for quads that are still high."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,10 @@ def simplify_more(
         operations += done
         if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
             mesh = _relaxed(mesh, surface, guests, 1 if turn + 1 < rounds else RELAXED_LAST)
-    for turn in range(MENDINGS):
-        mesh, guests = _mend(mesh, guests, surface, scene, turn)
+    high, turn = mark_high(mesh, scene, device), 0
+    while turn < MENDINGS or (turn < MOST_MENDINGS and device.total(high) > 0):
+        mesh, guests = _mend(mesh, guests, high, surface, scene, turn)
+        high, turn = mark_high(mesh, scene, device), turn + 1
     surface, halfedges = _surface_of(mesh, surface), _halfedges_of(mesh, device)
     kept = list(mesh.colors)
     color = kept.pop(0) if color is not None else None
@@ -125,15 +130,19 @@ def _sweep(mesh: Mesh, guests: Guests, surface: Surface, scene: Any, rules: Any)
     return mesh, replace(guests, host=host), int(work.tally.numpy()[:, CHANGES].sum())
 
 
-def _mend(mesh: Mesh, guests: Guests, surface: Surface, scene: Any, turn: int) -> tuple[Mesh, Guests]:
-    """Return the mesh with its worst quads mended, and its guests."""
+def _mend(
+    mesh: Mesh, guests: Guests, high: Any, surface: Surface, scene: Any, turn: int
+) -> tuple[Mesh, Guests]:
+    """Return the mesh with its worst quads and those at vertices marked `high` mended, and its guests."""
     device = surface.device
     shape = measure_shapes(_surface_of(mesh, surface), _halfedges_of(mesh, device)).numpy()
-    bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
+    limits = Limits()
+    limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
+    limits.height, limits.may_fold = HEIGHT_LIMIT, int(turn >= MENDINGS)
     blocks = make_blocks(mesh, surface.grid, turn, device)
     roomy = with_room(mesh, blocks.spare, device)
     work = _work(roomy, guests, blocks, mesh.vertex_count, surface, scene)
-    inputs = [scene, blocks.starts, blocks.items, bad, HEIGHT_LIMIT]
+    inputs = [scene, blocks.starts, blocks.items, high, limits]
     device.launch(mend_kernel, blocks.count, inputs, [work], grain=1)
     mesh, host = without_gaps(roomy, guests.host, device)
     return mesh, replace(guests, host=host)

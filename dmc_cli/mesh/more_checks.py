@@ -9,7 +9,12 @@ as long as no two vertices of a ring become one.
 import warp as wp
 
 from dmc_cli.mesh.glide import Scene
-from dmc_cli.mesh.heights import distance_from_surface, height_above_surface, quad_centre
+from dmc_cli.mesh.heights import (
+    distance_from_surface,
+    excess_height,
+    height_above_surface,
+    quad_centre,
+)
 from dmc_cli.mesh.more_work import (
     LONGEST_RING,
     MOST_VALENCE,
@@ -198,6 +203,15 @@ def highest_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
         centre = quad_centre(scene, work.corners, work.cell, work.local, q)
         highest = wp.max(highest, distance_from_surface(scene, centre))
     return highest
+
+
+@wp.func
+def excess_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+    """Return the sum of the excess heights of a patch's quads."""
+    total = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        total += excess_height(scene, work.corners, work.cell, work.local, work.patch[b, n])
+    return total
 
 
 @wp.func

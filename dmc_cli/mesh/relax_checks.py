@@ -4,7 +4,7 @@ import warp as wp
 
 from dmc_cli.mesh.glide import Scene
 from dmc_cli.mesh.halfedges import previous_halfedge
-from dmc_cli.mesh.heights import distance_from_surface, quad_centre
+from dmc_cli.mesh.heights import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.mesh.quad_square import quad_shape
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -12,10 +12,6 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 SLIVER = wp.constant(0.4)
 """Shape of quads that may fold: on a blob flatter than a cell they get better in no other way."""
-
-
-HIGHEST = wp.constant(0.45)
-"""How far, in cells, a quad's centre may go from the surface where that is looked at."""
 
 
 @wp.struct
