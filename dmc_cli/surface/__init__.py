@@ -60,7 +60,10 @@ __all__ = [
 
 
 def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") -> list[ModuleType]:
-    """Return the modules whose kernels a surface needs, for loading them ahead of time."""
+    """Return the modules whose kernels a surface needs, for loading them ahead of time.
+
+    The one that takes longest to compile comes first, so that it is not the last to be ready.
+    """
     placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
     modules = [inside, cells, polygons, flips, fans, vertices, *placing, quads, slices]
-    return [*modules, normals] if normals_too else modules
+    return [normals, *modules] if normals_too else modules
