@@ -128,6 +128,8 @@ class NiftiHeader:
     def qform(self, name: str) -> Matrix:
         """The affine of a unit quaternion (1 - |bcd|^2)^1/2, b, c, d, spacings, qfac and offset.
 
+        As in nifti1_io.c the first number is 0 where rounding may have left what there is: half turns are common.
+
         Raises:
             DamagedVolumeError: The quaternion is longer than 1.
         """
@@ -140,7 +142,8 @@ class NiftiHeader:
             )
         x, y, z = self.spacing()
         affine = np.eye(4)
-        affine[:3, :3] = _rotation(math.sqrt(max(rest, 0.0)), b, c, d)
+        rounding = np.finfo(self.fields["quatern"].dtype).eps
+        affine[:3, :3] = _rotation(math.sqrt(rest) if rest > rounding else 0.0, b, c, d)
         affine[:3, :3] *= (x, y, -z if self.fields["pixdim"][0] < 0 else z)
         affine[:3, 3] = self.fields["qoffset"]
         return affine

@@ -3,7 +3,7 @@ import gzip
 import nibabel as nib
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from dmc_cli.errors import (
@@ -262,7 +262,25 @@ def test_any_qform_is_read_as_nibabel_reads_it(tmp_path_factory, kind, order, se
     image.set_qform(affine, 1)
     path = tmp_path_factory.mktemp("nifti") / "a.nii"
     nib.save(image, path)
+    header = nib.load(path).header
+    rest = 1 - sum(float(header[f"quatern_{axis}"]) ** 2 for axis in "bcd")
+    assume(not 1e-7 <= rest <= 4e-7)  # a half turn to nibabel, not to nifti1_io.c
     np.testing.assert_allclose(read(path).affine, nib.load(path).affine, atol=1e-5)
+
+
+@pytest.mark.parametrize("rest", [-2e-7, 0, 6e-8])
+def test_a_half_turn_is_one_in_spite_of_rounding(tmp_path, rest):
+    image = nib.Nifti1Image(counting((3, 4, 5)).T, None)
+    image.set_qform(np.diag([1.0, 2, 3, 1]), 1)
+    nib.save(image, tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    axis = np.array([2, 3, 6]) / 7
+    content[256:268] = (axis * np.sqrt(1 - rest)).astype("<f4").tobytes()
+    (tmp_path / "a.nii").write_bytes(content)
+    turned = (2 * np.outer(axis, axis) - np.eye(3)) * (1, 2, 3)
+    volume = read(tmp_path / "a.nii")
+    np.testing.assert_allclose(volume.affine[:3, :3], turned, atol=1e-6)
+    assert_same_as_itk(volume, tmp_path / "a.nii")
 
 
 @pytest.mark.parametrize("form", ["qform_code", None])
