@@ -128,7 +128,7 @@ class NiftiHeader:
     def qform(self, name: str) -> Matrix:
         """The affine of a unit quaternion (1 - |bcd|^2)^1/2, b, c, d, spacings, qfac and offset.
 
-        As in nifti1_io.c the first number is 0 where rounding may have left what there is: half turns are common.
+        The first number is 0 where rounding may have left it, as in nifti1_io.c: half turns are common.
 
         Raises:
             DamagedVolumeError: The quaternion is longer than 1.
@@ -142,7 +142,7 @@ class NiftiHeader:
             )
         x, y, z = self.spacing()
         affine = np.eye(4)
-        rounding = np.finfo(self.fields["quatern"].dtype).eps
+        rounding = 1e-7 if self.fields["quatern"].dtype.itemsize == 4 else 0.0
         affine[:3, :3] = _rotation(math.sqrt(rest) if rest > rounding else 0.0, b, c, d)
         affine[:3, :3] *= (x, y, -z if self.fields["pixdim"][0] < 0 else z)
         affine[:3, 3] = self.fields["qoffset"]
