@@ -33,9 +33,10 @@ MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
 
 ROWS_A_SLAB = 512
-ITEMS_A_SLAB = 2048
-"""Rows and single cells, vertices or quads a slab at least: some 100 microseconds of work, several times what
-it takes to hand a slab to a thread and launch it."""
+ITEMS_A_SLAB = 4096
+FLAGS_A_SLAB = 32768
+"""Rows, single cells, vertices or quads, and those that are only flagged or copied, a slab at least: some 200
+microseconds of work, which is what it costs to have a second thread."""
 
 
 @dataclass(frozen=True)

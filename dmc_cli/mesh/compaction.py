@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mask_marks, part
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
@@ -53,7 +53,7 @@ def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | No
     for color in (mesh.color, mesh.color24):
         if color is not None:
             device.launch(
-                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], ITEMS_A_SLAB
+                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], FLAGS_A_SLAB
             )
     if vertices.gaps.shape[0]:
         inputs = [arrays, vertices.end, 4 * quads.end, vertices.moved_to]
@@ -92,7 +92,7 @@ def _plan_moves(device: Device, gone: Any) -> Moves:
     half = listed.shape[0] // 2
     moved_to = device.empty(count - end, wp.int32)
     gaps, movers = part(device, listed, 0, half), part(device, listed, half, 2 * half)
-    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], ITEMS_A_SLAB)
+    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], FLAGS_A_SLAB)
     return Moves(end, gaps, movers, moved_to)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_SLAB, Device
 from dmc_cli.surface.grid import bit_index
 from dmc_cli.surface.words import VECTOR_FLAGS
 
@@ -24,10 +24,10 @@ WORDS = wp.constant(32)
 KEY_FACTOR = wp.constant(wp.uint32(2654435769))
 """2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
-WORDS_A_SLAB = 256
+WORDS_A_SLAB = 2048
 """Words of 32 items a slab at least, as `ITEMS_A_SLAB` of the device."""
 
-MASKS_A_SLAB = 64
+MASKS_A_SLAB = 256
 """Blocks of words of a mask a slab at least."""
 
 
@@ -56,7 +56,7 @@ def keep_masked(device: Device, items: Any, mask: Any) -> Any:
 def mask_marks(device: Device, marks: Any) -> tuple[Any, int]:
     """Return a mask of the items with a mark, uint8 (n,), not 0, and how many there are."""
     mask = device.empty(mask_length(marks.shape[0]), wp.uint32)
-    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 8 * WORDS_A_SLAB)
+    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 16 * WORDS_A_SLAB)
     return mask, _count_mask(device, mask)[1]
 
 
@@ -64,7 +64,7 @@ def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
     """Return the members before each block of words, with one item more, and the number of all."""
     blocks = -(-mask.shape[0] // int(WORDS))
     counts = device.empty(blocks, wp.int64)
-    device.launch(count_mask_kernel, blocks, [mask], [counts], 4 * MASKS_A_SLAB)
+    device.launch(count_mask_kernel, blocks, [mask], [counts], 8 * MASKS_A_SLAB)
     return device.starts(counts)
 
 
@@ -72,7 +72,7 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
     """Return the items whose flag (int64, 0 or 1) is set, in their order."""
     starts, total = device.starts(flags)
     kept = device.empty(total, wp.int32)
-    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], ITEMS_A_SLAB)
+    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], FLAGS_A_SLAB)
     return kept
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
 from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
@@ -52,12 +52,12 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
     device, count = mesh.device, quads.shape[0]
     flags = device.empty(count, wp.int64)
     owner = device.empty(mesh.arrays.valence.shape[0], wp.uint32)
-    device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], ITEMS_A_SLAB)
+    device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], FLAGS_A_SLAB)
     if count:
         # in one launch: on CPU an atomic is a plain load and store
         inputs = [0, mesh.arrays, quads, eligible, owner]
         wp.launch(claim_outer_kernel, dim=count, inputs=inputs, device=device.name)
-    device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], ITEMS_A_SLAB)
+    device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], FLAGS_A_SLAB)
     return flags
 
 
@@ -65,10 +65,10 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
     """Stretch the flagged quads over their neighbours, which go."""
     device, count = mesh.device, quads.shape[0]
     sides, twins = device.empty(count, wp.vec4i), device.empty(count, wp.vec4i)
-    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [], ITEMS_A_SLAB)
-    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], ITEMS_A_SLAB)
+    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [], FLAGS_A_SLAB)
+    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], FLAGS_A_SLAB)
     seams = device.empty(4 * count, wp.int32)
-    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], ITEMS_A_SLAB)
+    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], FLAGS_A_SLAB)
     if count:
         wp.launch(lower_outer_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
     mesh.seams.append(seams)
@@ -77,7 +77,7 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
 def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
     """Return the quads that were eligible but did not go."""
     waiting = device.empty(quads.shape[0], wp.int64)
-    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], ITEMS_A_SLAB)
+    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], FLAGS_A_SLAB)
     return keep_flagged(device, quads, waiting)
 
 

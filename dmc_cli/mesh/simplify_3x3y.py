@@ -38,8 +38,8 @@ NO_CUT = wp.constant(-1)
 REFUSED = wp.constant(-2)
 """Stands for a quad that the safe rules keep."""
 
-LISTED_A_SLAB = 16
-"""Blocks of 32 listed quads a slab at least: some 100 microseconds, since memory is slow where they lie."""
+LISTED_A_SLAB = 64
+"""Blocks of 32 listed quads a slab at least: memory is slow where they lie."""
 
 
 def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:

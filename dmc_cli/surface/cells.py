@@ -24,7 +24,7 @@ from dmc_cli.surface.absent_cells import count_crossed, existing_cells, has_whol
 from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, low_bits, next_node
 from dmc_cli.surface.inside import InsideBits
 from dmc_cli.surface.words import (
-    BLOCKS_A_SLAB,
+    BITS_A_SLAB,
     LANES,
     VECTOR_FLAGS,
     Words,
@@ -97,18 +97,18 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     struct = grid.struct()
     counts = [ordinary_counts, special_counts, crossed]
     outputs = [active.line, ordinary.line, *counts, quads]
-    device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BLOCKS_A_SLAB)
+    device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_SLAB)
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
         outputs = [active.rows, ordinary.rows, *counts]
-        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
+        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
     ordinary_starts, ordinary_count = device.starts(ordinary_counts)
     special_starts, special_count = device.starts(special_counts)
     bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
     special_row, special_i = device.empty(special_count, wp.int32), device.empty(special_count, wp.int32)
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
     outputs = [bits.rank, bits.special_rank, special_row, special_i]
-    device.launch(number_cells_kernel, blocks, inputs, outputs, BLOCKS_A_SLAB)
+    device.launch(number_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
     return Cells(
         bits=bits,
         ordinary_starts=ordinary_starts,

@@ -23,8 +23,8 @@ wp.set_module_options(
 WORD = 32
 """Nodes a word."""
 
-NODES_A_SLAB = 1 << 19
-"""Nodes a slab at least: some 100 microseconds."""
+NODES_A_SLAB = 1 << 21
+"""Nodes a slab at least, as `ITEMS_A_SLAB` of the device."""
 
 
 @wp.struct

@@ -52,7 +52,7 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     ]
     if device.is_cpu and surface.depths.shape[0] == 0:
         blocks = -(-surface.vertices.shape[0] // LANES)
-        device.launch(normal_block_kernel, blocks, inputs, [normals], ITEMS_A_SLAB // LANES)
+        device.launch(normal_block_kernel, blocks, inputs, [normals], 2 * ITEMS_A_SLAB // LANES)
     else:
         device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_SLAB)
     return normals

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_SLAB, Device
 from dmc_cli.settings import Placement
 from dmc_cli.surface.blocks import ONE_OF_SEVERAL, place_block_kernel
 from dmc_cli.surface.cells import Cells
@@ -21,7 +21,7 @@ from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import label_of
-from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, Words, before_line, block_count
+from dmc_cli.surface.words import BITS_A_SLAB, BLOCKS_A_SLAB, LANES, Words, before_line, block_count
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -77,7 +77,7 @@ def place_vertices(
     )
     scene = [grid.struct(), field, wp.mat44d(*to_output.ravel())]
     inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
-    device.launch(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BLOCKS_A_SLAB)
+    device.launch(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
     if placement == "exact":
         return replace(vertices, fallback_count=_place_exactly(vertices, cells, polygons, scene, device))
     fallbacks = device.empty(count, wp.uint8)
@@ -94,7 +94,7 @@ def _place_exactly(
     ordinary, special, count = cells.ordinary_count, polygons.special_count, polygons.vertex_count
     inputs = [scene[0], polygons.special, ordinary]
     outputs = [vertices.cell, vertices.local]
-    device.launch(list_special_vertices_kernel, special, inputs, outputs, ITEMS_A_SLAB)
+    device.launch(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_SLAB)
     size = LANES if device.is_cpu else 1
     left = device.empty(-(-count // size), wp.uint8)
     if device.is_cpu:

@@ -24,7 +24,8 @@ LANES = 16
 """Words a block: one vector register of 512 bits."""
 
 BLOCKS_A_SLAB = 1024
-"""Blocks of words a slab at least, as `ITEMS_A_SLAB` of the device."""
+BITS_A_SLAB = 4096
+"""Blocks a slab at least, and blocks of which only bits are looked at, as `ITEMS_A_SLAB` of the device."""
 
 Words = wp.types.vector(length=LANES, dtype=wp.uint32)
 """Sixteen words of the line, one after the other."""
