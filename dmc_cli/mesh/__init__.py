@@ -10,6 +10,7 @@ color_words      colours of the quads of whole rows
 coloring         colours of vertices and quads
 working_mesh     a mesh while quads are being removed
 selection        sets of quads or vertices
+fetch            memory asked for ahead
 patterns         which quads have a pattern of valences
 simplify_3x3y    the pattern 3-X-3-Y
 project          the nearest point of the surface

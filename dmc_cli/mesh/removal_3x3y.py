@@ -10,15 +10,15 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.mesh.fetch import fetch_neighbors, fetch_surroundings, fetch_values, fetch_vertices
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.merged_vertices import folds, merged_point, point_position
-from dmc_cli.mesh.project import cell_node, node_cell
+from dmc_cli.mesh.project import node_cell
 from dmc_cli.mesh.selection import keep_masked, mask_length
 from dmc_cli.mesh.simplify_3x3y import LISTED_A_SLAB
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
-from dmc_cli.surface.field import Field, node_of_volume
+from dmc_cli.surface.field import Field
 from dmc_cli.surface.grid import Grid
-from dmc_cli.surface.stored import fetch_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -65,42 +65,6 @@ def remove_3x3y(
 def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32):
     """Take one mesh edge from a vertex, which several threads may do: Warp's own atomics on CPU are none."""
     ...
-
-
-@wp.func_native(
-    """
-    #if defined(__clang__) && !defined(__CUDA_ARCH__)
-    const int* corner = (const int*)corners.data + (h & ~3);
-    const int* t = (const int*)twin.data + (h & ~3);
-    for (int c = 0; c < 4; ++c) {
-        __builtin_prefetch((const int*)corners.data + (t[c] & ~3));
-        __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
-        __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[c]);
-        __builtin_prefetch((const float*)local.data + 3 * (size_t)corner[c]);
-        __builtin_prefetch((const long long*)cell.data + corner[c]);
-    }
-    #endif
-    """
-)
-def fetch_ahead(
-    corners: wp.array(dtype=wp.int32),
-    twin: wp.array(dtype=wp.int32),
-    position: wp.array(dtype=wp.vec3),
-    cell: wp.array(dtype=wp.int64),
-    local: wp.array(dtype=wp.vec3),
-    h: wp.int32,
-):
-    """Ask memory for what the removal of a quad will need; doing so for 32 of them saves a fifth."""
-    ...
-
-
-@wp.func
-def fetch_values(grid: Grid, field: Field, cell: wp.int64):
-    """Ask memory for the values of a cell, near which a merged vertex will be projected."""
-    row = wp.int64(grid.nx - 2 * grid.border)
-    node = cell_node(grid, cell)
-    at = node_of_volume(grid, node[0] - grid.border, node[1] - grid.border, node[2] - grid.border)
-    fetch_cell(field.values, field.kind, at, row, row * wp.int64(grid.ny - 2 * grid.border))
 
 
 @wp.func
@@ -166,11 +130,12 @@ def remove_3x3y_kernel(
     end = wp.min(32 * block + 32, cuts.shape[0])
     for n in range(32 * block, end):
         if cuts[n] >= 0:
-            fetch_ahead(mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts[n])
-    if project:
-        for n in range(32 * block, end):
-            if cuts[n] >= 0:
-                fetch_values(grid, field, mesh.cell[mesh.corners[cuts[n]]])
+            fetch_neighbors(mesh.corners, mesh.twin, cuts[n] >> 2)
+            fetch_vertices(mesh.corners, mesh.position, mesh.cell, mesh.local, cuts[n] >> 2)
+    for n in range(32 * block, end):
+        if cuts[n] >= 0:
+            fetch_surroundings(mesh.corners, mesh.twin, mesh.position, cuts[n] >> 2)
+            fetch_values(grid, field, mesh.cell[mesh.corners[cuts[n]]])  # the merged vertex will be near
     for n in range(32 * block, end):
         h = cuts[n]
         if h >= 0:

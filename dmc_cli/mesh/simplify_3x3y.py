@@ -23,6 +23,7 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.mesh.fetch import fetch_neighbors
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.selection import mask_length, turn_key
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
@@ -200,7 +201,10 @@ def judge_topology_kernel(
     """Judge by connectivity which quads may go. One thread 32 quads of the list."""
     block = first + wp.tid()
     refused = wp.int32(0)
-    for n in range(32 * block, wp.min(32 * block + 32, quads.shape[0])):
+    end = wp.min(32 * block + 32, quads.shape[0])
+    for n in range(32 * block, end):
+        fetch_neighbors(mesh.corners, mesh.twin, quads[n])
+    for n in range(32 * block, end):
         q = quads[n]
         h = wp.int32(NO_CUT)
         if mesh.quad_gone[q] == wp.uint8(0):
