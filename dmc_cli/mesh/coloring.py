@@ -19,6 +19,7 @@ import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
 from dmc_cli.mesh.color_words import color_row, reduce_row, retry_quads
+from dmc_cli.mesh.fetch import fetch_onward
 from dmc_cli.mesh.quad_ranks import QuadWord
 from dmc_cli.mesh.selection import concatenated, keep_flagged, turn_key
 from dmc_cli.surface import Surface
@@ -236,6 +237,7 @@ def choose_colors_kernel(
     One thread a quad of the list, which may hold a quad more than once.
     """
     n = first + wp.tid()
+    fetch_onward(quads, twin, n)
     q = quads[n]
     chosen = int(-1)
     waits = bool(False)

@@ -36,6 +36,23 @@ def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.i
 @wp.func_native(
     _on_cpu(
         """
+        const int* listed = (const int*)quads.data;
+        if (n + 16 < quads.shape[0]) {
+            __builtin_prefetch((const int*)twin.data + 4 * (size_t)listed[n + 16]);
+            const int* t = (const int*)twin.data + 4 * (size_t)listed[n + 8];
+            for (int c = 0; c < 4; ++c) __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
+        }
+        """
+    )
+)
+def fetch_onward(quads: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), n: wp.int32):
+    """Ask for the twins of quads that follow the n-th in a list, and for those of their neighbours."""
+    ...
+
+
+@wp.func_native(
+    _on_cpu(
+        """
         const int* corner = (const int*)corners.data + 4 * (size_t)q;
         for (int c = 0; c < 4; ++c) {
             __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[c]);
