@@ -16,10 +16,8 @@ from dmc_cli.volume.dicom_pixels import read_slices
 from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, stacks_of
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
 from dmc_cli.volume.layout import check_affine, check_shape
+from dmc_cli.volume.left_out import MOST_NAMED, shortened
 from dmc_cli.volume.volume import Volume, VolumeEntry
-
-MOST_TOLD = 3
-"""Files that a message names of those that were left out."""
 
 NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's own, lengths may be unknown"
 
@@ -43,7 +41,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
             if not left_out:
                 raise
             # one of them may be the slice that is missing
-            told = "; ".join(left_out[:MOST_TOLD])
+            told = shortened(left_out, "; ")
             raise AmbiguousVolumeError(f"{error}; {len(left_out)} file(s) left out: {told}") from error
         columns, rows = geometry.frames[0].pixels.shape
         check_shape(name, (columns, rows, len(geometry.frames)))
@@ -100,5 +98,13 @@ def _stacks(
     stacks = stacks_of(frames)
     if not stacks:
         raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
-    notes = [f"a file was left out: {error}" for error in damaged[:MOST_TOLD]]
-    return stacks, notes, [*map(str, damaged), *reasons]
+    return stacks, _damage_told(damaged), [*map(str, damaged), *reasons]
+
+
+def _damage_told(damaged: list[VolumeError]) -> list[str]:
+    """Warnings of files that were left out because they are damaged."""
+    notes = [f"a file was left out: {error}" for error in damaged[:MOST_NAMED]]
+    more = len(damaged) - MOST_NAMED
+    if more > 0:
+        notes.append(f"and {more} more damaged {'file was' if more == 1 else 'files were'} left out")
+    return notes

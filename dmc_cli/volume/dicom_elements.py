@@ -13,7 +13,7 @@ from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.dicom_deflated import DEFLATED, DeflatedFile, inflated_file
-from dmc_cli.volume.dicom_source import DicomFile
+from dmc_cli.volume.dicom_source import HEAD_BYTES, DicomFile
 
 PIXEL_DATA = 0x7FE00010
 FLOAT_PIXEL_DATA = 0x7FE00008
@@ -193,7 +193,11 @@ def _parsed(file: DicomFile, head: Any, force: bool) -> Header:
     if found is None:
         found = "1.2.840.10008.1.2.1" if dataset.original_encoding[0] is False else "1.2.840.10008.1.2"
     position = head.tell()
-    return Header(file, dataset, str(found), position if position < file.size - 8 else None)
+    if len(head.read(9)) == 9:
+        return Header(file, dataset, str(found), position)
+    if head.tell() < file.size and head.tell() in HEAD_BYTES:
+        raise EOFError("the header is longer than what was looked at")
+    return Header(file, dataset, str(found), None)
 
 
 def text(dataset: Any, tag: int) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume import dicom_elements as elements
 from dmc_cli.volume.dicom_elements import Header
+from dmc_cli.volume.dicom_incomplete import check_pixels_expected
 
 MAX_FRAMES = 1 << 20
 
@@ -153,6 +154,8 @@ def read_frames(header: Header) -> list[Frame]:
 def _pixels(header: Header) -> Pixels:
     dataset = header.dataset
     rows, columns = elements.integer(dataset, 0x00280010), elements.integer(dataset, 0x00280011)
+    if header.pixel_start is None:
+        check_pixels_expected(header)
     if not rows or not columns or header.pixel_start is None:
         raise NoSlice("no image")
     if elements.integer(dataset, 0x00280002, 1) != 1:

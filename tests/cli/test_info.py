@@ -54,6 +54,9 @@ def test_the_series_of_a_folder_are_listed_and_chosen(run, sample_data, tmp_path
     assert ambiguous.exit_code == 4
     assert "--series" in ambiguous.stderr
     assert run("convert", tmp_path, tmp_path / "mesh.ply", "-i", 300, "--series", 2).exit_code == 0
+    chosen = run("info", tmp_path, "--series", 2)
+    assert chosen.exit_code == 0
+    assert "choose one" not in chosen.stdout
 
 
 def copy_series(source, target, number):

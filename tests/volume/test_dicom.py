@@ -87,6 +87,46 @@ def test_bits_above_bits_stored_do_not_count(tmp_path, signed):
     np.testing.assert_array_equal(volume.values.astype(int), STACK.astype(int) - signed * 300)
 
 
+@pytest.mark.parametrize("signed", [0, 1])
+@pytest.mark.parametrize("syntax", [uid.ExplicitVRLittleEndian, uid.ExplicitVRBigEndian, uid.RLELossless])
+def test_bits_below_the_stored_ones_do_not_count(tmp_path, signed, syntax):
+    for k, position in enumerate(axial()):
+        values = plane_values(k, "<i2") - signed * 300
+        left = (values << 4 | 5).astype(">i2" if syntax == uid.ExplicitVRBigEndian else "<i2")
+        elements = {"BitsStored": 12, "HighBit": 15, "PixelRepresentation": signed}
+        if syntax == uid.RLELossless:
+            dataset = make_slice(position, k, values=left, **elements)
+            dataset.compress(syntax)
+        else:
+            dataset = make_slice(position, k, values=left, syntax=syntax, **elements)
+        save(dataset, tmp_path / f"{k}")
+    np.testing.assert_array_equal(read(tmp_path).values.astype(int), STACK.astype(int) - signed * 300)
+
+
+@pytest.mark.parametrize("high", [3, 40, None])
+def test_a_high_bit_that_cannot_be_is_passed_over(tmp_path, high):
+    volume = read(save_stack(tmp_path, axial(), BitsStored=12, HighBit=high))
+    np.testing.assert_array_equal(volume.values, STACK)
+
+
+def test_slices_with_and_without_a_sign_are_one_volume(tmp_path):
+    for k, position in enumerate(axial()):
+        values = plane_values(k, "<i2" if k % 2 else "<u2")
+        save(make_slice(position, k, values=values, RescaleIntercept="0"), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values, STACK)
+    assert (volume.slope, volume.intercept, volume.warnings) == (1, 0, ())
+
+
+def test_signed_and_unsigned_copies_are_stacks_to_choose_from(tmp_path):
+    for k, position in enumerate(axial()):
+        for dtype in ("<i2", "<u2"):
+            save(make_slice(position, k, values=plane_values(k, dtype)), tmp_path / f"{k}{dtype[1]}")
+    with pytest.raises(AmbiguousVolumeError, match=r"(?s)value type int16.*value type uint16"):
+        read(tmp_path)
+    assert read(tmp_path, series="2").values.dtype == np.uint16
+
+
 def test_monochrome1_does_not_change_the_values(tmp_path):
     save_stack(tmp_path, axial(), PhotometricInterpretation="MONOCHROME1")
     np.testing.assert_array_equal(read(tmp_path).values, STACK)
@@ -153,7 +193,7 @@ def two_series(folder):
 
 def test_two_series_are_listed_with_the_option_that_chooses(tmp_path):
     with pytest.raises(
-        AmbiguousVolumeError, match=r"(?s)2 series.*--series 1: CT.*--series 2.*1\.2\.9"
+        AmbiguousVolumeError, match=r"(?s)2 series.*--series N:\n  --series 1: CT.*--series 2.*1\.2\.9"
     ) as caught:
         read(two_series(tmp_path))
     assert caught.value.exit_status == 4
@@ -238,6 +278,12 @@ def test_a_missing_slice_is_refused_or_bridged(tmp_path, heights):
     assert "missing" in volume.warnings[0]
 
 
+def test_a_missing_slice_is_compared_with_the_other_distances(tmp_path):
+    save_stack(tmp_path, [(0, 0, z) for z in (0, 1.5, 75)])
+    with pytest.raises(AmbiguousVolumeError, match=r"73\.500 mm between .*, 1\.500 mm elsewhere"):
+        read(tmp_path)
+
+
 def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
     save_stack(tmp_path, axial(), names="abcd")
     save(make_slice(axial()[1], 7), tmp_path / "z")
@@ -245,6 +291,7 @@ def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
         read(tmp_path)
     volume = read(tmp_path, duplicates="first")
     np.testing.assert_array_equal(volume.values, STACK)
+    assert volume.warnings == ("1 slice in the place of another one was left out",)
 
 
 def test_slices_beside_the_line_are_refused(tmp_path):
@@ -258,7 +305,7 @@ def test_a_zip_is_read_without_unpacking(tmp_path, packing):
     save_stack(tmp_path / "in", axial())
     with zipfile.ZipFile(tmp_path / "scan.zip", "w", packing) as archive:
         for path in (tmp_path / "in").iterdir():
-            archive.write(path, f"../../{path.name}")
+            archive.write(path, f"scan/{path.name}")
         archive.writestr("readme.txt", "nothing")
     volume = read(tmp_path / "scan.zip")
     np.testing.assert_array_equal(volume.values, STACK)

@@ -1,5 +1,6 @@
 """Compressed transfer syntaxes: the pixels, and what is said where no package decodes them."""
 
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -75,6 +76,35 @@ def test_each_syntax_names_the_package_that_decodes_it(tmp_path, monkeypatch, sy
     assert str(caught.value).endswith(f'pip install "dmc-cli[dicom]" or pip install {PIP_LINES[syntax]}')
 
 
+def test_of_many_slices_that_no_package_decodes_the_first_is_named(tmp_path, monkeypatch):
+    for k, position in enumerate(axial(12)):
+        dataset = make_slice(position, k)
+        dataset.compress(uid.RLELossless)
+        save(dataset, tmp_path / f"{chr(ord('z') - k)}")
+
+    def decoder_of(_):
+        # the first is the slowest to find out
+        time.sleep(0.05 if not asked else 0)
+        asked.append(1)
+        return SimpleNamespace(is_available=False, UID=uid.RLELossless)
+
+    asked = []
+    monkeypatch.setattr("pydicom.pixels.get_decoder", decoder_of)
+    with pytest.raises(UnsupportedFormatError, match="^z: "):
+        read(tmp_path, threads=4)
+
+
+def test_of_many_damaged_slices_the_first_is_named(tmp_path):
+    for k, position in enumerate(axial(12)):
+        dataset = make_slice(position, k, values=plane_values(k, "<u2", (512, 512)))
+        dataset.compress(uid.RLELossless)
+        path = save(dataset, tmp_path / f"{chr(ord('z') - k)}")
+        if k > 2:
+            path.write_bytes(path.read_bytes().replace(b"\xfe\xff\x00\xe0", b"\xfe\xff\x00\xe1"))
+    with pytest.raises(DamagedVolumeError, match="^w: "):
+        read(tmp_path, threads=4)
+
+
 def test_lossless_jpeg(tmp_path):
     pytest.importorskip("gdcm")
     values = np.random.default_rng(0).integers(-900, 900, (4, 32, 32)).astype(np.int16)
@@ -116,7 +146,7 @@ def test_one_enhanced_file_in_every_syntax(shared_data, name):
 
 def test_a_truncated_enhanced_file_is_refused(shared_data):
     pytest.importorskip("openjpeg")
-    with pytest.raises(DamagedVolumeError, match="cannot be decoded"):
+    with pytest.raises(DamagedVolumeError, match="cannot be decoded .the file ends before its pixel data"):
         read(shared_data / "dicom_emri_syntaxes/emri_small_jpeg_2k_lossless_too_short.dcm")
 
 

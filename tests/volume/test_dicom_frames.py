@@ -85,6 +85,13 @@ def test_groups_and_frames_must_agree(tmp_path):
         read(save(dataset, tmp_path / "a"))
 
 
+def test_an_absurd_number_of_frames_is_told_as_it_is(tmp_path):
+    dataset, _ = many_frames([0, 2, 4])
+    dataset.NumberOfFrames = 2_000_000_001
+    with pytest.raises(DamagedVolumeError, match="2000000001 frames found"):
+        read(save(dataset, tmp_path / "a"))
+
+
 def test_a_dose_grid_has_offsets_and_a_scaling(tmp_path):
     place = {
         "ImagePositionPatient": [1, 2, 3],
