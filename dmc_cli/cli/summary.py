@@ -86,7 +86,7 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
         if (description["slope"], description["intercept"]) != (1.0, 0.0):
             yield f"scaling   {description['slope']:g} * stored value + {description['intercept']:g}"
         yield "affine    " + _matrix(description["affine"])
-    if len(description["series"]) > 1:
+    if len(description["series"]) > 1 and "shape" not in description:
         yield "series    choose one with --series"
     dicom = len(description["series"]) > 1 or any(entry["uid"] for entry in description["series"])
     for entry in description["series"] if dicom else ():

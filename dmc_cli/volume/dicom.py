@@ -4,6 +4,7 @@ Steps: find the files, read their headers, turn them into frames, the frames int
 lay out its slices, read their values.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
@@ -13,7 +14,7 @@ from dmc_cli.volume.dicom_elements import read_header
 from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
 from dmc_cli.volume.dicom_geometry import slice_geometry
 from dmc_cli.volume.dicom_pixels import read_slices
-from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, stacks_of
+from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
 from dmc_cli.volume.layout import check_affine, check_shape
 from dmc_cli.volume.left_out import MOST_NAMED, shortened
@@ -33,16 +34,14 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     """
     with dicom_files(path, name) as files:
         with progress.stage("scanning"):
-            stacks, notes, left_out = _stacks(files, name, progress)
-        stack = choose_stack(stacks, settings.series, name)
+            found = _found(files, name, progress)
+        stack = choose_stack(found.stacks, settings.series, name)
+        aside = put_aside(found.frames, found.stacks, stack, settings.series)
         try:
             geometry = slice_geometry(stack, settings, name)
         except AmbiguousVolumeError as error:
-            if not left_out:
-                raise
-            # one of them may be the slice that is missing
-            told = shortened(left_out, "; ")
-            raise AmbiguousVolumeError(f"{error}; {len(left_out)} file(s) left out: {told}") from error
+            # one of those that were left out may be the slice that is missing
+            raise AmbiguousVolumeError("; ".join([str(error), *found.files_told(), *aside])) from error
         columns, rows = geometry.frames[0].pixels.shape
         check_shape(name, (columns, rows, len(geometry.frames)))
         check_affine(name, geometry.affine)
@@ -60,7 +59,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         path=name,
         files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
         format="dicom",
-        warnings=(*notes, *geometry.warnings, *(() if is_placed else (NO_POSITIONS,))),
+        warnings=(*found.warnings(), *aside, *geometry.warnings, *(() if is_placed else (NO_POSITIONS,))),
     )
 
 
@@ -71,14 +70,46 @@ def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
         VolumeError: There is none.
     """
     with dicom_files(path, name) as files:
-        stacks, *_ = _stacks(files, name, SILENT)
-    return [stack.entry(number) for number, stack in enumerate(stacks, 1)]
+        found = _found(files, name, SILENT)
+    return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
 
 
-def _stacks(
-    files: list[DicomFile], name: str, progress: Progress
-) -> tuple[list[Stack], list[str], list[str]]:
-    """The stacks of an input, warnings, and which DICOM files are in none, and why."""
+@dataclass(frozen=True)
+class _Found:
+    """What an input holds.
+
+    Attributes:
+        stacks: The stacks, one at least.
+        frames: All frames, in a stack or not.
+        damaged: What is wrong with each damaged file.
+        reasons: Why other DICOM files have no frames.
+    """
+
+    stacks: list[Stack]
+    frames: list[Frame]
+    damaged: list[str]
+    reasons: list[str]
+
+    def warnings(self) -> list[str]:
+        """Sentences on the damaged files."""
+        notes = [f"a file was left out: {told}" for told in self.damaged[:MOST_NAMED]]
+        more = len(self.damaged) - MOST_NAMED
+        if more > 0:
+            notes.append(f"and {more} more damaged {'file was' if more == 1 else 'files were'} left out")
+        return notes
+
+    def files_told(self) -> list[str]:
+        """A sentence on all files that have no frames, if there are any."""
+        files = [*self.damaged, *self.reasons]
+        return [f"{len(files)} file(s) left out: {shortened(files, '; ')}"] if files else []
+
+
+def _found(files: list[DicomFile], name: str, progress: Progress) -> _Found:
+    """Look at every file of an input.
+
+    Raises:
+        VolumeError: There is no stack.
+    """
     frames: list[Frame] = []
     reasons: list[str] = []
     damaged: list[VolumeError] = []
@@ -98,13 +129,4 @@ def _stacks(
     stacks = stacks_of(frames)
     if not stacks:
         raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
-    return stacks, _damage_told(damaged), [*map(str, damaged), *reasons]
-
-
-def _damage_told(damaged: list[VolumeError]) -> list[str]:
-    """Warnings of files that were left out because they are damaged."""
-    notes = [f"a file was left out: {error}" for error in damaged[:MOST_NAMED]]
-    more = len(damaged) - MOST_NAMED
-    if more > 0:
-        notes.append(f"and {more} more damaged {'file was' if more == 1 else 'files were'} left out")
-    return notes
+    return _Found(stacks, frames, [str(error) for error in damaged], reasons)

@@ -164,7 +164,7 @@ def _pixels(header: Header) -> Pixels:
         raise NoSlice(f"an image of kind {elements.text(dataset, 0x00280004)[:20]}")
     count = elements.numbers(dataset, 0x00280008) or [1]
     if not 1 <= count[0] <= MAX_FRAMES:
-        raise DamagedVolumeError(f"{header.file.name}: {count[0]:g} frames found; expected 1 or some")
+        raise DamagedVolumeError(f"{header.file.name}: {count[0]:.0f} frames found; expected 1 or some")
     allocated = elements.integer(dataset, 0x00280100, 16) or 16
     signed = elements.integer(dataset, 0x00280103, 0) == 1
     if allocated not in (8, 16, 32, 64):

@@ -14,6 +14,7 @@ from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.dicom_frames import Frame
 from dmc_cli.volume.dicom_series import SAME_PLACE_MM, Stack
+from dmc_cli.volume.left_out import left_out
 
 EVEN_MM = 0.01
 """Slices no farther than this from even distances count as even: scanners round positions."""
@@ -97,7 +98,8 @@ def _without_duplicates(
             f"{places[first] - places[other]:.3f} mm apart; expected one slice a position; "
             "--duplicates first takes the first of each"
         )
-    notes = [f"{len(dropped)} slices in the place of another one were left out"] if dropped else []
+    kinds = (f"{kind} in the place of another one" for kind in ("slice", "slices"))
+    notes = left_out([frames[n].name for n in dropped], *kinds)
     return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
 
 
@@ -112,7 +114,7 @@ def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: 
     if not gaps:
         return []
     n = gaps[0]
-    told = f"{_told(frames, distances, n)}, {np.median(distances):.3f} mm elsewhere"
+    told = f"{_told(frames, distances, n)}, {np.median(np.delete(distances, gaps)):.3f} mm elsewhere"
     if settings.slice_gaps == "refuse":
         raise AmbiguousVolumeError(
             f"{name}: {len(gaps)} missing slice{'s' if len(gaps) > 1 else ''} found: {told}; expected a "

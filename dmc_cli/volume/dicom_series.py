@@ -13,6 +13,7 @@ import numpy as np
 from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
 from dmc_cli.volume import dicom_elements as elements
 from dmc_cli.volume.dicom_frames import DISCRIMINATORS, FRAME_DISCRIMINATORS, Frame
+from dmc_cli.volume.left_out import left_out
 from dmc_cli.volume.volume import VolumeEntry
 
 SAME_PLACE_MM = 0.01
@@ -77,8 +78,28 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
     for stack in stacks:
         _sort(stack)
     volumes = [part for stack in stacks for part in _split_copies(stack) if _place_count(part) > 1]
-    images = [stack for stack in volumes if not _is_localizer(stack)]
+    images = [stack for stack in volumes if not all(map(_is_localizer, stack.frames))]
     return sorted(images or volumes, key=lambda stack: (stack.series_number, stack.uid))
+
+
+def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, series: str | None) -> list[str]:
+    """Sentences on the images that are in no stack; of the chosen series alone where one was asked for."""
+    used = {frame for stack in stacks for frame in stack.frames}
+    localizers: list[str] = []
+    others: list[str] = []
+    singles: list[str] = []
+    for frame in frames:
+        is_own = _series_uid(frame) == chosen.uid
+        if frame in used or (series is not None and not is_own):
+            continue
+        (localizers if _is_localizer(frame) else others if is_own else singles).append(frame.name)
+    unlike = "of another orientation, spacing, size or type"
+    alone = "of a series without a volume"
+    return [
+        *left_out(localizers, "localizer", "localizers"),
+        *left_out(others, f"image {unlike}", f"images {unlike}"),
+        *left_out(singles, f"image {alone}", f"images {alone}"),
+    ]
 
 
 def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
@@ -98,7 +119,7 @@ def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
             )
     if len(chosen) > 1:
         raise AmbiguousVolumeError(
-            f"{name}: {len(chosen)} series found; expected one; choose with --series N: {_listed(chosen)}"
+            f"{name}: {len(chosen)} series found; expected one; choose with --series N:{_listed(chosen)}"
         )
     return chosen[0][1]
 
@@ -153,8 +174,8 @@ def _place_count(stack: Stack) -> int:
     return 1 + sum(b - a >= SAME_PLACE_MM for a, b in pairwise(places))
 
 
-def _is_localizer(stack: Stack) -> bool:
-    return all("LOCALIZER" in frame.labels.get("image type", "").upper() for frame in stack.frames)
+def _is_localizer(frame: Frame) -> bool:
+    return "LOCALIZER" in frame.labels.get("image type", "").upper()
 
 
 def _split_copies(stack: Stack) -> list[Stack]:

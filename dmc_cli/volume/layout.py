@@ -188,8 +188,9 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
             f"{count - 1}"
         )
     if not 0 <= volume_index < count:
+        held = "1 volume" if count == 1 else f"{count} {what}"
         raise SettingsError(
-            f"volume_index is {volume_index}; {name} holds {count} {what}; expected 0 to {count - 1} "
+            f"volume_index is {volume_index}; {name} holds {held}; expected 0 to {count - 1} "
             "(--volume-index)"
         )
     return volume_index

@@ -291,7 +291,7 @@ def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
         read(tmp_path)
     volume = read(tmp_path, duplicates="first")
     np.testing.assert_array_equal(volume.values, STACK)
-    assert volume.warnings == ("1 slice in the place of another one was left out",)
+    assert volume.warnings == ("1 slice in the place of another one was left out: z",)
 
 
 def test_slices_beside_the_line_are_refused(tmp_path):
