@@ -29,6 +29,9 @@ DISCRIMINATORS = {
 }
 """What may tell apart images at the same place, in the order in which it is tried."""
 
+VALUE_TYPE = "value type"
+"""What is tried last: slices of one volume may differ in it."""
+
 FRAME_DISCRIMINATORS = {
     "stack": (0x00209111, 0x00209056),
     "temporal position": (0x00209111, 0x00209128),
@@ -47,12 +50,14 @@ class Pixels:
         shape: Columns and rows: nodes along x and y.
         dtype: Type of a value in native byte order.
         bits_stored: Bits of it that count.
+        bits_below: Bits below those, where the file's values are as they were stored.
         frames: Number of frames in the file.
     """
 
     shape: tuple[int, int]
     dtype: np.dtype[Any]
     bits_stored: int
+    bits_below: int
     frames: int
 
     @property
@@ -123,6 +128,7 @@ def read_frames(header: Header) -> list[Frame]:
     common = {
         key: "/".join(elements.texts(dataset, tag)) for key, tag in DISCRIMINATORS.items() if tag in dataset
     }
+    common[VALUE_TYPE] = pixels.dtype.name
     frames = []
     for index in range(pixels.frames):
         own = each[index] if each else None
@@ -170,8 +176,13 @@ def _pixels(header: Header) -> Pixels:
     if allocated not in (8, 16, 32, 64):
         raise NoSlice(f"an image of {allocated} bits a pixel")
     stored = elements.integer(dataset, 0x00280101, allocated) or allocated
+    stored = min(max(stored, 1), allocated)
+    below = (elements.integer(dataset, 0x00280102, stored - 1) or 0) + 1 - stored
     dtype = np.dtype(f"{'i' if signed else 'u'}{allocated // 8}")
-    return Pixels((columns, rows), dtype, min(max(stored, 1), allocated), int(count[0]))
+    if not 0 <= below <= allocated - stored:
+        # HighBit cannot be what it says
+        below = 0
+    return Pixels((columns, rows), dtype, stored, below, int(count[0]))
 
 
 def _padding(dataset: Any, pixels: Pixels) -> tuple[float, float] | None:

@@ -1,64 +1,29 @@
 """The slices' values in one array: read or decoded in threads, straight to where they belong."""
 
 import os
-import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import groupby, islice
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.codestream import image_size, lacks_end
-from dmc_cli.volume.dicom_elements import (
-    DOUBLE_PIXEL_DATA,
-    FLOAT_PIXEL_DATA,
-    PIXEL_DATA,
-    Header,
-    PiecewiseStream,
-)
+from dmc_cli.volume.dicom_decoding import BIG_ENDIAN, EXPLICIT, IMPLICIT, UNPACKED, decode
+from dmc_cli.volume.dicom_elements import DOUBLE_PIXEL_DATA, FLOAT_PIXEL_DATA, Header
 from dmc_cli.volume.dicom_frames import Frame, Pixels
 
 _Array = np.ndarray[Any, np.dtype[Any]]
-
-IMPLICIT = "1.2.840.10008.1.2"
-EXPLICIT = "1.2.840.10008.1.2.1"
-BIG_ENDIAN = "1.2.840.10008.1.2.2"
-
-UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, "1.2.840.10008.1.2.5")
-"""Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
-
-VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")
-
-PLUGINS = {
-    "1.2.840.10008.1.2.4.50": "python-gdcm",
-    "1.2.840.10008.1.2.4.51": "python-gdcm",
-    "1.2.840.10008.1.2.4.57": "python-gdcm",
-    "1.2.840.10008.1.2.4.70": "python-gdcm",
-    "1.2.840.10008.1.2.4.80": "pyjpegls",
-    "1.2.840.10008.1.2.4.81": "pyjpegls",
-}
-"""Transfer syntax to the package that decodes it; the JPEG 2000 family is `JPEG_2000`."""
-
-JPEG_2000 = "pylibjpeg pylibjpeg-openjpeg"
-
-PREFERRED = ("pylibjpeg", "pyjpegls")
-"""pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
-libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
 
 LARGE_FRAME = 1 << 26
 LARGEST_RATIO = 5000
 """A frame beyond LARGE_FRAME bytes must have a stored byte for every LARGEST_RATIO of them: a damaged size
 must not make a decoder fill the memory."""
-
-COMPRESSED_SLACK = 1 << 20
-"""Bytes beside twice the values that compressed ones may take with all their tables."""
 
 LEAST_RLE_RATIO = 64
 """RLE needs two bytes for 128 equal ones."""
@@ -77,7 +42,7 @@ class SliceValues:
 def read_slices(frames: list[Frame], threads: int | None, name: str, progress: Progress) -> SliceValues:
     """Values of the frames, in their order.
 
-    They stay in their stored type, unless slope, intercept or padding differ between them: then they
+    They stay in their stored type, unless that, slope, intercept or padding differ between them: then they
     become physical values in float32 and padding becomes NaN.
 
     Raises:
@@ -89,7 +54,7 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
         _check_size(frame)
     meanings = {(frame.slope, frame.intercept, frame.padding) for frame in frames}
     columns, rows = frames[0].pixels.shape
-    uniform = len(meanings) == 1
+    uniform = len(meanings) == 1 and len({frame.pixels.dtype for frame in frames}) == 1
     stored = _stored_type(frames[0])
     values = allocate_values(name, (columns, rows, len(frames)), stored if uniform else np.dtype(np.float32))
     tasks = list(_tasks(frames, threads))
@@ -99,7 +64,8 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
         warnings.simplefilter("ignore")
         futures = [pool.submit(_read_task, task, values, uniform) for task in tasks]
         try:
-            for future in as_completed(futures):
+            # in the slices' order, so that of several errors always the same one is told
+            for future in futures:
                 done += future.result()
                 progress.advance(done / len(frames))
         except BaseException:
@@ -150,7 +116,10 @@ def _check_size(frame: Frame) -> None:
 
 def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int, Frame]]]:
     """Slices to read together: those of one file, in as many parts as there are threads."""
-    numbered = sorted(enumerate(frames), key=lambda pair: (pair[1].header.file.name, pair[1].index))
+    first: dict[Header, int] = {}
+    for k, frame in enumerate(frames):
+        first.setdefault(frame.header, k)
+    numbered = sorted(enumerate(frames), key=lambda pair: (first[pair[1].header], pair[1].index))
     for _, group in groupby(numbered, key=lambda pair: id(pair[1].header)):
         slices = list(group)
         step = -(-len(slices) // _thread_count(threads))
@@ -162,9 +131,10 @@ def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> 
     """Read the slices of one file; returns how many."""
     header, pixels = task[0][1].header, task[0][1].pixels
     direct = header.syntax in (IMPLICIT, EXPLICIT) and sys.byteorder == "little"
-    decoded = _read_direct(task, values, uniform) if direct else _decode(task)
+    decoded = _read_direct(task, values, uniform) if direct else decode(task)
     for (k, frame), plane in zip(task, decoded, strict=True):
-        _clear_unused_bits(plane, pixels)
+        # a codestream tells its own bits
+        _clear_unused_bits(plane, pixels, pixels.bits_below if header.syntax in UNPACKED else 0)
         if not uniform:
             values[k] = _physical(plane, frame)
         elif plane.base is not values:
@@ -198,95 +168,11 @@ def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -
             yield plane
 
 
-def _decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
-    """Compressed or otherwise unusual slices, through pydicom and its plugins."""
-    from pydicom.filereader import read_partial
-    from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
-
-    header, pixels = task[0][1].header, task[0][1].pixels
-    unknown = f"{header.file.name}: transfer syntax {header.syntax!r:.80} found; expected that of an image"
-    if not VALID_UID.fullmatch(header.syntax):
-        raise UnsupportedFormatError(unknown)
-    try:
-        decoder = get_decoder(header.syntax)  # type: ignore[arg-type]
-    except NotImplementedError as error:
-        raise UnsupportedFormatError(unknown) from error
-    if not decoder.is_available:
-        raise _plugin_missing(header, str(decoder.UID.name))
-    try:
-        most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
-        with header.file.open(most) as file:
-            dataset = read_partial(PiecewiseStream(file), _behind_pixels(), force=True)  # type: ignore[arg-type]
-            wanted = [frame.index for _, frame in task]
-            if header.syntax not in UNPACKED:
-                _check_streams(dataset, wanted, header, pixels)
-            plugin = next((name for name in PREFERRED if name in decoder.available_plugins), "")
-            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False, decoding_plugin=plugin):
-                if plane.shape != pixels.shape[::-1]:
-                    raise DamagedVolumeError(
-                        f"{header.file.name}: an image of {plane.shape[::-1]} pixels found, {pixels.shape} "
-                        "expected"
-                    )
-                yield np.array(plane)
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # plugins raise whatever they like on damaged data
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
-        ) from error
-
-
-def _behind_pixels() -> Callable[[int, str | None, int], bool]:
-    """Tell pydicom to stop at the element behind the pixel data, whatever it is."""
-    seen = False
-
-    def stop(tag: int, _kind: str | None, _length: int) -> bool:
-        nonlocal seen
-        passed, seen = seen, tag == PIXEL_DATA
-        return passed
-
-    return stop
-
-
-def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
-    """Refuse a compressed image that has no end, or another size than its header: decoders trust both."""
-    from pydicom.encaps import generate_frames
-
-    offsets = None
-    if "ExtendedOffsetTable" in dataset:
-        offsets = (dataset.ExtendedOffsetTable, dataset.ExtendedOffsetTableLengths)
-    streams = generate_frames(dataset.PixelData, number_of_frames=pixels.frames, extended_offsets=offsets)
-    chosen = set(wanted)
-    for index, stream in enumerate(islice(streams, max(wanted) + 1)):
-        found = image_size(stream) if index in chosen else (*pixels.shape, 1)
-        if found != (*pixels.shape, 1):
-            told = "no size" if found is None else "{} x {} pixels of {} component(s)".format(*found)
-            raise DamagedVolumeError(
-                f"{header.file.name}: a compressed image of {told} found; expected {pixels.shape[0]} x "
-                f"{pixels.shape[1]} pixels as its header says; get the file again"
-            )
-        if index in chosen and lacks_end(stream):
-            raise DamagedVolumeError(
-                f"{header.file.name}: a compressed image of {len(stream)} bytes without its end found; the "
-                "file was cut short; get it again"
-            )
-
-
-def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:
-    package = PLUGINS.get(header.syntax, JPEG_2000)
-    return UnsupportedFormatError(
-        f"{header.file.name}: pixel data compressed as {syntax_name} found, but no package here decodes it; "
-        f'pip install "dmc-cli[dicom]" or pip install {package}'
-    )
-
-
-def _clear_unused_bits(plane: _Array, pixels: Pixels) -> None:
-    """Make the bits above BitsStored what they count for: copies of the sign, or zero."""
+def _clear_unused_bits(plane: _Array, pixels: Pixels, below: int) -> None:
+    """Drop the bits below the stored ones; make those above what they count for: copies of the sign, or zero."""
     unused = pixels.dtype.itemsize * 8 - pixels.bits_stored
     if unused and plane.dtype.kind in "iu":
-        np.left_shift(plane, unused, out=plane)
+        np.left_shift(plane, unused - below, out=plane)
         np.right_shift(plane, unused, out=plane)
 
 

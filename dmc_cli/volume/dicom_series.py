@@ -12,7 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
 from dmc_cli.volume import dicom_elements as elements
-from dmc_cli.volume.dicom_frames import DISCRIMINATORS, FRAME_DISCRIMINATORS, Frame
+from dmc_cli.volume.dicom_frames import DISCRIMINATORS, FRAME_DISCRIMINATORS, VALUE_TYPE, Frame
 from dmc_cli.volume.left_out import left_out
 from dmc_cli.volume.volume import VolumeEntry
 
@@ -67,7 +67,8 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
     stacks: list[Stack] = []
     by_series: dict[tuple[object, ...], list[Stack]] = {}
     for frame in frames:
-        key = (_series_uid(frame), frame.pixels.shape, frame.pixels.dtype)
+        # some scanners give a sign only to the slices that need one
+        key = (_series_uid(frame), frame.pixels.shape, frame.pixels.dtype.itemsize)
         own = by_series.setdefault(key, [])
         stack = next((s for s in own if _is_parallel(s.frames[0], frame)), None)
         if stack is None:
@@ -182,7 +183,7 @@ def _split_copies(stack: Stack) -> list[Stack]:
     """The stack itself, or one stack a value of whatever tells its copies apart without leaving any."""
     if _place_count(stack) == len(stack.frames):
         return [stack]
-    for label in (*FRAME_DISCRIMINATORS, *DISCRIMINATORS):
+    for label in (*FRAME_DISCRIMINATORS, *DISCRIMINATORS, VALUE_TYPE):
         parts = _parted(stack, lambda frame, label=label: frame.labels.get(label, ""))  # type: ignore[misc]
         complete = [part for part in parts if _place_count(part) == len(part.frames) > 1]
         if len(parts) > 1 and len(complete) == len(parts):

@@ -190,8 +190,7 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
     if not 0 <= volume_index < count:
         held = "1 volume" if count == 1 else f"{count} {what}"
         raise SettingsError(
-            f"volume_index is {volume_index}; {name} holds {held}; expected 0 to {count - 1} "
-            "(--volume-index)"
+            f"volume_index is {volume_index}; {name} holds {held}; expected 0 to {count - 1} (--volume-index)"
         )
     return volume_index
 

@@ -1,0 +1,135 @@
+"""Compressed or otherwise unusual pixel data, decoded by pydicom and its plugins."""
+
+import re
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.volume.codestream import image_size, lacks_end
+from dmc_cli.volume.dicom_elements import (
+    DOUBLE_PIXEL_DATA,
+    FLOAT_PIXEL_DATA,
+    PIXEL_DATA,
+    Header,
+    PiecewiseStream,
+)
+from dmc_cli.volume.dicom_frames import Frame, Pixels
+
+_Array = np.ndarray[Any, np.dtype[Any]]
+
+IMPLICIT = "1.2.840.10008.1.2"
+EXPLICIT = "1.2.840.10008.1.2.1"
+BIG_ENDIAN = "1.2.840.10008.1.2.2"
+
+UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, "1.2.840.10008.1.2.5")
+"""Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
+
+VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")
+
+PLUGINS = {
+    "1.2.840.10008.1.2.4.50": "python-gdcm",
+    "1.2.840.10008.1.2.4.51": "python-gdcm",
+    "1.2.840.10008.1.2.4.57": "python-gdcm",
+    "1.2.840.10008.1.2.4.70": "python-gdcm",
+    "1.2.840.10008.1.2.4.80": "pyjpegls",
+    "1.2.840.10008.1.2.4.81": "pyjpegls",
+}
+"""Transfer syntax to the package that decodes it; the JPEG 2000 family is `JPEG_2000`."""
+
+JPEG_2000 = "pylibjpeg pylibjpeg-openjpeg"
+
+PREFERRED = ("pylibjpeg", "pyjpegls")
+"""pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
+libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
+
+COMPRESSED_SLACK = 1 << 20
+"""Bytes beside twice the values that compressed ones may take with all their tables."""
+
+
+def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
+    """Compressed or otherwise unusual slices, through pydicom and its plugins."""
+    from pydicom.filereader import read_partial
+    from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
+
+    header, pixels = task[0][1].header, task[0][1].pixels
+    unknown = f"{header.file.name}: transfer syntax {header.syntax!r:.80} found; expected that of an image"
+    if not VALID_UID.fullmatch(header.syntax):
+        raise UnsupportedFormatError(unknown)
+    try:
+        decoder = get_decoder(header.syntax)  # type: ignore[arg-type]
+    except NotImplementedError as error:
+        raise UnsupportedFormatError(unknown) from error
+    if not decoder.is_available:
+        raise _plugin_missing(header, str(decoder.UID.name))
+    try:
+        most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
+        with header.file.open(most) as file:
+            dataset = read_partial(PiecewiseStream(file), _behind_pixels(), force=True)  # type: ignore[arg-type]
+            if not any(tag in dataset for tag in (PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA)):
+                raise EOFError("the file ends before its pixel data are complete")
+            wanted = [frame.index for _, frame in task]
+            if header.syntax not in UNPACKED:
+                _check_streams(dataset, wanted, header, pixels)
+            plugin = next((name for name in PREFERRED if name in decoder.available_plugins), "")
+            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False, decoding_plugin=plugin):
+                if plane.shape != pixels.shape[::-1]:
+                    raise DamagedVolumeError(
+                        f"{header.file.name}: an image of {plane.shape[::-1]} pixels found, {pixels.shape} "
+                        "expected"
+                    )
+                yield np.array(plane)
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # plugins raise whatever they like on damaged data
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
+        ) from error
+
+
+def _behind_pixels() -> Callable[[int, str | None, int], bool]:
+    """Tell pydicom to stop at the element behind the pixel data, whatever it is."""
+    seen = False
+
+    def stop(tag: int, _kind: str | None, _length: int) -> bool:
+        nonlocal seen
+        passed, seen = seen, tag == PIXEL_DATA
+        return passed
+
+    return stop
+
+
+def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixels) -> None:
+    """Refuse a compressed image that has no end, or another size than its header: decoders trust both."""
+    from pydicom.encaps import generate_frames
+
+    offsets = None
+    if "ExtendedOffsetTable" in dataset:
+        offsets = (dataset.ExtendedOffsetTable, dataset.ExtendedOffsetTableLengths)
+    streams = generate_frames(dataset.PixelData, number_of_frames=pixels.frames, extended_offsets=offsets)
+    chosen = set(wanted)
+    for index, stream in enumerate(islice(streams, max(wanted) + 1)):
+        found = image_size(stream) if index in chosen else (*pixels.shape, 1)
+        if found != (*pixels.shape, 1):
+            told = "no size" if found is None else "{} x {} pixels of {} component(s)".format(*found)
+            raise DamagedVolumeError(
+                f"{header.file.name}: a compressed image of {told} found; expected {pixels.shape[0]} x "
+                f"{pixels.shape[1]} pixels as its header says; get the file again"
+            )
+        if index in chosen and lacks_end(stream):
+            raise DamagedVolumeError(
+                f"{header.file.name}: a compressed image of {len(stream)} bytes without its end found; the "
+                "file was cut short; get it again"
+            )
+
+
+def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:
+    package = PLUGINS.get(header.syntax, JPEG_2000)
+    return UnsupportedFormatError(
+        f"{header.file.name}: pixel data compressed as {syntax_name} found, but no package here decodes it; "
+        f'pip install "dmc-cli[dicom]" or pip install {package}'
+    )
