@@ -10,9 +10,9 @@ from pathlib import Path
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.dicom_elements import read_header
 from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
 from dmc_cli.volume.dicom_geometry import slice_geometry
+from dmc_cli.volume.dicom_header import read_header
 from dmc_cli.volume.dicom_pixels import read_slices
 from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
@@ -32,9 +32,9 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         SettingsError: No series of that number or UID.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
-    with dicom_files(path, name) as files:
+    with dicom_files(path, name) as (files, notes):
         with progress.stage("scanning"):
-            found = _found(files, name, progress)
+            found = _found(files, notes, name, progress)
         stack = choose_stack(found.stacks, settings.series, name)
         aside = put_aside(found.frames, found.stacks, stack, settings.series)
         try:
@@ -59,7 +59,13 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         path=name,
         files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
         format="dicom",
-        warnings=(*found.warnings(), *aside, *geometry.warnings, *(() if is_placed else (NO_POSITIONS,))),
+        warnings=(
+            *notes,
+            *found.warnings(),
+            *aside,
+            *geometry.warnings,
+            *(() if is_placed else (NO_POSITIONS,)),
+        ),
     )
 
 
@@ -69,8 +75,8 @@ def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
     Raises:
         VolumeError: There is none.
     """
-    with dicom_files(path, name) as files:
-        found = _found(files, name, SILENT)
+    with dicom_files(path, name) as (files, notes):
+        found = _found(files, notes, name, SILENT)
     return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
 
 
@@ -81,18 +87,20 @@ class _Found:
     Attributes:
         stacks: The stacks, one at least.
         frames: All frames, in a stack or not.
+        notes: Sentences on what was left out before it was looked at.
         damaged: What is wrong with each damaged file.
         reasons: Why other DICOM files have no frames.
     """
 
     stacks: list[Stack]
     frames: list[Frame]
+    notes: list[str]
     damaged: list[str]
     reasons: list[str]
 
     def warnings(self) -> list[str]:
-        """Sentences on the damaged files."""
-        notes = [f"a file was left out: {told}" for told in self.damaged[:MOST_NAMED]]
+        """Sentences on what was left out and should not have been."""
+        notes = [*self.notes, *(f"a file was left out: {told}" for told in self.damaged[:MOST_NAMED])]
         more = len(self.damaged) - MOST_NAMED
         if more > 0:
             notes.append(f"and {more} more damaged {'file was' if more == 1 else 'files were'} left out")
@@ -101,11 +109,12 @@ class _Found:
     def files_told(self) -> list[str]:
         """A sentence on all files that have no frames, if there are any."""
         files = [*self.damaged, *self.reasons]
-        return [f"{len(files)} file(s) left out: {shortened(files, '; ')}"] if files else []
+        told = [f"{len(files)} file(s) left out: {shortened(files, '; ')}"] if files else []
+        return [*self.notes, *told]
 
 
-def _found(files: list[DicomFile], name: str, progress: Progress) -> _Found:
-    """Look at every file of an input.
+def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progress) -> _Found:
+    """Look at every file of an input; `notes` are sentences on what is none of them.
 
     Raises:
         VolumeError: There is no stack.
@@ -129,4 +138,4 @@ def _found(files: list[DicomFile], name: str, progress: Progress) -> _Found:
     stacks = stacks_of(frames)
     if not stacks:
         raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
-    return _Found(stacks, frames, [str(error) for error in damaged], reasons)
+    return _Found(stacks, frames, notes, [str(error) for error in damaged], reasons)

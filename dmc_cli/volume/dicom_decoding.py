@@ -14,9 +14,9 @@ from dmc_cli.volume.dicom_elements import (
     FLOAT_PIXEL_DATA,
     PIXEL_DATA,
     Header,
-    PiecewiseStream,
 )
 from dmc_cli.volume.dicom_frames import Frame, Pixels
+from dmc_cli.volume.dicom_header import PiecewiseStream
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -74,7 +74,11 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
             if header.syntax not in UNPACKED:
                 _check_streams(dataset, wanted, header, pixels)
             plugin = next((name for name in PREFERRED if name in decoder.available_plugins), "")
-            for plane, _ in decoder.iter_array(dataset, indices=wanted, raw=False, decoding_plugin=plugin):
+            # pydicom's own correction of unused bits knows no HighBit
+            planes = decoder.iter_array(
+                dataset, indices=wanted, raw=False, decoding_plugin=plugin, correct_unused_bits=False
+            )
+            for plane, _ in planes:
                 if plane.shape != pixels.shape[::-1]:
                     raise DamagedVolumeError(
                         f"{header.file.name}: an image of {plane.shape[::-1]} pixels found, {pixels.shape} "

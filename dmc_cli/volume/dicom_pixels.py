@@ -169,7 +169,7 @@ def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -
 
 
 def _clear_unused_bits(plane: _Array, pixels: Pixels, below: int) -> None:
-    """Drop the bits below the stored ones; make those above what they count for: copies of the sign, or zero."""
+    """Drop the bits below the stored ones, make those above copies of the sign, or zero."""
     unused = pixels.dtype.itemsize * 8 - pixels.bits_stored
     if unused and plane.dtype.kind in "iu":
         np.left_shift(plane, unused - below, out=plane)

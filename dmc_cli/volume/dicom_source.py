@@ -1,7 +1,8 @@
 """Where DICOM files come from: a folder tree, a zip of one, a DICOMDIR, a single file.
 
 Links are followed, but no folder is entered twice. A zip is read entry by entry and never unpacked;
-an entry that claims to be larger than its packed bytes can hold is not touched.
+an entry that claims to be larger than its packed bytes can hold, or whose name leads out of the zip, is
+not touched.
 """
 
 import io
@@ -19,12 +20,16 @@ from typing import BinaryIO
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume.decoding import new_inflater
 from dmc_cli.volume.layout import check_file, exists
+from dmc_cli.volume.left_out import left_out
 
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
 
 HEAD_BYTES = (1 << 16, 1 << 26)
 """How much of a zip entry is unpacked to read its header; the second where the first is not enough."""
+
+ENTRY_MARK = b"PK\x03\x04"
+"""How a zip's entry begins."""
 
 ENTRY_HEAD = 30
 """Bytes of a zip entry's own header before its name."""
@@ -89,7 +94,7 @@ class DicomFile:
         with self.path.open("rb") as file:
             file.seek(entry.header_offset)
             head = file.read(ENTRY_HEAD)
-            if len(head) < ENTRY_HEAD or head[:4] != b"PK\x03\x04":
+            if len(head) < ENTRY_HEAD or head[:4] != ENTRY_MARK:
                 raise zipfile.BadZipFile("no entry where the zip's directory says")
             file.seek(sum(struct.unpack_from("<HH", head, 26)), os.SEEK_CUR)
             packed = file.read(entry.compress_size)
@@ -105,8 +110,10 @@ class DicomFile:
 
 
 @contextmanager
-def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
+def dicom_files(path: Path, name: str) -> Iterator[tuple[list[DicomFile], list[str]]]:
     """Every regular file of a folder tree or a zip, or the file itself, in the order of their names.
+
+    With them come sentences on a zip's entries that were left out.
 
     They can be read as long as the context is open.
 
@@ -122,11 +129,16 @@ def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
     if path.is_dir():
         if not os.access(path, os.R_OK | os.X_OK):
             raise VolumeError(f"{name}: no permission to read the folder; check its access rights")
-        yield sorted(_walked(path), key=lambda file: file.name)
+        yield sorted(_walked(path), key=lambda file: file.name), []
         return
     size = check_file(path, name)
     if not zipfile.is_zipfile(path):
-        yield [DicomFile(path.name, path, size)]
+        if _begins_as_zip(path):
+            raise DamagedVolumeError(
+                f"{name}: the zip has no directory of its entries at its end; the file was cut short; get it "
+                "again"
+            )
+        yield [DicomFile(path.name, path, size)], []
         return
     try:
         archive = zipfile.ZipFile(path)
@@ -136,6 +148,13 @@ def dicom_files(path: Path, name: str) -> Iterator[list[DicomFile]]:
         raise DamagedVolumeError(f"{name}: the zip cannot be read ({told}); get the file again") from error
     with archive:
         yield _zipped(archive, path, name)
+
+
+def _begins_as_zip(path: Path) -> bool:
+    """Whether a file begins with a zip's entry; DICOM may have anything in its preamble."""
+    with path.open("rb") as file:
+        start = file.read(132)
+    return start[:4] == ENTRY_MARK and start[128:] != b"DICM"
 
 
 def _walked(folder: Path) -> Iterator[DicomFile]:
@@ -160,19 +179,38 @@ def _walked(folder: Path) -> Iterator[DicomFile]:
                 yield DicomFile(str(path.relative_to(folder)), path, status.st_size)
 
 
-def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> list[DicomFile]:
-    """The entries of a zip that can be what they claim."""
+def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[list[DicomFile], list[str]]:
+    """The entries of a zip that can be what they claim, and sentences on those that cannot."""
     entries = archive.infolist()
-    honest = [
-        entry
-        for entry in entries
-        if entry.filename
-        and not entry.is_dir()
-        and 0 < entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
-    ]
+    full = [entry for entry in entries if entry.filename and not entry.is_dir() and entry.file_size > 0]
+    inside = [entry for entry in full if not _leads_out(entry.filename)]
+    honest = [entry for entry in inside if entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)]
     if any(entry.flag_bits & 1 for entry in honest):
         raise VolumeError(f"{name}: the zip is encrypted; unpack it and give the folder")
+    leading, claiming = (
+        [entry.filename for entry in all_of if entry not in kept]
+        for all_of, kept in ((full, set(inside)), (inside, set(honest)))
+    )
+    out = "whose name leads out of the zip"
+    notes = [
+        *left_out(leading, f"zip entry {out}", f"zip entries {out}"),
+        *left_out(
+            claiming,
+            "zip entry that claims more bytes than it can hold",
+            "zip entries that claim more bytes than they can hold",
+        ),
+    ]
     if not honest and entries:
-        raise DamagedVolumeError(f"{name}: no entry of the zip can hold what it claims; get the file again")
+        empty = len(entries) - len(full)
+        found = [*([f"{empty} empty entries or folders found"] if empty else []), *notes]
+        raise DamagedVolumeError(
+            f"{name}: {'; '.join(found)}; expected a zip of the slices of a series; get the file again"
+        )
     files = {entry.filename: DicomFile(entry.filename, path, entry.file_size, archive) for entry in honest}
-    return sorted(files.values(), key=lambda file: file.name)
+    return sorted(files.values(), key=lambda file: file.name), notes
+
+
+def _leads_out(entry_name: str) -> bool:
+    """Whether the name of a zip's entry is absolute or climbs: a trick on whoever unpacks it."""
+    parts = entry_name.replace("\\", "/").split("/")
+    return parts[0] == "" or ".." in parts or parts[0][1:2] == ":"
