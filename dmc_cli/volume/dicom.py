@@ -60,7 +60,6 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
         format="dicom",
         warnings=(
-            *notes,
             *found.warnings(),
             *aside,
             *geometry.warnings,
@@ -137,5 +136,5 @@ def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progre
         progress.advance((number + 1) / len(files))
     stacks = stacks_of(frames)
     if not stacks:
-        raise damaged[0] if damaged else no_volume(name, reasons, len(frames))
+        raise damaged[0] if damaged else no_volume(name, [*notes, *reasons], len(frames))
     return _Found(stacks, frames, notes, [str(error) for error in damaged], reasons)
