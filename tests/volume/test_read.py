@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, SettingsError, UnsupportedFormatError, VolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import list_volumes
 from tests.volume.reading import counting, read
@@ -20,6 +20,12 @@ def test_a_missing_file_is_named():
     with pytest.raises(VolumeError, match=r"nowhere\.nii: cannot be opened.*check the path") as caught:
         read("nowhere.nii")
     assert caught.value.exit_status == 3
+
+
+def test_a_single_volume_is_told_as_one(tmp_path):
+    np.save(tmp_path / "a.npy", np.stack([VALUES]))
+    with pytest.raises(SettingsError, match=r"a\.npy holds 1 volume; expected 0 to 0"):
+        read(tmp_path / "a.npy", volume_index=3)
 
 
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha", ".raw", ""])
