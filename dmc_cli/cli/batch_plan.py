@@ -1,8 +1,9 @@
 """What a batch has to do: inputs x isovalues, each with its output, from the options or a TOML file.
 
 A TOML file holds the options of `dmc batch` under their long names, and `inputs`; its `[[items]]` are tables
-of the same keys that add to the common ones. Options on the command line go before the file's. Paths in a
-file are relative to its folder.
+of the same keys that add to the common ones and go before them. An item without inputs takes the common ones;
+where every item has its own, the common ones are an item as well, so that none is left out. Options on the
+command line go before the file's. Paths in a file are relative to its folder.
 """
 
 import glob
@@ -73,15 +74,19 @@ def _tables(path: Path, ctx: click.Context) -> Iterator[dict[str, Any]]:
     items = data.pop("items", [{}])
     if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
         raise SettingsError(f"{path}: items is no list of tables; write each under a [[items]] of its own")
-    for item in items:
-        yield {_name(key, path): value for key, value in _converted(data | item, path, ctx)}
+    common = _named(data, path)
+    tables = [_named(item, path) for item in items]
+    if "inputs" in common and all("inputs" in table for table in tables):
+        tables.insert(0, {})
+    for table in tables:
+        yield dict(_converted(common | table, path, ctx))
 
 
 def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterator[tuple[str, Any]]:
-    """Yield the keys with their values as the option of that name would have converted them."""
+    """Yield the names with their values as the option of that name would have converted them."""
     options = {parameter.name: parameter for parameter in ctx.command.params}
     for key, value in table.items():
-        option = options.get(_name(key, path))
+        option = options.get(key)
         if option is None or key in ("quiet", "verbose", "help"):
             known = ", ".join(sorted(name for name in options if name))
             raise SettingsError(f"{path}: {key!r} is no option of dmc batch; expected one of {known}")
@@ -93,11 +98,15 @@ def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterato
             raise SettingsError(f"{path}: {key} is {value!r}; {error.message}") from error
 
 
-def _name(key: str, path: Path) -> str:
-    """Return the parameter's name of a key."""
-    if not isinstance(key, str):
-        raise SettingsError(f"{path}: {key!r} is no option's name")
-    return {"isovalues": "isovalue", "input": "inputs"}.get(key, key.replace("-", "_"))
+def _named(table: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return a table with the names of parameters as its keys."""
+    named: dict[str, Any] = {}
+    for key, value in table.items():
+        name = {"isovalues": "isovalue", "input": "inputs"}.get(key, key.replace("-", "_"))
+        if name in named:
+            raise SettingsError(f"{path}: {key!r} gives {name} a second time in one table; keep one of them")
+        named[name] = value
+    return named
 
 
 def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings]:

@@ -105,6 +105,23 @@ def test_a_toml_file_holds_the_options(run, scans):
     assert (scans / "one.ply").read_bytes() == (scans / "noise_0.5.ply").read_bytes()
 
 
+def test_common_inputs_are_converted_where_every_item_has_its_own(run, scans):
+    (scans / "study.toml").write_text(
+        textwrap.dedent("""
+            inputs = "scans/*.nii.gz"
+            isovalue = 0
+            output = "{stem}.ply"
+
+            [[items]]
+            input = "synth:torus:12"
+            border = "closed"
+        """)
+    )
+    result = run("batch", scans / "study.toml")
+    assert result.exit_code == 0, result.output
+    assert set(meshes(scans)) == {"sphere.ply", "torus.ply", "synth_torus_12.ply"}
+
+
 def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, monkeypatch):
     (scans / "study.toml").write_text('inputs = "scans/torus.nii.gz"\nisovalue = 9\noutput = "{stem}.ply"\n')
     elsewhere = scans / "elsewhere"
