@@ -2,19 +2,21 @@
 
 Items are independent. With several jobs they run in threads: kernels and decompression release the
 interpreter's lock, so one item is read and another written while a third computes. Outcomes come in the
-order of the items, whatever the order in which they finish.
+order of the items, whatever the order in which they finish. Each job has an equal share of the memory: what
+the others will take cannot be told from what is free now.
 """
 
 import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from dmc_cli import pipeline
 from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.settings import ConvertSettings
+from dmc_cli.settings import ConvertSettings, MemoryShare
+from dmc_cli.volume.allocation import available_bytes
 
 _BUG = 1
 """Status of an item that failed by an error of ours: the others go on all the same."""
@@ -41,15 +43,18 @@ def convert_all(
 
     Args:
         items: What to convert; no two share an output.
-        jobs: Items at work at the same time.
+        jobs: Items at work at the same time; they share the memory.
         progress: Who is told the stages; of several jobs only how many items are done.
     """
-    if jobs == 1:
+    jobs = min(jobs, len(items))
+    if jobs <= 1:
         for number, item in enumerate(items, 1):
             with progress.stage(f"item {number} of {len(items)}"):
                 outcome = _convert_one(item, progress)
             yield outcome
         return
+    share = MemoryShare(jobs=jobs, free=available_bytes())
+    items = [replace(item, share=share) for item in items]
     pipeline.load_needed_kernels(items, progress)  # threads must not race to compile
     with progress.stage(f"{len(items)} items"), ThreadPoolExecutor(jobs) as pool:
         futures: list[Future[Outcome]] = [pool.submit(_convert_one, item, SILENT) for item in items]

@@ -38,11 +38,13 @@ and its normal; of a quad its shape and whether it fails."""
 def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless a volume fits, before its values are read."""
     _reserve(value_bytes + int(BITS_BYTES_A_NODE * nodes), settings, "the volume and its cells")
-    available = available_bytes()
-    if settings.output.memory is None and available is not None and value_bytes > available:
+    jobs = settings.share.jobs
+    available = available_bytes() if jobs == 1 else settings.share.free
+    if settings.output.memory is None and available is not None and value_bytes > available // jobs:
+        each = f", {_readable(available // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
         raise MemoryBudgetError(
-            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free; end"
-            " other programs, crop or downsample the volume, or force it with --memory"
+            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free{each};"
+            f" end other programs, {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
         )
 
 
@@ -79,18 +81,25 @@ def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
 
 
 def _reserve(needed: int, settings: ConvertSettings, what: str) -> None:
-    budget = settings.output.memory
-    if budget is not None and needed > budget:
+    budget, jobs = settings.output.memory, settings.share.jobs
+    if budget is not None and needed > budget // jobs:
+        each = f"{_readable(budget // jobs)} that each of {jobs} jobs has of the " if jobs > 1 else ""
         raise MemoryBudgetError(
-            f"{what} need {_readable(needed)}, more than the {_readable(budget)} of --memory; raise it, or"
-            " crop or downsample the volume"
+            f"{what} need {_readable(needed)}, more than the {each}{_readable(budget)} of --memory; raise it,"
+            f" {_fewer(jobs)}or crop or downsample the volume"
         )
     present = total_memory()
-    if budget is None and present is not None and needed > present:
+    if budget is None and present is not None and needed > present // jobs:
+        each = f", {_readable(present // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
         raise MemoryBudgetError(
-            f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory; crop or"
-            " downsample the volume, or force it with --memory"
+            f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory{each};"
+            f" {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
         )
+
+
+def _fewer(jobs: int) -> str:
+    """What may help where several jobs share the memory."""
+    return "take fewer --jobs, " if jobs > 1 else ""
 
 
 def total_memory() -> int | None:

@@ -204,6 +204,17 @@ class OutputSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MemoryShare:
+    """How the jobs of a batch share the memory: `free` is what was free, in bytes, before the first began.
+
+    None where the system does not tell. A run alone is one job, which looks itself at what is free.
+    """
+
+    jobs: int = 1
+    free: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ConvertSettings:
     """Everything that `dmc convert` needs to know; `input` is a path, `-` or `synth:FIELD:N`."""
 
@@ -212,6 +223,7 @@ class ConvertSettings:
     output: OutputSettings
     read: ReadSettings = field(default_factory=ReadSettings)
     mesh: MeshSettings = field(default_factory=MeshSettings)
+    share: MemoryShare = field(default_factory=MemoryShare)
     device: str = "auto"
     threads: int | None = None
 

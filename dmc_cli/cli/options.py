@@ -302,7 +302,11 @@ threads_option = setting(
     help="CPU threads; all cores without it.",
 )
 memory_option = setting(
-    OutputSettings, "memory", section="Run", type=Size(), help="The memory that the run may take, as in 4G."
+    OutputSettings,
+    "memory",
+    section="Run",
+    type=Size(),
+    help="The memory that the run's arrays may take, as in 4G; Python and Warp take some 200 MiB more.",
 )
 run_options = stack(device_option, threads_option, memory_option)
 

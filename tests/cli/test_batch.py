@@ -70,6 +70,26 @@ def test_a_device_that_is_missing_fails_its_items(run, scans, jobs):
     assert [o["status"] for o in outcomes(result)] == [7, 7]
 
 
+def test_jobs_share_the_budget(run, scans):
+    words = ["batch", "synth:sphere:41", "synth:sphere:40", "-i", 0, "--force", "--memory", "1M"]
+    assert run(*words).exit_code == 0
+    assert run(*words[:2], *words[3:], "--jobs", 2).exit_code == 0  # one item has no other to share with
+    result = run(*words, "--jobs", 2)
+    assert [o["status"] for o in outcomes(result)] == [7, 7]
+    told = "more than the 0.5 MiB that each of 2 jobs has of the 1.0 MiB of --memory"
+    assert told in outcomes(result)[0]["error"]
+
+
+def test_jobs_share_what_is_free(run, scans, monkeypatch):
+    for module in ("dmc_cli.batch", "dmc_cli.memory"):
+        monkeypatch.setattr(f"{module}.available_bytes", lambda: 400_000)
+    words = ["batch", "synth:torus:40", "synth:sphere:40", "-i", 0, "--force"]
+    assert run(*words).exit_code == 0
+    result = run(*words, "--jobs", 2)
+    assert [o["status"] for o in outcomes(result)] == [7, 7]
+    assert "0.4 MiB of memory are free, 0.2 MiB for each of 2 jobs; " in outcomes(result)[0]["error"]
+
+
 def test_repeated_runs_and_jobs_give_the_same_bytes(run, scans):
     words = ["batch", "scans/*.nii.gz", "synth:iwp:24", "-i", 0, "-i", 0.05, "--force"]
     first = run(*words)

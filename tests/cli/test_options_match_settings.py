@@ -23,7 +23,7 @@ OF_COMMAND = {
     "reproduce": {settings.ReproduceSettings},
 }
 NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json"}
-GATHERED = {"read", "surface", "mesh", "output"}  # fields that are settings themselves
+GATHERED = {"read", "surface", "mesh", "output", "share"}  # fields that are settings themselves
 PAIRS = [
     (command, owner, field)
     for command, owners in OF_COMMAND.items()
