@@ -57,7 +57,7 @@ def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSet
     """Raise MemoryBudgetError unless the mesh fits beside the volume; called before it is made."""
     needed = _node_bytes(volume) + vertices * VERTEX_BYTES + quads * QUAD_BYTES
     steps = settings.mesh.relax
-    if settings.mesh.simplify != "none" or settings.output.halfedges is not None or steps:
+    if settings.needs_halfedges:
         needed += int(HALFEDGE_NODE_BYTES * volume.values.size)
         needed += vertices * HALFEDGE_VERTEX_BYTES + quads * HALFEDGE_QUAD_BYTES
     if steps:

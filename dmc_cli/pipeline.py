@@ -171,11 +171,11 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     modules = surface_kernels(
         normals_too=settings.output.normals or dumped, placement=settings.surface.placement
     )
-    if dumped or wanted or settings.mesh.relax or _is_measured(settings):
+    if settings.needs_halfedges:
         more = settings.mesh.simplify == "more"
         relaxed = settings.mesh.relax > 0
         modules += mesh_kernels(simplify=wanted, colors=dumped, relax=relaxed, more=more)
-    return modules + (report_kernels() if _is_measured(settings) else [])
+    return modules + (report_kernels() if settings.output.is_measured else [])
 
 
 def _check_outputs(output: OutputSettings) -> None:
@@ -187,12 +187,6 @@ def _check_outputs(output: OutputSettings) -> None:
     for path in (output.halfedges, output.report):
         if path is not None:
             check_output(path, force=output.force)
-
-
-def _is_measured(settings: ConvertSettings) -> bool:
-    """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
-    output = settings.output
-    return output.report is not None or bool(output.require) or output.check
 
 
 def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
@@ -219,7 +213,7 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
     """Build the halfedges, colour and simplify, as far as it is needed."""
     wanted = settings.mesh.simplify != "none"
     dumped = settings.output.halfedges is not None
-    if not (wanted or dumped or settings.mesh.relax or _is_measured(settings)):
+    if not settings.needs_halfedges:
         return ConnectedMesh(surface)
     from dmc_cli.mesh.halfedges import build_halfedges
 
@@ -309,7 +303,7 @@ def _measure(
     surface: Surface, halfedges: Any, volume: Volume, settings: ConvertSettings, watch: Stopwatch
 ) -> Measures | None:
     """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
-    if not _is_measured(settings):
+    if not settings.output.is_measured:
         return None
     from dmc_cli.report.measures import measure_surface
 

@@ -202,6 +202,11 @@ class OutputSettings:
                 " a file's name"
             )
 
+    @property
+    def is_measured(self) -> bool:
+        """Whether the mesh's measures are needed: for a report, a requirement or a check."""
+        return self.report is not None or bool(self.require) or self.check
+
 
 @dataclass(frozen=True, kw_only=True)
 class MemoryShare:
@@ -230,6 +235,12 @@ class ConvertSettings:
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
         check_run(self.device, self.threads)
+
+    @property
+    def needs_halfedges(self) -> bool:
+        """Whether the quads' neighbours are needed: to change the mesh, to measure it or for the dump."""
+        is_changed = self.mesh.simplify != "none" or self.mesh.relax > 0
+        return is_changed or self.output.halfedges is not None or self.output.is_measured
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -122,6 +122,26 @@ def test_what_cannot_be_done_is_told(run, tmp_path, options, status, message):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--halfedges", "torus.npz"],
+        ["--report", "torus.json"],
+        ["--require", "manifold"],
+        ["--check"],
+        ["--simplify", "all"],
+        ["--relax", 1],
+    ],
+)
+def test_the_forecast_counts_halfedges_whatever_they_are_built_for(run, tmp_path, monkeypatch, options):
+    monkeypatch.chdir(tmp_path)
+    words = [*TORUS, "torus.ply", "-i", 0, "--memory", "160K"]
+    assert run(*words, "--dry-run").exit_code == 0
+    result = run(*words, *options)
+    assert result.exit_code == 7, result.output
+    assert "a mesh of 1136 quads need 0.2 MiB" in result.stderr
+
+
 def test_grid_coordinates_on_request(run, tmp_path):
     run(*TORUS, tmp_path / "torus.ply", "-i", 0, "--space", "voxel")
     bounds = trimesh.load(tmp_path / "torus.ply", force="mesh").bounds
