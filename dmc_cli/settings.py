@@ -53,7 +53,8 @@ class ReadSettings:
     """How to read the input; what a format does not need is ignored by its reader.
 
     `shape`, `spacing` and `origin` are in the order x, y, z; millimetres; the origin is the centre
-    of the first node. `seed` and `sigma` belong to the synthetic noise.
+    of the first node. Spacing and origin are for files that tell none; without them they are 1 and 0.
+    `seed` and `sigma` belong to the synthetic noise.
     """
 
     input_format: InputFormat | None = None
@@ -61,8 +62,8 @@ class ReadSettings:
     dtype: str | None = None
     byte_order: ByteOrder = "little"
     skip_bytes: int = 0
-    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spacing: tuple[float, float, float] | None = None
+    origin: tuple[float, float, float] | None = None
     series: str | None = None
     slice_gaps: SliceGaps = "refuse"
     duplicates: Duplicates = "refuse"
@@ -75,9 +76,9 @@ class ReadSettings:
         """Check every range once, at the door."""
         if self.shape is not None and any(n < 1 for n in self.shape):
             raise SettingsError(f"shape is {self.shape}; expected three positive numbers of nodes")
-        if not all(math.isfinite(s) and s > 0 for s in self.spacing):
+        if self.spacing is not None and not all(math.isfinite(s) and s > 0 for s in self.spacing):
             raise SettingsError(f"spacing is {self.spacing}; expected three positive lengths in mm")
-        if not all(math.isfinite(x) for x in self.origin):
+        if self.origin is not None and not all(math.isfinite(x) for x in self.origin):
             raise SettingsError(f"origin is {self.origin}; expected three finite coordinates in mm")
         if self.skip_bytes < 0:
             raise SettingsError(f"skip_bytes is {self.skip_bytes}; expected 0 or more")

@@ -134,14 +134,18 @@ read_options = stack(
         help="Bytes before the values.",
     ),
     setting(
-        ReadSettings, "spacing", section="Raw input", type=Triple(float), help="Distance of the nodes in mm."
+        ReadSettings,
+        "spacing",
+        section="Raw input",
+        type=Triple(float),
+        help="Distance of the nodes in mm, for any file that tells none; 1 without it.",
     ),
     setting(
         ReadSettings,
         "origin",
         section="Raw input",
         type=Triple(float),
-        help="Centre of the first node in mm.",
+        help="Centre of the first node in mm, for any file that tells none; 0 without it.",
     ),
 )
 

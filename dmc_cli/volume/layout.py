@@ -20,7 +20,10 @@ from dmc_cli.errors import (
     UnsupportedFormatError,
     VolumeError,
 )
+from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.volume import Space
+
+Triple = tuple[float, float, float]
 
 Encoding = Literal["raw", "gzip", "bzip2", "text", "hex"]
 """How values are stored: raw bytes; a gzip or zlib stream; bzip2; decimal text; hexadecimal digits."""
@@ -195,9 +198,36 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
     return volume_index
 
 
-def scale_affine(
-    spacing: tuple[float, float, float], origin: tuple[float, float, float]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def chosen_spacing(
+    told: Triple | None, settings: ReadSettings, what: str = "the file"
+) -> tuple[Triple, tuple[str, ...]]:
+    """Spacing in millimetres, and warnings: what the header told, else the settings', else 1."""
+    if told is not None:
+        return told, without_effect("spacing", settings, what)
+    if settings.spacing is not None:
+        return settings.spacing, ()
+    return (1.0, 1.0, 1.0), (f"{what} tells no spacing; --spacing gives it",)
+
+
+def chosen_origin(
+    told: Triple | None, settings: ReadSettings, what: str = "the file"
+) -> tuple[Triple, tuple[str, ...]]:
+    """Origin in millimetres, and warnings: what the header told, else the settings', else 0."""
+    if told is not None:
+        return told, without_effect("origin", settings, what)
+    return settings.origin or (0.0, 0.0, 0.0), ()
+
+
+def without_effect(
+    option: Literal["spacing", "origin"], settings: ReadSettings, what: str = "the file"
+) -> tuple[str, ...]:
+    """A warning where an option was given for what the file tells itself."""
+    if getattr(settings, option) is None:
+        return ()
+    return (f"--{option} has no effect: {what} tells its own",)
+
+
+def scale_affine(spacing: Triple, origin: Triple) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The affine of a grid along the world's axes, shape (4, 4); `spacing` and `origin` in millimetres."""
     affine = np.diag([*spacing, 1.0]).astype(np.float64)
     affine[:3, 3] = origin

@@ -13,7 +13,17 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
-from dmc_cli.volume.layout import MILLIMETRES, Encoding, Layout, check_file, check_shape, chosen_index
+from dmc_cli.volume.layout import (
+    MILLIMETRES,
+    Encoding,
+    Layout,
+    Triple,
+    check_file,
+    check_shape,
+    chosen_index,
+    chosen_origin,
+    chosen_spacing,
+)
 
 MAX_HEADER = 1 << 20
 """Longest header that is read; real ones have some hundred bytes."""
@@ -69,11 +79,12 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     ):
         encoding = "gzip"
     offset = int(_numbers(fields, ("HeaderSize",), name, [0])[0])
+    affine, notes = _affine(fields, dimension, settings, name)
     return Layout(
         name=name,
         shape=(sizes[0], sizes[1], sizes[2]),
         dtype=_dtype(fields, name),
-        affine=_affine(fields, dimension, name),
+        affine=affine,
         space="LPS",
         files=files,
         start=header_bytes if attached else 0,
@@ -84,6 +95,7 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         volumes=volumes,
         volume=chosen // components,
         format="meta",
+        warnings=notes,
     )
 
 
@@ -150,24 +162,33 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
     return np.dtype(TYPES[wanted]).newbyteorder("=" if is_text else ">" if is_big else "<")
 
 
-def _affine(fields: dict[str, str], dimension: int, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Affine of the first three axes, in millimetres."""
+def _affine(
+    fields: dict[str, str], dimension: int, settings: ReadSettings, name: str
+) -> tuple[np.ndarray[Any, np.dtype[np.float64]], tuple[str, ...]]:
+    """Affine of the first three axes, in millimetres, and warnings."""
     identity = [float(r == c) for r in range(dimension) for c in range(dimension)]
     matrix = _numbers(fields, ("TransformMatrix", "Rotation", "Orientation"), name, identity)
-    spacing = _numbers(fields, ("ElementSpacing", "ElementSize"), name, [1.0] * dimension)
-    origin = _numbers(fields, ("Offset", "Position", "Origin"), name, [0.0] * dimension)
-    if len(matrix) != dimension**2 or len(spacing) != dimension or len(origin) != dimension:
+    spacing = _numbers(fields, ("ElementSpacing", "ElementSize"), name)
+    origin = _numbers(fields, ("Offset", "Position", "Origin"), name)
+    if len(matrix) != dimension**2 or any(len(told) not in (0, dimension) for told in (spacing, origin)):
         raise DamagedVolumeError(
             f"{name}: {len(matrix)}, {len(spacing)} and {len(origin)} numbers found in TransformMatrix, "
             "ElementSpacing and "
             f"Offset; expected {dimension**2}, {dimension} and {dimension}"
         )
     directions = np.array(matrix).reshape(dimension, dimension)[:3, :3]
+    unit = MILLIMETRES.get(fields.get("DistanceUnits", "mm").lower(), 1.0)
+    lengths, notes = chosen_spacing(_scaled(spacing, unit), settings)
+    first, unused = chosen_origin(_scaled(origin, unit), settings)
     affine = np.eye(4)
-    affine[:3, :3] = directions.T * np.array(spacing[:3])
-    affine[:3, 3] = origin[:3]
-    affine[:3] *= MILLIMETRES.get(fields.get("DistanceUnits", "mm").lower(), 1.0)
-    return affine
+    affine[:3, :3] = directions.T * np.array(lengths)
+    affine[:3, 3] = first
+    return affine, notes + unused
+
+
+def _scaled(numbers: list[float], unit: float) -> Triple | None:
+    """The first three of a field's numbers in millimetres, or None where the header has no such field."""
+    return (numbers[0] * unit, numbers[1] * unit, numbers[2] * unit) if numbers else None
 
 
 def _data_files(

@@ -1,8 +1,8 @@
 """NRRD: .nrrd with its values, .nhdr with detached ones; every encoding of the format but `zrl`.
 
 The header is read here and not by pynrrd, which refuses files that users have: lists and patterns of
-data files, `encoding: hex`, repeated fields, `space` beside `spacings`. Named spaces become RAS or
-LPS; a left-handed or scanner space, or none, keeps the header's own coordinates with space none.
+data files, `encoding: hex`, repeated fields, `space` beside `spacings`. Where the grid
+lies is told by `nrrd_geometry.py`.
 """
 
 import math
@@ -18,16 +18,14 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume.layout import (
     FROM_END,
-    MILLIMETRES,
     Encoding,
     Layout,
     check_file,
     check_shape,
     chosen_index,
-    scale_affine,
 )
+from dmc_cli.volume.nrrd_geometry import nrrd_geometry
 from dmc_cli.volume.nrrd_header import numbers, per_axis, read_header, vector
-from dmc_cli.volume.volume import Space
 
 TYPES = {
     "int8": ("signed char", "int8", "int8_t"),
@@ -63,19 +61,6 @@ ENCODINGS: dict[str, Encoding] = {
     "bzip2": "bzip2",
 }
 
-SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
-    "right-anterior-superior": ("RAS", (1, 1, 1)),
-    "ras": ("RAS", (1, 1, 1)),
-    "left-anterior-superior": ("RAS", (-1, 1, 1)),
-    "las": ("RAS", (-1, 1, 1)),
-    "left-posterior-superior": ("LPS", (1, 1, 1)),
-    "lps": ("LPS", (1, 1, 1)),
-    "scanner-xyz": ("none", (1, 1, 1)),
-    "3d-right-handed": ("none", (1, 1, 1)),
-    "3d-left-handed": ("none", (1, 1, 1)),
-}
-"""Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
-
 SPATIAL_KINDS = {"domain", "space"}
 VALUE_KINDS = re.compile(r".*(vector|color|matrix|point|normal|gradient|quaternion|complex)$")
 """Kinds of an axis along which one node has several numbers, none of which stands for the node alone."""
@@ -106,7 +91,7 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     shape = tuple(sizes[a] for a in axes.spatial)
     check_shape(name, shape)
     dtype = _dtype(fields, name)
-    affine, space, notes = _geometry(fields, axes, name)
+    affine, space, notes = nrrd_geometry(fields, axes.spatial, settings, name)
     component, volume = _choice(axes, settings, name)
     encoding = ENCODINGS.get(fields.get("encoding", "raw").lower())
     if encoding is None:
@@ -215,81 +200,6 @@ def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
         chosen_index(name, axes.components * axes.volumes, settings.volume_index), axes.components
     )
     return component, volume
-
-
-def _geometry(
-    fields: dict[str, str], axes: _Axes, name: str
-) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
-    """Affine in millimetres, its space, and warnings."""
-    spelled = re.sub(r"(-time|(?<=^(?:ras|las|lps))t)$", "", fields.get("space", "").lower())
-    directions = per_axis(fields.get("space directions", ""))
-    notes: list[str] = []
-    if spelled == "3d-left-handed":
-        notes.append(
-            "the header's space is left-handed: in a right-handed viewer its mesh is the mirror image"
-        )
-    if not directions:
-        if spelled in SPACES and SPACES[spelled][0] != "none":
-            notes.append(
-                f"the header names the space {spelled} but no directions; axes are the grid's own, space none"
-            )
-        return _unoriented(fields, axes, name, notes), "none", tuple(notes)
-    if spelled and spelled not in SPACES:
-        raise UnsupportedFormatError(f"{name}: space {spelled!r} found; expected one of {', '.join(SPACES)}")
-    space, signs = SPACES[spelled] if spelled else ("none", (1.0, 1.0, 1.0))
-    if len(directions) <= axes.spatial[2]:
-        raise DamagedVolumeError(f"{name}: {len(directions)} space directions found; expected one an axis")
-    columns = [vector(directions[a], name) for a in axes.spatial]
-    origin = vector(fields["space origin"], name) if "space origin" in fields else [0.0, 0.0, 0.0]
-    if any(len(v) not in (3, 4) for v in [*columns, origin]):
-        raise UnsupportedFormatError(
-            f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
-        )
-    units = [u.strip('"').strip() for u in per_axis(fields.get("space units", ""))][:3]
-    scale = np.array([_unit(u, notes) for u in units] + [1.0] * (3 - len(units)))
-    affine = np.eye(4)
-    affine[:3, :3] = np.array([c[:3] for c in columns]).T
-    affine[:3, 3] = origin[:3]
-    affine[:3] *= (scale * np.array(signs))[:, None]
-    return affine, space, tuple(notes)
-
-
-def _unit(unit: str, notes: list[str]) -> float:
-    """Length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
-    found = MILLIMETRES.get(unit.lower())
-    if found is None and unit and unit != "???":
-        notes.append(f"the header's unit of length {unit!r} is unknown; taken as millimetres")
-    return found or 1.0
-
-
-def _unoriented(
-    fields: dict[str, str], axes: _Axes, name: str, notes: list[str]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The affine along the grid's axes, from spacings or from axis mins and maxs."""
-
-    def entry(key: str, axis: int) -> float:
-        words = per_axis(fields.get(key, ""))
-        try:
-            return float(words[axis]) if axis < len(words) else math.nan
-        except ValueError as error:
-            raise DamagedVolumeError(
-                f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
-            ) from error
-
-    sizes = numbers(fields, "sizes", name, int)
-    units = per_axis(fields.get("units", ""))
-    centers = per_axis(fields.get("centers", fields.get("centerings", "")))
-    spacing, origin = [], []
-    for axis in axes.spatial:
-        is_cell = axis < len(centers) and centers[axis].lower() == "cell"
-        low, high, step = entry("axis mins", axis), entry("axis maxs", axis), entry("spacings", axis)
-        if math.isnan(step) and not math.isnan(low) and not math.isnan(high):
-            step = (high - low) / (sizes[axis] if is_cell else max(sizes[axis] - 1, 1))
-        step = 1.0 if math.isnan(step) else step
-        scale = _unit(units[axis].strip('"'), notes) if axis < len(units) else 1.0
-        spacing.append(step * scale)
-        origin.append(0.0 if math.isnan(low) else (low + (step / 2 if is_cell else 0.0)) * scale)
-    return scale_affine((spacing[0], spacing[1], spacing[2]), (origin[0], origin[1], origin[2]))
 
 
 def _data_files(

@@ -16,7 +16,15 @@ from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, U
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.layout import check_file, check_shape, chosen_index, scale_affine, storable_type
+from dmc_cli.volume.layout import (
+    check_file,
+    check_shape,
+    chosen_index,
+    chosen_origin,
+    chosen_spacing,
+    scale_affine,
+    storable_type,
+)
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -51,13 +59,16 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         told = " ".join(str(error).split())[:200]
         raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
     progress.advance(1.0)
+    spacing, warnings = chosen_spacing(None, settings)
+    origin, _ = chosen_origin(None, settings)
     return Volume(
         values=values,
-        affine=scale_affine(settings.spacing, settings.origin),
+        affine=scale_affine(spacing, origin),
         space="none",
         path=name,
         files=(path,),
         format="numpy",
+        warnings=warnings,
     )
 
 

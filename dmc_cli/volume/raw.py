@@ -48,7 +48,7 @@ def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         name=name,
         shape=settings.shape,
         dtype=dtype,
-        affine=scale_affine(settings.spacing, settings.origin),
+        affine=scale_affine(settings.spacing or (1.0, 1.0, 1.0), settings.origin or (0.0, 0.0, 0.0)),
         space="none",
         files=(path,),
         offset=settings.skip_bytes,

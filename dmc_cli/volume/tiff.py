@@ -22,6 +22,8 @@ from dmc_cli.volume.layout import (
     check_file,
     check_shape,
     chosen_index,
+    chosen_origin,
+    chosen_spacing,
     exists,
     scale_affine,
     storable_type,
@@ -75,9 +77,9 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     quiet.setLevel(logging.CRITICAL + 1)
     try:
         if len(files) == 1:
-            values, spacing = _stack(tifffile, files[0], name, settings)
+            values, found = _stack(tifffile, files[0], name, settings)
         else:
-            values, spacing = _slices(tifffile, files, name, size, progress), None
+            values, found = _slices(tifffile, files, name, size, progress), None
     except (DmcError, MemoryError):
         raise
     except Exception as error:
@@ -86,15 +88,16 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
     finally:
         quiet.setLevel(level)
-    warnings = () if spacing else ("the TIFF tells no spacing; --spacing gives it",)
+    spacing, warnings = chosen_spacing(found, settings, "the TIFF")
+    origin, _ = chosen_origin(None, settings)
     return Volume(
         values=values,
-        affine=scale_affine(spacing or settings.spacing, settings.origin),
+        affine=scale_affine(spacing, origin),
         space="none",
         path=name,
         files=tuple(files),
         format="tiff",
-        warnings=warnings if settings.spacing == (1.0, 1.0, 1.0) else (),
+        warnings=warnings,
     )
 
 

@@ -14,7 +14,16 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.layout import MILLIMETRES, check_shape, chosen_index, scale_affine, storable_type
+from dmc_cli.volume.layout import (
+    MILLIMETRES,
+    Triple,
+    check_shape,
+    chosen_index,
+    chosen_origin,
+    chosen_spacing,
+    scale_affine,
+    storable_type,
+)
 from dmc_cli.volume.volume import Volume, VolumeEntry
 from dmc_cli.volume.zarr_chunks import check_chunks
 
@@ -37,7 +46,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: The store cannot be read.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    array, folder, spacing, origin = _opened(path, name)
+    array, folder, told_spacing, told_origin = _opened(path, name)
     shape = tuple(int(n) for n in array.shape)
     if len(shape) < 3:
         raise UnsupportedFormatError(f"{name}: an array of shape {shape} found; expected axes z, y, x")
@@ -59,16 +68,16 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         # codecs raise what they like
         told = " ".join(str(error).split())[:200]
         raise DamagedVolumeError(f"{name}: a chunk cannot be read ({told}); get the data again") from error
+    spacing, warnings = chosen_spacing(told_spacing, settings, "the store")
+    origin, unused = chosen_origin(told_origin, settings, "the store")
     return Volume(
         values=values,
-        affine=scale_affine(spacing or settings.spacing, origin if spacing else settings.origin),
+        affine=scale_affine(spacing, origin),
         space="none",
         path=name,
         files=(path,),
         format="zarr",
-        warnings=()
-        if spacing or settings.spacing != (1.0, 1.0, 1.0)
-        else ("the store tells no spacing; --spacing gives it",),
+        warnings=warnings + unused,
     )
 
 
@@ -85,10 +94,8 @@ def zarr_entries(path: Path, name: str) -> list[VolumeEntry]:
     return [VolumeEntry(description="zarr", size=(nx, ny, nz))]
 
 
-def _opened(
-    path: Path, name: str
-) -> tuple[Any, Path, tuple[float, float, float] | None, tuple[float, float, float]]:
-    """The array, its folder, spacing (None where the store tells none) and origin along x, y, z in mm."""
+def _opened(path: Path, name: str) -> tuple[Any, Path, Triple | None, Triple | None]:
+    """The array, its folder, spacing and origin along x, y, z in mm, None where the store tells none."""
     try:
         import zarr
     except ImportError as error:
@@ -96,7 +103,7 @@ def _opened(
     try:
         node: Any = zarr.open(str(path), mode="r")
         if hasattr(node, "shape"):
-            return node, path, None, (0.0, 0.0, 0.0)
+            return node, path, None, None
         attributes = dict(node.attrs)
         images = attributes.get("ome", attributes).get("multiscales")
         if not images:
@@ -120,7 +127,7 @@ def _opened(
         raise DamagedVolumeError(f"{name}: the Zarr store cannot be read ({told}); get it again") from error
 
 
-def _placed(image: Any, level: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
     """Spacing and origin of an OME level in millimetres, along x, y, z."""
     units = [MILLIMETRES.get(axis.get("unit", "mm"), 1.0) for axis in image["axes"]][:-4:-1]
     spacing, origin = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
