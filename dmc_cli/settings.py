@@ -50,7 +50,7 @@ def check_run(device: str, threads: int | None) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadSettings:
-    """How to read the input; what a format does not need is ignored by its reader.
+    """How to read the input; what a format does not need is ignored, with a warning.
 
     `shape`, `spacing` and `origin` are in the order x, y, z; millimetres; the origin is the centre
     of the first node. Spacing and origin are for files that tell none; without them they are 1 and 0.

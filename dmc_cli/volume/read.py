@@ -27,6 +27,7 @@ from dmc_cli.volume.pair import pair_files
 from dmc_cli.volume.raw import raw_layout
 from dmc_cli.volume.synthetic import PREFIX, parse_synthetic, synthetic_volume
 from dmc_cli.volume.tiff import tiff_entries, tiff_volume
+from dmc_cli.volume.unused_options import unused_options
 from dmc_cli.volume.values import load_volume
 from dmc_cli.volume.volume import Volume, VolumeEntry
 from dmc_cli.volume.zarr_store import is_zarr, zarr_entries, zarr_volume
@@ -93,7 +94,7 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
 
     Args:
         path: The input as the user named it.
-        settings: How to read it; what the format does not need is ignored.
+        settings: How to read it; what the format does not need is ignored, with a warning.
         progress: Who is told the stages.
 
     Returns:
@@ -105,7 +106,7 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
     if path.startswith(PREFIX):
-        return synthetic_volume(path, settings, progress)
+        return _warned(synthetic_volume(path, settings, progress), "synthetic", settings)
     if path == STREAM:
         return _read_stream(settings, progress)
     return _read_path(Path(path), path, settings, progress)
@@ -176,8 +177,15 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
     format_name = input_format(path, name, settings)
     if format_name in VOLUME_READERS:
-        return VOLUME_READERS[format_name][0](path, name, settings, progress)
-    return load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
+        volume = VOLUME_READERS[format_name][0](path, name, settings, progress)
+    else:
+        volume = load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
+    return _warned(volume, format_name, settings)
+
+
+def _warned(volume: Volume, format_name: str, settings: ReadSettings) -> Volume:
+    """The volume with a warning for each option that has no effect on its format."""
+    return replace(volume, warnings=(*unused_options(format_name, settings), *volume.warnings))
 
 
 def _read_stream(settings: ReadSettings, progress: Progress) -> Volume:

@@ -1,13 +1,17 @@
 import io
 import os
 import sys
+from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError, UnsupportedFormatError, VolumeError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import list_volumes
+from dmc_cli.volume.read import LAYOUT_READERS, VOLUME_READERS, list_volumes
+from dmc_cli.volume.unused_options import USED_BY
+from dmc_cli.writers.volume_file import write_volume
 from tests.volume.reading import counting, read
 from tests.volume.test_metaimage import header as meta_header
 from tests.volume.test_nrrd import header as nrrd_header
@@ -57,6 +61,51 @@ def test_an_unknown_file_tells_what_is_known(tmp_path):
 def test_input_format_comes_before_the_suffix(tmp_path):
     (tmp_path / "a.raw").write_bytes(NRRD)
     np.testing.assert_array_equal(read(tmp_path / "a.raw", input_format="nrrd").values, VALUES)
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"spacing": (2, 2, 2)}, "--spacing has no effect: the file tells its own"),
+        ({"origin": (0, 0, 0)}, "--origin has no effect: the file tells its own"),
+        ({"series": "3"}, "--series has no effect on nifti input; it is for dicom"),
+        ({"slice_gaps": "keep"}, "--slice-gaps has no effect on nifti input; it is for dicom"),
+        ({"duplicates": "first"}, "--duplicates has no effect on nifti input; it is for dicom"),
+        ({"shape": (4, 4, 4)}, "--shape has no effect on nifti input; it is for raw"),
+        ({"dtype": "int8"}, "--dtype has no effect on nifti input; it is for raw"),
+        ({"byte_order": "big"}, "--byte-order has no effect on nifti input; it is for raw"),
+        ({"skip_bytes": 3}, "--skip-bytes has no effect on nifti input; it is for raw"),
+        ({"volume_index": 0}, None),
+        ({"byte_order": "little"}, None),
+    ],
+)
+def test_an_option_without_effect_is_told(tmp_path, settings, told):
+    path = tmp_path / "a.nii"
+    write_volume(str(path), read("synth:noise:4"))
+    plain, given = read(path), read(path, **settings)
+    assert given.warnings == ((told,) if told else ()) + plain.warnings
+    np.testing.assert_array_equal(given.affine, plain.affine)
+
+
+@pytest.mark.parametrize(
+    ("path", "settings", "told"),
+    [
+        ("synth:torus:4", {"spacing": (2, 2, 2)}, "--spacing has no effect: the field tells its own"),
+        ("synth:torus:4", {"volume_index": 1}, "--volume-index has no effect on synthetic input"),
+        ("sample_data/dicom/head_ct", {"shape": (4, 4, 4)}, "--shape has no effect on dicom input"),
+        ("sample_data/dicom/head_ct", {"volume_index": 0}, "--volume-index has no effect on dicom input"),
+    ],
+)
+def test_an_option_without_effect_is_told_of_folders_and_fields_too(monkeypatch, path, settings, told):
+    monkeypatch.chdir(Path(__file__).parents[2])
+    assert read(path, **settings).warnings[0].startswith(told)
+
+
+def test_every_option_of_reading_has_its_formats():
+    elsewhere = {"input_format", "seed", "sigma", "threads"}
+    assert set(USED_BY) | elsewhere == {field.name for field in fields(ReadSettings)}
+    known = {"synthetic", *LAYOUT_READERS, *VOLUME_READERS}
+    assert all(set(formats) <= known for formats in USED_BY.values())
 
 
 def test_standard_input(monkeypatch):
