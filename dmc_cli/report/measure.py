@@ -79,6 +79,7 @@ def measure_mesh(
     warnings: list[str] = []
     deviation = None
     if reference is not None:
+        warnings += reference.volume.warnings
         cells, locals, outside = locate_points(mesh, reference.volume)
         if outside:
             warnings.append(f"{outside} vertices lie outside the volume; they are measured at its border")

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume.layout import (
@@ -192,7 +192,7 @@ def _between(spatial: list[int]) -> list[int]:
 def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
     """Component and volume to read; numbered with the components fastest."""
     if axes.value_kind and axes.components > 1 and settings.volume_index is None:
-        raise UnsupportedFormatError(
+        raise AmbiguousVolumeError(
             f"{name}: every node holds {axes.components} numbers ({axes.value_kind}); expected one; "
             f"choose a component with --volume-index N, N from 0 to {axes.components * axes.volumes - 1}"
         )

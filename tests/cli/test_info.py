@@ -43,6 +43,18 @@ def test_of_several_volumes_in_a_file_the_first_is_described(run, tmp_path):
     assert "values    8 to 8" in run("info", tmp_path / "two.nii", "--volume-index", 1).stdout
 
 
+def test_of_several_components_of_a_nrrd_file_the_first_is_described(run, tmp_path):
+    header = "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 3 2 2 2\nspacings: nan 1 1 1\nencoding: raw\n"
+    header += "kinds: 3-color space space space\n\n"
+    (tmp_path / "color.nrrd").write_bytes(header.encode() + bytes([7, 8, 9] * 8))
+    result = run("info", tmp_path / "color.nrrd")
+    assert result.exit_code == 0
+    assert "values    7 to 7" in result.stdout
+    assert "--volume-index N, N from 0 to 2; this is volume 0" in result.stdout
+    assert "values    8 to 8" in run("info", tmp_path / "color.nrrd", "--volume-index", 1).stdout
+    assert run("convert", tmp_path / "color.nrrd", tmp_path / "a.ply", "-i", 1).exit_code == 4
+
+
 def test_the_series_of_a_folder_are_listed_and_chosen(run, sample_data, tmp_path):
     slices = sorted((sample_data / "dicom" / "head_ct").iterdir())[:6]
     for number, path in enumerate(slices):

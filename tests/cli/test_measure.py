@@ -64,6 +64,11 @@ def test_a_volume_needs_an_isovalue_and_its_range_is_named(run, torus):
     assert "to 0.2" in result.stderr
 
 
+def test_what_the_volume_warns_of_is_told(run, torus):
+    result = run("measure", torus, "--volume", TORUS, "-i", 0, "--spacing", "2,2,2")
+    assert "warning   --spacing has no effect: the field tells its own" in result.stdout
+
+
 def test_an_isovalue_needs_a_volume(run, torus):
     result = run("measure", torus, "-i", 0)
     assert result.exit_code == 2

@@ -198,11 +198,11 @@ def test_a_time_point_is_chosen_by_its_index(tmp_path, extra):
     np.testing.assert_array_equal(read(path, volume_index=3).values, values[3])
 
 
-def test_vectors_are_refused(tmp_path):
+def test_a_component_of_vectors_is_to_be_chosen(tmp_path):
     path = write(
         tmp_path / "a.nrrd", header(sizes="3 2 3 4", extra="kinds: 3-vector space space space\n"), bytes(144)
     )
-    with pytest.raises(UnsupportedFormatError, match="every node holds 3 numbers"):
+    with pytest.raises(AmbiguousVolumeError, match=r"every node holds 3 numbers.*--volume-index N"):
         read(path)
 
 
@@ -317,6 +317,6 @@ def test_a_folder_of_raw_slices_with_a_pattern(shared_data):
 
 
 @pytest.mark.parametrize("name", ["mini-ten-mask.nrrd", "mini-vector-fast.nrrd"])
-def test_real_tensors_and_vectors_are_refused(shared_data, name):
-    with pytest.raises(UnsupportedFormatError, match="every node holds"):
+def test_a_component_of_real_tensors_and_vectors_is_to_be_chosen(shared_data, name):
+    with pytest.raises(AmbiguousVolumeError, match=r"every node holds.*--volume-index N"):
         read(shared_data / "nrrd_encodings_tiny" / name)
