@@ -21,7 +21,7 @@ from dmc_cli.errors import BatchError
     section="Batch",
     metavar="TEMPLATE",
     default="{stem}_{isovalue}.ply",
-    help="Name of each output, from {stem}, {name}, {parent}, {isovalue} and {index}.",
+    help="Name of each output, from {stem}, {name}, {parent} (the input's folder), {isovalue} and {index}.",
 )
 @click.option(
     "--jobs",

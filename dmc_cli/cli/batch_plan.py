@@ -116,16 +116,22 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
         raise SettingsError(
             "no isovalue was given; expected one or more, with -i or as `isovalue` in the file"
         )
+    templates = {name: values[name] for name in _PATHS if values.get(name)}
     for index, source in enumerate(_sources(values.get("inputs", ()), folder), 1):
+        parent = _parent(source, base)
+        beside = f"{parent}/".replace("{", "{{").replace("}", "}}")
         for isovalue in values["isovalue"]:
             fields = {
                 "stem": _stem(source),
                 "name": Path(source).name,
-                "parent": str(Path(source).parent),
+                "parent": _folder_name(parent, base),
                 "isovalue": f"{isovalue:g}",
                 "index": index,
             }
-            paths = {name: _fill(name, values[name], fields, base) for name in _PATHS if values.get(name)}
+            paths = {
+                name: _fill(name, template.replace("{parent}/", beside), fields, base)
+                for name, template in templates.items()
+            }
             files = {name: paths.get(name) for name in ("halfedges", "report")}
             output = gather(OutputSettings, values | files, path=paths["output"])
             surface = gather(SurfaceSettings, values | {"isovalue": isovalue})
@@ -162,6 +168,17 @@ def _stem(source: str) -> str:
     if path.is_dir():
         return path.name
     return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
+
+
+def _parent(source: str, base: Path) -> Path:
+    """Return an input's folder as a template names it: relative to the outputs' folder if it lies there."""
+    parent = Path(source).parent
+    return parent.relative_to(base) if parent.is_relative_to(base) else parent
+
+
+def _folder_name(parent: Path, base: Path) -> str:
+    """Return a folder as a part of a name, in which `.` and `..` would hide the file."""
+    return str(parent) if parent.name not in ("", "..") else (base / parent).resolve().name
 
 
 def _fill(name: str, template: str, fields: dict[str, Any], base: Path) -> str:

@@ -5,9 +5,9 @@ lay out its slices, read their values.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
@@ -16,7 +16,7 @@ from dmc_cli.volume.dicom_header import read_header
 from dmc_cli.volume.dicom_pixels import read_slices
 from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
-from dmc_cli.volume.layout import check_affine, check_shape
+from dmc_cli.volume.layout import ZARR_MARKERS, check_affine, check_shape
 from dmc_cli.volume.left_out import MOST_NAMED, shortened
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
@@ -136,5 +136,9 @@ def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progre
         progress.advance((number + 1) / len(files))
     stacks = stacks_of(frames)
     if not stacks:
+        if any(file.archive and PurePosixPath(file.name).name in ZARR_MARKERS for file in files):
+            raise UnsupportedFormatError(
+                f"{name}: a zipped Zarr store found; expected a folder; unpack it and give the folder"
+            )
         raise damaged[0] if damaged else no_volume(name, [*notes, *reasons], len(frames))
     return _Found(stacks, frames, notes, [str(error) for error in damaged], reasons)

@@ -51,6 +51,10 @@ MILLIMETRES = {
 """Length of a unit, as headers spell it, in millimetres."""
 
 
+ZARR_MARKERS = ("zarr.json", ".zarray", ".zgroup")
+"""A folder with one of these files is a Zarr array or group."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """A volume whose values are still in its files.

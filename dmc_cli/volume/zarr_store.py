@@ -16,6 +16,7 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.layout import (
     MILLIMETRES,
+    ZARR_MARKERS,
     Triple,
     check_shape,
     chosen_index,
@@ -27,15 +28,12 @@ from dmc_cli.volume.layout import (
 from dmc_cli.volume.volume import Volume, VolumeEntry
 from dmc_cli.volume.zarr_chunks import check_chunks
 
-MARKERS = ("zarr.json", ".zarray", ".zgroup")
-"""A folder with one of these files is a Zarr array or group."""
-
 MISSING = 'zarr is not installed; pip install "dmc-cli[zarr]" or pip install zarr'
 
 
 def is_zarr(path: Path) -> bool:
     """Whether a folder is a Zarr array or group."""
-    return any((path / marker).is_file() for marker in MARKERS)
+    return any((path / marker).is_file() for marker in ZARR_MARKERS)
 
 
 def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:

@@ -183,6 +183,31 @@ def test_a_plan_that_cannot_be_made_is_a_usage_error(run, tmp_path, monkeypatch,
 
 
 @pytest.mark.parametrize(
+    ("source", "template", "expected"),
+    [
+        ("torus.nii.gz", "{parent}_{stem}.ply", "scans_torus.ply"),
+        ("torus.nii.gz", "{parent}/{stem}.ply", "torus.ply"),
+        ("./torus.nii.gz", "{parent}_{stem}.ply", "scans_torus.ply"),
+        ("../scans/torus.nii.gz", "{parent}/{stem}.ply", "torus.ply"),
+        ("../torus.nii.gz", "{parent}/{stem}.ply", "../torus.ply"),
+        ("synth:torus:8", "{parent}_{stem}.ply", "scans_synth_torus_8.ply"),
+    ],
+)
+@pytest.mark.parametrize("from_file", [False, True])
+def test_the_parent_of_an_input(run, scans, monkeypatch, source, template, expected, from_file):
+    folder = scans / "scans"
+    (scans / "torus.nii.gz").write_bytes((folder / "torus.nii.gz").read_bytes())
+    if from_file:
+        (folder / "study.toml").write_text(f"inputs = {source!r}\nisovalue = 0\noutput = {template!r}\n")
+        result = run("batch", "scans/study.toml")
+    else:
+        monkeypatch.chdir(folder)
+        result = run("batch", source, "-i", 0, "-o", template)
+    assert result.exit_code == 0, result.output
+    assert [path.resolve() for path in scans.rglob("*.ply")] == [(folder / expected).resolve()]
+
+
+@pytest.mark.parametrize(
     ("source", "stem"),
     [
         ("a/scan.nii.gz", "scan"),
