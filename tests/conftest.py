@@ -90,6 +90,8 @@ def run_process():
 
     def call(*words, **options):
         command = [sys.executable, "-m", "dmc_cli", *(str(word) for word in words)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=200, check=False, **options)
+        return subprocess.run(
+            command, capture_output=True, encoding="utf-8", timeout=200, check=False, **options
+        )
 
     return call

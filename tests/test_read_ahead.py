@@ -76,7 +76,7 @@ def test_a_missing_input_costs_no_import_of_warp(tmp_path):
     )
     words = ["convert", str(tmp_path / "none.nii"), str(tmp_path / "out.ply"), "-i", "0"]
     result = subprocess.run(
-        [sys.executable, "-c", probe, *words], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", probe, *words], capture_output=True, encoding="utf-8", check=False, timeout=60
     )
     assert (result.returncode, result.stdout) == (3, "False\n")
     assert result.stderr.startswith("Error: ")

@@ -23,7 +23,7 @@ def test_values_of_an_option_are_completed():
         [sys.executable, "-c", program],
         env=os.environ | environment,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
     )
     assert result.stdout == "plain,manifold\n"

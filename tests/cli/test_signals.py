@@ -37,7 +37,7 @@ def test_a_signal_in_a_callback_is_not_lost(name, status, in_destructor):
     if name == "SIGINT":  # a parent that ignores it, as `&` of a shell asks, hands that down
         script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n" + script
     run = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=False, timeout=60
     )
     assert run.stdout.split() == [str(status)]
     assert run.stderr == ""

@@ -25,7 +25,7 @@ print(*sorted(set(sys.modules) & {heavy}), file=sys.stderr)
 def test_help_imports_nothing_heavy(words):
     probe = PROBE.replace("{heavy}", repr(set(HEAVY)))
     result = subprocess.run(
-        [sys.executable, "-c", probe, *words], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", probe, *words], capture_output=True, encoding="utf-8", check=True, timeout=60
     )
     assert result.stderr.strip() == ""
     assert "dmc" in result.stdout

@@ -53,5 +53,5 @@ def test_other_names_are_not_there():
 
 def test_importing_the_package_is_light():
     probe = "import sys, dmc_cli; print(*sorted({'warp', 'numpy', 'click'} & set(sys.modules)))"
-    run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", probe], capture_output=True, encoding="utf-8", check=True)
     assert run.stdout.strip() == ""

@@ -23,7 +23,7 @@ def convert(*words, folder, limit=None):
         [sys.executable, "-m", "dmc_cli", "convert", *words],
         cwd=folder,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
         timeout=200,
         preexec_fn=limit_files if limit is not None else None,
@@ -54,7 +54,7 @@ def test_a_full_disk_under_standard_output(tmp_path):
             [sys.executable, "-m", "dmc_cli", "info", "synth:torus:24"],
             stdout=full,
             stderr=subprocess.PIPE,
-            text=True,
+            encoding="utf-8",
             check=False,
             timeout=60,
         )

@@ -30,7 +30,7 @@ def dmc(*words, folder, **environment):
         cwd=folder,
         env=os.environ | environment,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
         timeout=200,
         preexec_fn=bind_to_permissions,

@@ -50,7 +50,7 @@ def complete(tmp_path_factory):
 
 def stopped_run(folder, number, delay):
     """Start a convert, send it a signal after `delay` seconds, and return its exit status and messages."""
-    with subprocess.Popen(CONVERT, cwd=folder, stderr=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen(CONVERT, cwd=folder, stderr=subprocess.PIPE, encoding="utf-8") as run:
         try:
             run.wait(delay)
         except subprocess.TimeoutExpired:
@@ -95,7 +95,7 @@ def batch(folder, jobs, delay=None, number=None):
     """Run a batch, send it a signal after `delay` seconds; exit status, outcomes and messages."""
     words = [sys.executable, "-m", "dmc_cli", "batch", *BATCH, "-i", "0", "--force", "--jobs", str(jobs)]
     with subprocess.Popen(
-        words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8"
     ) as run:
         try:
             printed, messages = run.communicate(timeout=delay or 200)
