@@ -41,10 +41,10 @@ def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> N
     jobs = settings.share.jobs
     available = available_bytes() if jobs == 1 else settings.share.free
     if settings.output.memory is None and available is not None and value_bytes > available // jobs:
-        each = f", {_readable(available // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
         raise MemoryBudgetError(
-            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free{each};"
-            f" end other programs, {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
+            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free"
+            f"{_for_each(available, jobs)}; end other programs, {_fewer(jobs)}crop or downsample the volume,"
+            " or force it with --memory"
         )
 
 
@@ -90,11 +90,16 @@ def _reserve(needed: int, settings: ConvertSettings, what: str) -> None:
         )
     present = total_memory()
     if budget is None and present is not None and needed > present // jobs:
-        each = f", {_readable(present // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
         raise MemoryBudgetError(
-            f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory{each};"
-            f" {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
+            f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory"
+            f"{_for_each(present, jobs)}; {_fewer(jobs)}crop or downsample the volume, or force it with"
+            " --memory"
         )
+
+
+def _for_each(size: int, jobs: int) -> str:
+    """What a job has of memory that several share."""
+    return f", {_readable(size // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
 
 
 def _fewer(jobs: int) -> str:

@@ -103,3 +103,27 @@ def fetch_values(grid: Grid, field: Field, cell: wp.int64):
     node = cell_node(grid, cell)
     at = node_of_volume(grid, node[0] - grid.border, node[1] - grid.border, node[2] - grid.border)
     fetch_cell(field.values, field.kind, at, row, row * wp.int64(grid.ny - 2 * grid.border))
+
+
+@wp.func
+def fetch_around_cuts(
+    grid: Grid,
+    field: Field,
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    cuts: wp.array(dtype=wp.int32),
+    start: wp.int32,
+    end: wp.int32,
+):
+    """Ask for all that removing the quads with cuts `start` to `end` - 1 takes; a cut below 0 is none."""
+    for n in range(start, end):
+        if cuts[n] >= 0:
+            fetch_neighbors(corners, twin, cuts[n] >> 2)
+            fetch_vertices(corners, position, cell, local, cuts[n] >> 2)
+    for n in range(start, end):
+        if cuts[n] >= 0:
+            fetch_surroundings(corners, twin, position, cuts[n] >> 2)
+            fetch_values(grid, field, cell[corners[cuts[n]]])  # the merged vertex will be near

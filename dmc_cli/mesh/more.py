@@ -95,10 +95,11 @@ def simplify_more(
         operations += done
         if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
             mesh = _relaxed(mesh, surface, guests, 1 if turn + 1 < rounds else RELAXED_LAST)
-    high, turn = mark_high(mesh, scene, device), 0
-    while turn < MENDINGS or (turn < MOST_MENDINGS and device.total(high) > 0):
+    for turn in range(MOST_MENDINGS):
+        high = mark_high(mesh, scene, device)
+        if turn >= MENDINGS and device.total(high) == 0:
+            break
         mesh, guests = _mend(mesh, guests, high, surface, scene, turn)
-        high, turn = mark_high(mesh, scene, device), turn + 1
     surface, halfedges = _surface_of(mesh, surface), _halfedges_of(mesh, device)
     kept = list(mesh.colors)
     color = kept.pop(0) if color is not None else None

@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.fetch import fetch_neighbors, fetch_surroundings, fetch_values, fetch_vertices
+from dmc_cli.mesh.fetch import fetch_around_cuts
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.merged_vertices import folds, merged_point, point_position
 from dmc_cli.mesh.project import node_cell
@@ -128,14 +128,9 @@ def remove_3x3y_kernel(
     refused = wp.int32(0)
     clashes = wp.uint64(0)
     end = wp.min(32 * block + 32, cuts.shape[0])
-    for n in range(32 * block, end):
-        if cuts[n] >= 0:
-            fetch_neighbors(mesh.corners, mesh.twin, cuts[n] >> 2)
-            fetch_vertices(mesh.corners, mesh.position, mesh.cell, mesh.local, cuts[n] >> 2)
-    for n in range(32 * block, end):
-        if cuts[n] >= 0:
-            fetch_surroundings(mesh.corners, mesh.twin, mesh.position, cuts[n] >> 2)
-            fetch_values(grid, field, mesh.cell[mesh.corners[cuts[n]]])  # the merged vertex will be near
+    fetch_around_cuts(
+        grid, field, mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts, 32 * block, end
+    )
     for n in range(32 * block, end):
         h = cuts[n]
         if h >= 0:

@@ -191,6 +191,27 @@ def any_bit(words: Words) -> wp.bool:
     return some != wp.uint32(0)
 
 
+@wp.func
+def count_surrounded(
+    x: wp.uint32,
+    y: wp.uint32,
+    z: wp.uint32,
+    along_x: wp.uint32,
+    along_y: wp.uint32,
+    along_z: wp.uint32,
+    at: wp.vec3i,
+) -> wp.int32:
+    """Return how many of the edges x, y, z from the nodes of a word have four cells round them.
+
+    `along` are the nodes with an edge that way, `at` is the word's place.
+    """
+    inner_x = along_x & ~wp.where(at[0] == 0, wp.uint32(1), wp.uint32(0))  # cells on both sides
+    inner_y = wp.where(at[1] > 0, along_y, wp.uint32(0))
+    inner_z = wp.where(at[2] > 0, along_z, wp.uint32(0))
+    count = wp.bit_count(x & inner_y & inner_z) + wp.bit_count(y & inner_x & inner_z)
+    return wp.int32(count + wp.bit_count(z & inner_x & inner_y))
+
+
 @wp.kernel
 def find_cells_kernel(
     # In:
@@ -248,16 +269,7 @@ def find_cells_kernel(
             y = (c0 ^ c2) & along_y
             z = (c0 ^ c4) & along_z
             crossed_count += wp.int32(wp.bit_count(x) + wp.bit_count(y) + wp.bit_count(z))
-            inner_x = along_x & ~wp.where(
-                at[0] == 0, wp.uint32(1), wp.uint32(0)
-            )  # nodes with cells on all sides
-            inner_y = wp.where(at[1] > 0, along_y, wp.uint32(0))
-            inner_z = wp.where(at[2] > 0, along_z, wp.uint32(0))
-            quad_count += wp.int32(
-                wp.bit_count(x & inner_y & inner_z)
-                + wp.bit_count(y & inner_x & inner_z)
-                + wp.bit_count(z & inner_x & inner_y)
-            )
+            quad_count += count_surrounded(x, y, z, along_x, along_y, along_z, at)
     active_out[n] = active
     ordinary_out[n] = ordinary
     ordinary_count_out[block] = wp.int64(ordinary_count)

@@ -10,9 +10,13 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.volume.codestream import image_size, lacks_end
 from dmc_cli.volume.dicom_elements import (
+    BIG_ENDIAN,
     DOUBLE_PIXEL_DATA,
+    EXPLICIT,
     FLOAT_PIXEL_DATA,
+    IMPLICIT,
     PIXEL_DATA,
+    RLE,
     Header,
 )
 from dmc_cli.volume.dicom_frames import Frame, Pixels
@@ -20,11 +24,7 @@ from dmc_cli.volume.dicom_header import PiecewiseStream
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
-IMPLICIT = "1.2.840.10008.1.2"
-EXPLICIT = "1.2.840.10008.1.2.1"
-BIG_ENDIAN = "1.2.840.10008.1.2.2"
-
-UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, "1.2.840.10008.1.2.5")
+UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
 
 VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")

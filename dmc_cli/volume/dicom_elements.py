@@ -13,6 +13,12 @@ from typing import Any
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.dicom_source import DicomFile
 
+IMPLICIT = "1.2.840.10008.1.2"
+EXPLICIT = "1.2.840.10008.1.2.1"
+BIG_ENDIAN = "1.2.840.10008.1.2.2"
+RLE = "1.2.840.10008.1.2.5"
+"""Transfer syntaxes."""
+
 PIXEL_DATA = 0x7FE00010
 FLOAT_PIXEL_DATA = 0x7FE00008
 DOUBLE_PIXEL_DATA = 0x7FE00009

@@ -8,7 +8,7 @@ from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.dicom_deflated import DEFLATED, DeflatedFile, inflated_file
-from dmc_cli.volume.dicom_elements import FLOAT_PIXEL_DATA, Header, text
+from dmc_cli.volume.dicom_elements import EXPLICIT, FLOAT_PIXEL_DATA, IMPLICIT, Header, text
 from dmc_cli.volume.dicom_source import HEAD_BYTES, DicomFile
 
 FLAT_BYTES = 1 << 16
@@ -97,9 +97,9 @@ def _flat_header(file: DicomFile, start: bytes) -> Header | DeflatedFile | None:
     syntax = text(meta, 0x00020010)
     if syntax == DEFLATED and position > 0:
         return inflated_file(file, position)
-    if syntax not in ("1.2.840.10008.1.2", "1.2.840.10008.1.2.1"):
+    if syntax not in (IMPLICIT, EXPLICIT):
         return None
-    found, position = _flat_elements(start, position, explicit=syntax != "1.2.840.10008.1.2")
+    found, position = _flat_elements(start, position, explicit=syntax == EXPLICIT)
     if not 0 <= position < file.size - 8 or position > len(start) or text(found, 0x00280008) not in ("", "1"):
         return None
     return Header(file, found, syntax, position)
@@ -165,7 +165,7 @@ def _parsed(file: DicomFile, head: Any, force: bool) -> Header:
         meta = getattr(dataset, "file_meta", None)
         found = meta.get("TransferSyntaxUID") if meta is not None else None
     if found is None:
-        found = "1.2.840.10008.1.2.1" if dataset.original_encoding[0] is False else "1.2.840.10008.1.2"
+        found = EXPLICIT if dataset.original_encoding[0] is False else IMPLICIT
     position = head.tell()
     if len(head.read(9)) == 9:
         return Header(file, dataset, str(found), position)

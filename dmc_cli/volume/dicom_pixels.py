@@ -14,8 +14,16 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.dicom_decoding import BIG_ENDIAN, EXPLICIT, IMPLICIT, UNPACKED, decode
-from dmc_cli.volume.dicom_elements import DOUBLE_PIXEL_DATA, FLOAT_PIXEL_DATA, Header
+from dmc_cli.volume.dicom_decoding import UNPACKED, decode
+from dmc_cli.volume.dicom_elements import (
+    BIG_ENDIAN,
+    DOUBLE_PIXEL_DATA,
+    EXPLICIT,
+    FLOAT_PIXEL_DATA,
+    IMPLICIT,
+    RLE,
+    Header,
+)
 from dmc_cli.volume.dicom_frames import Frame, Pixels
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -106,7 +114,7 @@ def _check_size(frame: Frame) -> None:
                 f"{pixels.frames} x {pixels.shape[0]} x {pixels.shape[1]} pixels; get the file again"
             )
         return
-    ratio = LEAST_RLE_RATIO if syntax == "1.2.840.10008.1.2.5" else LARGEST_RATIO
+    ratio = LEAST_RLE_RATIO if syntax == RLE else LARGEST_RATIO
     if pixels.frame_bytes > LARGE_FRAME and pixels.frame_bytes > ratio * file.size:
         raise DamagedVolumeError(
             f"{file.name}: {file.size} bytes found for {pixels.shape[0]} x {pixels.shape[1]} pixels; "

@@ -183,14 +183,12 @@ def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[list[Dicom
     """The entries of a zip that can be what they claim, and sentences on those that cannot."""
     entries = archive.infolist()
     full = [entry for entry in entries if entry.filename and not entry.is_dir() and entry.file_size > 0]
+    leading = [entry.filename for entry in full if _leads_out(entry.filename)]
     inside = [entry for entry in full if not _leads_out(entry.filename)]
-    honest = [entry for entry in inside if entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)]
+    claiming = [entry.filename for entry in inside if not _can_hold(entry)]
+    honest = [entry for entry in inside if _can_hold(entry)]
     if any(entry.flag_bits & 1 for entry in honest):
         raise VolumeError(f"{name}: the zip is encrypted; unpack it and give the folder")
-    leading, claiming = (
-        [entry.filename for entry in all_of if entry not in kept]
-        for all_of, kept in ((full, set(inside)), (inside, set(honest)))
-    )
     out = "whose name leads out of the zip"
     notes = [
         *left_out(leading, f"zip entry {out}", f"zip entries {out}"),
@@ -208,6 +206,11 @@ def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[list[Dicom
         )
     files = {entry.filename: DicomFile(entry.filename, path, entry.file_size, archive) for entry in honest}
     return sorted(files.values(), key=lambda file: file.name), notes
+
+
+def _can_hold(entry: zipfile.ZipInfo) -> bool:
+    """Whether a zip's entry can be as large as it claims."""
+    return entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
 
 
 def _leads_out(entry_name: str) -> bool:

@@ -222,9 +222,7 @@ def chosen_origin(
     return settings.origin or (0.0, 0.0, 0.0), ()
 
 
-def without_effect(
-    option: Literal["spacing", "origin"], settings: ReadSettings, what: str = "the file"
-) -> tuple[str, ...]:
+def without_effect(option: str, settings: ReadSettings, what: str = "the file") -> tuple[str, ...]:
     """A warning where an option was given for what the file tells itself."""
     if getattr(settings, option) is None:
         return ()

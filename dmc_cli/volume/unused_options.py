@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.layout import without_effect
 
 _RAW = ("raw",)
 _DICOM = ("dicom",)
@@ -33,6 +34,6 @@ def unused_options(format_name: str, settings: ReadSettings) -> Iterator[str]:
         flag = f"--{option.replace('_', '-')}"
         if option in ("spacing", "origin"):
             what = "field" if format_name == "synthetic" else "file"
-            yield f"{flag} has no effect: the {what} tells its own"
+            yield from without_effect(option, settings, f"the {what}")
         else:
             yield f"{flag} has no effect on {format_name} input; it is for {', '.join(formats)}"
