@@ -1,17 +1,13 @@
 """Where kernels run, and the one way to launch them.
 
 Conventions: every kernel is one-dimensional and takes `first`, the index of its first thread, as its
-first argument. On CPU Warp runs a launch on one core, so `Device.launch` cuts the dimension into slabs
-that the calling thread and a pool of others take in turn (a launch releases the interpreter's lock). Which
-slab a thread works on never shows in the result: no kernel hands out slots by atomics.
+first argument, so that on CPU a launch can be cut into slabs, which threads share (`team.py`).
 """
 
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -22,20 +18,19 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli import desk
 from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.progress import SILENT, Progress
-
-SLABS_PER_THREAD = 4
-"""Slabs a thread on CPU at most: enough to even out where the surface is dense."""
+from dmc_cli.team import Team
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
 
-ROWS_A_SLAB = 512
-ITEMS_A_SLAB = 4096
-FLAGS_A_SLAB = 32768
-"""Rows, single cells, vertices or quads, and those that are only flagged or copied, a slab at least: some 200
+ROWS_A_SLAB = 64
+ITEMS_A_SLAB = 256
+FLAGS_A_SLAB = 2048
+"""Rows, single cells, vertices or quads, and those that are only flagged or copied, a slab at least: some ten
 microseconds of work, which is what it costs to have a second thread."""
 
 
@@ -56,8 +51,8 @@ class Device:
         return HostMemory()
 
     @cached_property
-    def _helpers(self) -> ThreadPoolExecutor:
-        return ThreadPoolExecutor(self.threads - 1, thread_name_prefix="dmc")
+    def _team(self) -> Team:
+        return Team(self.threads)
 
     def launch(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
@@ -68,25 +63,11 @@ class Device:
         """
         if dim == 0:
             return
-        most = self.threads * SLABS_PER_THREAD if self.is_cpu and self.threads > 1 else 1
-        slabs = min(most, -(-dim // grain))
         arguments = [0, *inputs, *outputs]
-        if slabs == 1:
+        if self.is_cpu:
+            self._team.launch(kernel, dim, arguments, grain)
+        else:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
-            return
-        whole = wp.launch(kernel, dim=dim, inputs=arguments, device=self.name, record_cmd=True)
-        slices = _slabs(whole, dim, slabs)
-        turns = iter(slices)  # next() is atomic
-
-        def work() -> None:
-            for slab in turns:
-                slab.launch()
-
-        helpers = [self._helpers.submit(work) for _ in range(min(self.threads, slabs) - 1)]
-        work()
-        for helper in helpers:
-            if not helper.cancel():  # too late to help where all was done before it woke
-                helper.result()
 
     def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an uninitialised array; every kernel that gets it writes all of it.
@@ -149,20 +130,6 @@ def _host_array(block: Any, owner: Any, shape: int | tuple[int, ...], dtype: Any
     return array
 
 
-def _slabs(whole: Any, dim: int, count: int) -> list[Any]:
-    """Return a recorded launch in `count` parts of equal size at most; they share all other arguments."""
-    size = -(-dim // count)
-    whole.set_dim(size)
-    slabs = []
-    for first in range(0, dim, size):
-        slab = copy(whole)
-        slab.params = list(whole.params)
-        slab.params[1] = type(whole.params[1])(first)  # after the bounds
-        slabs.append(slab)
-    slabs[-1].set_dim(dim - first)
-    return slabs
-
-
 def size_of(dtype: Any) -> int:
     """Return the bytes of a scalar or vector type."""
     return int(wp.types.type_size_in_bytes(dtype))
@@ -180,7 +147,7 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         WriteError: Kernels have to be compiled, and the cache cannot be written.
     """
     block_dim = 1 if device.is_cpu else None
-    names = [wp.get_module(module.__name__) for module in modules]
+    names = [wp.get_module(m.__name__) for m in ([desk, *modules] if device.is_cpu else modules)]
     missing = [module for module in names if not _is_compiled(module, block_dim)]
     with _kernel_cache():
         wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)

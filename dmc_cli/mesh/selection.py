@@ -24,10 +24,10 @@ WORDS = wp.constant(32)
 KEY_FACTOR = wp.constant(wp.uint32(2654435769))
 """2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
-WORDS_A_SLAB = 2048
+WORDS_A_SLAB = 256
 """Words of 32 items a slab at least, as `ITEMS_A_SLAB` of the device."""
 
-MASKS_A_SLAB = 256
+MASKS_A_SLAB = 32
 """Blocks of words of a mask a slab at least."""
 
 

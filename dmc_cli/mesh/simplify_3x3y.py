@@ -39,7 +39,7 @@ NO_CUT = wp.constant(-1)
 REFUSED = wp.constant(-2)
 """Stands for a quad that the safe rules keep."""
 
-LISTED_A_SLAB = 64
+LISTED_A_SLAB = 4
 """Blocks of 32 listed quads a slab at least: memory is slow where they lie."""
 
 

@@ -27,11 +27,12 @@ CELLS = wp.constant(16)
 def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number."""
     flips = device.zeros(count, wp.uint8)
+    grain = ITEMS_A_SLAB // int(CELLS)
     for axis in range(3):
         for parity in range(2):
             inputs = [struct, cells.bits, special, axis, parity]
             outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, ITEMS_A_SLAB)
+            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, grain)
     return device.total(flips)
 
 

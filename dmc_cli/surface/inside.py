@@ -23,7 +23,7 @@ wp.set_module_options(
 WORD = 32
 """Nodes a word."""
 
-NODES_A_SLAB = 1 << 21
+NODES_A_SLAB = 1 << 17
 """Nodes a slab at least, as `ITEMS_A_SLAB` of the device."""
 
 

@@ -23,8 +23,8 @@ VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags or '-march=native'} -mprefer-vect
 LANES = 16
 """Words a block: one vector register of 512 bits."""
 
-BLOCKS_A_SLAB = 1024
-BITS_A_SLAB = 4096
+BLOCKS_A_SLAB = 16
+BITS_A_SLAB = 64
 """Blocks a slab at least, and blocks of which only bits are looked at, as `ITEMS_A_SLAB` of the device."""
 
 Words = wp.types.vector(length=LANES, dtype=wp.uint32)

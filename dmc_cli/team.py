@@ -1,0 +1,163 @@
+"""The CPU threads that share a launch.
+
+Warp runs a launch on one core, and to wake a thread for the half of it takes a hundred microseconds, as long
+as many a launch. So a team calls the compiled kernels itself, slab by slab: its helpers watch for launches
+from native code (`desk.py`), without the interpreter's lock, and sleep only when there has been none for a
+while.
+Which thread works on which slab never shows in the result: no kernel hands out slots by atomics.
+"""
+
+import ctypes
+import re
+import sys
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli import desk
+
+SLABS_PER_THREAD = 64
+"""Slabs a thread at most: enough to even out where the surface is dense."""
+
+PATIENCE = 6000
+"""Turns that a helper waits for the next launch before it sleeps: two milliseconds or so."""
+
+
+class Compiled:
+    """A kernel's compiled function, which takes its arguments as one struct.
+
+    Warp's own record of a first launch, whose arguments Warp has checked, tells how the struct is laid out.
+    """
+
+    def __init__(self, kernel: Any, arguments: Sequence[Any]) -> None:
+        self._record = wp.launch(kernel, dim=1, inputs=arguments, device="cpu", record_cmd=True)
+        self._bounds = type(self._record.bounds)
+        self._types = [_dtype(a) for a in arguments]
+        fields = [(f"argument{n}", type(a)) for n, a in enumerate(self._record.params[1:])]
+        self._struct = type("Arguments", (ctypes.Structure,), {"_fields_": fields})
+        self.call = self._record.hooks.forward
+        self.address = ctypes.cast(self.call, ctypes.c_void_p).value
+
+    @property
+    def source(self) -> str:
+        """The C++ that Warp made of the kernel's module."""
+        binary = Path(self._record.module_exec.binary_path)
+        return binary.with_name(f"{binary.name.partition('.cpu')[0]}.cpp").read_text()
+
+    def pack(self, arguments: Sequence[Any]) -> ctypes.Structure:
+        """Return the struct of a launch's arguments.
+
+        Raises:
+            TypeError: An array's type is not that of the first launch.
+        """
+        if [_dtype(a) for a in arguments] != self._types:
+            raise TypeError(f"{self._record.kernel.key} takes {self._types}, got other arguments")
+        packed: ctypes.Structure = self._struct(
+            *(a.__ctype__() if hasattr(a, "__ctype__") else a for a in arguments)
+        )
+        return packed
+
+    def bounds(self, count: int) -> Any:
+        """Return the bounds of a launch of `count` threads."""
+        return self._bounds((count,))
+
+
+class Team:
+    """The calling thread and its helpers."""
+
+    def __init__(self, threads: int) -> None:
+        self._compiled: dict[Any, Compiled] = {}
+        self._lock = Lock()
+        self._pool = ThreadPoolExecutor(max(threads - 1, 1), thread_name_prefix="dmc")
+        self._helpers: list[Future[None] | None] = [None] * (threads - 1)
+        self._words = _aligned_words(desk.PARTS + desk.LINE * threads)
+        self._words[desk.THREADS] = threads
+        self._words[desk.YIELD] = _address_of_yield()
+        self._desk = wp.array(
+            ptr=self._words.ctypes.data, dtype=wp.int64, shape=self._words.shape, device="cpu", copy=False
+        )
+        self._lead = Compiled(desk.lead_kernel, [self._desk])
+        self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
+        self._knows_warp = _takes_structs(self._lead.source)
+
+    def launch(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
+        """Run a kernel for thread indices 0 to `dim` - 1, in slabs of at least `grain` of them.
+
+        Args:
+            kernel: A kernel of one dimension; its first argument is the index of a slab's first thread.
+            dim: At least 1.
+            arguments: The kernel's, the first one 0.
+            grain: Least size of a slab.
+        """
+        if not self._knows_warp:
+            wp.launch(kernel, dim=dim, inputs=arguments, device="cpu")
+            return
+        compiled = self._compiled.get(kernel)
+        if compiled is None:
+            compiled = self._compiled[kernel] = Compiled(kernel, arguments)
+        packed = compiled.pack(arguments)
+        most = SLABS_PER_THREAD * (len(self._helpers) + 1) if self._helpers else 1
+        slab = -(-dim // min(most, -(-dim // grain)))
+        if slab == dim:
+            compiled.call(ctypes.byref(compiled.bounds(dim)), ctypes.byref(packed))
+        else:
+            with self._lock:
+                self._share(compiled, packed, dim, slab)
+
+    def _share(self, compiled: Compiled, packed: ctypes.Structure, dim: int, slab: int) -> None:
+        """Do a launch of several slabs together."""
+        slabs = -(-dim // slab)
+        whole, last = compiled.bounds(slab), compiled.bounds(dim - slab * (slabs - 1))
+        words, threads = self._words, len(self._helpers) + 1
+        words[desk.ENTRY], words[desk.SLAB], words[desk.SLABS] = compiled.address, slab, slabs
+        words[desk.ARGUMENTS], words[desk.SIZE] = ctypes.addressof(packed), ctypes.sizeof(packed)
+        words[desk.WHOLE], words[desk.LAST] = ctypes.addressof(whole), ctypes.addressof(last)
+        for n in range(threads):
+            part = desk.PARTS + desk.LINE * n
+            words[part], words[part + 1] = slabs * n // threads, slabs * (n + 1) // threads
+        for n, helper in enumerate(self._helpers):
+            if helper is None or helper.done():
+                self._helpers[n] = self._pool.submit(self._watch, n + 1)
+        self._run(self._lead, [self._desk])
+
+    def _watch(self, part: int) -> None:
+        """Help with launches until there has been none for a while."""
+        self._run(self._help, [self._desk, part, PATIENCE])
+
+    @staticmethod
+    def _run(compiled: Compiled, arguments: Sequence[Any]) -> None:
+        """Run a kernel of the desk's."""
+        compiled.call(ctypes.byref(compiled.bounds(1)), ctypes.byref(compiled.pack(arguments)))
+
+
+def _dtype(argument: Any) -> Any:
+    """Return what an array's items are; None for other arguments."""
+    return argument.dtype if isinstance(argument, wp.array) else None
+
+
+def _aligned_words(count: int) -> np.ndarray[Any, Any]:
+    """Return zeros that start with a cache line."""
+    words = np.zeros(count + desk.LINE, np.int64)
+    start = -words.ctypes.data // words.itemsize % desk.LINE
+    return words[start : start + count]
+
+
+def _takes_structs(source: str) -> bool:
+    """Return whether Warp's compiled kernels take what we give them: bounds, and arguments as one struct."""
+    name = f"{desk.lead_kernel.key}_\\w+"
+    entry = rf"void ({name})_cpu_forward\(\s*wp::launch_bounds_t<1> \*\w+,\s*wp_args_\1 \*\w+\)"
+    return re.search(rf"WP_API {entry}", source) is not None
+
+
+def _address_of_yield() -> int | None:
+    """Return the address of the system's function that lets another thread have the processor."""
+    if sys.platform == "win32":
+        function = ctypes.windll.kernel32.SwitchToThread
+    else:
+        function = ctypes.CDLL(None).sched_yield
+    return ctypes.cast(function, ctypes.c_void_p).value
