@@ -24,6 +24,7 @@ from dmc_cli.surface.grid import (
     next_node,
     previous_node,
 )
+from dmc_cli.surface.plain_quads import QuadEdges, store_plain_quads
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, find_special
 from dmc_cli.surface.tracing import EDGE_LOW, label_of
@@ -32,10 +33,6 @@ from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, Words, bef
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
-
-QuadEdges = wp.types.vector(length=3 * LANES, dtype=wp.uint32)
-"""The nodes of a block of words from which an edge along x, y, z goes up that carries a quad: a bit each."""
-
 
 QUAD_EDGES = wp.constant(wp.types.vector(length=12, dtype=wp.int32)(6, 4, 0, 2, 5, 1, 3, 7, 10, 11, 8, 9))
 """Which edge of its four cells an edge along x, y, z is, the cells in the order of its quad's corners."""
@@ -182,30 +179,6 @@ def vertex_at(
     return v
 
 
-@wp.struct
-class WordRank:
-    """A word of ordinary cells and the number of the first of them."""
-
-    cells: wp.uint32
-    first: wp.int32
-
-
-@wp.func
-def word_rank(bits: CellBits, cells: wp.uint32, n: wp.int32) -> WordRank:
-    """Return the rank of word n of the line, which may lie before its start and has these ordinary cells."""
-    rank = WordRank()
-    rank.cells = cells
-    rank.first = bits.rank[wp.max(n, 0)]
-    return rank
-
-
-@wp.func
-def number(rank: WordRank, b: wp.int32) -> wp.int32:
-    """Return the vertex of the word's cell b, if that is ordinary; b is below 32."""
-    below = (wp.uint32(1) << wp.uint32(b)) - wp.uint32(1)
-    return rank.first + wp.int32(wp.bit_count(rank.cells & below))
-
-
 @wp.func
 def oriented(quad: wp.vec4i, forward: wp.bool) -> wp.vec4i:
     """Return a quad with its normal along the axis (forward) or against it."""
@@ -252,52 +225,6 @@ def connect_with_care(
         first += wp.int32(wp.bit_count(of_axis))
 
 
-@wp.func
-def connect_x(
-    edges: wp.uint32,
-    forward: wp.uint32,
-    here: WordRank,
-    below: WordRank,
-    front: WordRank,
-    both: WordRank,
-    q: wp.int32,
-    quads_out: wp.array(dtype=wp.vec4i),
-):
-    """Write the quads round a word's edges along x, as if all cells were ordinary; q is the first one."""
-    left = edges
-    slot = q
-    while left != wp.uint32(0):
-        b = bit_index(left)
-        left &= left - wp.uint32(1)
-        quad = wp.vec4i(number(both, b), number(front, b), number(here, b), number(below, b))
-        quads_out[slot] = oriented(quad, has_bit(forward, b))
-        slot += 1
-
-
-@wp.func
-def connect_across(
-    edges: wp.uint32,
-    forward: wp.uint32,
-    here: WordRank,
-    other: WordRank,
-    q: wp.int32,
-    quads_out: wp.array(dtype=wp.vec4i),
-):
-    """The same along y or z, backwards for y: the cell before an ordinary one along x has the number before.
-
-    `other` is the word in front for y, below for z.
-    """
-    left = edges
-    slot = q
-    while left != wp.uint32(0):
-        b = bit_index(left)
-        left &= left - wp.uint32(1)
-        v = number(here, b)
-        u = number(other, b)
-        quads_out[slot] = oriented(wp.vec4i(u - 1, u, v, v - 1), has_bit(forward, b))
-        slot += 1
-
-
 @wp.kernel
 def connect_quads_kernel(
     # In:
@@ -316,34 +243,31 @@ def connect_quads_kernel(
     q = wp.int32(starts[block])
     if q == wp.int32(starts[block + 1]):
         return
-    at = before_line(grid) + block * LANES
+    n = block * LANES
+    at = before_line(grid) + n
     edges = quad_edges(grid, bits, at)
     plain = surely_ordinary(grid, bits, at)
-    here_words = bits.ordinary_line[at]
-    below_words = bits.ordinary_line[at - grid.words]
-    front_words = bits.ordinary_line[at - grid.layer]
-    both_words = bits.ordinary_line[at - grid.layer - grid.words]
-    towards = bits.inside_line[at]  # the normal away from the inside is along the axis
+    forward = bits.inside_line[at]  # the normal away from the inside is along the axis
     turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     for lane in range(LANES):
-        x = edges[lane]
-        y = edges[LANES + lane]
-        z = edges[2 * LANES + lane]
-        if (x | y | z) != wp.uint32(0):
-            n = block * LANES + lane
-            forward = towards[lane] ^ turn
-            here = word_rank(bits, here_words[lane], n)
-            below = word_rank(bits, below_words[lane], n - grid.words)
-            front = word_rank(bits, front_words[lane], n - grid.layer)
-            both = word_rank(bits, both_words[lane], n - grid.layer - grid.words)
-            q_y = q + wp.int32(wp.bit_count(x))
-            q_z = q_y + wp.int32(wp.bit_count(y))
-            connect_x(x, forward, here, below, front, both, q, quads_out)
-            connect_across(y, ~forward, here, front, q_y, quads_out)
-            connect_across(z, forward, here, below, q_z, quads_out)
-            if ((x | y | z) & ~plain[lane]) != wp.uint32(0):
-                words = wp.vec3ui(x, y, z)
-                connect_with_care(
-                    grid, bits, special, ordinary_count, n, words, plain[lane], forward, q, quads_out
-                )
-            q = q_z + wp.int32(wp.bit_count(z))
+        forward[lane] ^= turn
+    store_plain_quads(
+        edges, forward, bits.ordinary_line, bits.rank, at, n, grid.words, grid.layer, q, quads_out
+    )
+    for lane in range(LANES):
+        words = wp.vec3ui(edges[lane], edges[LANES + lane], edges[2 * LANES + lane])
+        some = words[0] | words[1] | words[2]
+        if (some & ~plain[lane]) != wp.uint32(0):
+            connect_with_care(
+                grid,
+                bits,
+                special,
+                ordinary_count,
+                n + lane,
+                words,
+                plain[lane],
+                forward[lane],
+                q,
+                quads_out,
+            )
+        q += wp.int32(wp.bit_count(words[0]) + wp.bit_count(words[1]) + wp.bit_count(words[2]))

@@ -13,17 +13,28 @@ import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, Device
 from dmc_cli.settings import Placement
+from dmc_cli.surface.bit_lists import LIST_BITS, ON_GPU
 from dmc_cli.surface.blocks import ONE_OF_SEVERAL, place_block_kernel
 from dmc_cli.surface.cells import Cells
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
-from dmc_cli.surface.grid import Grid, GridShape, bit_index, grid_affine
+from dmc_cli.surface.grid import Grid, GridShape, grid_affine
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import label_of
-from dmc_cli.surface.words import BITS_A_SLAB, BLOCKS_A_SLAB, LANES, Words, before_line, block_count
+from dmc_cli.surface.words import (
+    BITS_A_SLAB,
+    BLOCKS_A_SLAB,
+    LANES,
+    VECTOR_FLAGS,
+    Words,
+    before_line,
+    block_count,
+)
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
 
 
 @dataclass(frozen=True)
@@ -111,6 +122,45 @@ def _place_exactly(
     return device.total(fallbacks)
 
 
+@wp.func_native(
+    f"""
+    long long* cell = (long long*)cell_out.data + v;
+    auto first_cell = [&](int lane) {{  // of a word
+        int row = (n + lane) / words_a_row;
+        return (long long)row * nx + 32 * (n + lane - row * words_a_row);
+    }};
+    #if {ON_GPU}
+    for (int lane = 0; lane < 16; ++lane) {{
+        for (unsigned int left = words[lane]; left; left &= left - 1) {{
+            *cell++ = first_cell(lane) + wp::bit_count(~left & (left - 1));
+        }}
+    }}
+    #else
+    {LIST_BITS}
+    long long firsts[16];
+    unsigned short codes[16 * 32 + 32];
+    unsigned short* end = codes;
+    for (int lane = 0; lane < 16; ++lane) {{
+        if (!words[lane]) continue;
+        firsts[lane] = first_cell(lane);
+        end = list_bits(words[lane], lane << 5, end);
+    }}
+    for (const unsigned short* code = codes; code < end; ++code) *cell++ = firsts[*code >> 5] + (*code & 31);
+    #endif
+    """
+)
+def store_cells(
+    words: Words,
+    n: wp.int32,
+    words_a_row: wp.int32,
+    nx: wp.int32,
+    v: wp.int32,
+    cell_out: wp.array(dtype=wp.int64),
+):
+    """Store the numbers of the cells of a block of words, its first one word n of the line, from v on."""
+    ...
+
+
 @wp.kernel
 def list_ordinary_cells_kernel(
     # In:
@@ -124,20 +174,9 @@ def list_ordinary_cells_kernel(
     """List the ordinary cells: their numbers are their vertices'. One thread a block of words."""
     block = first + wp.tid()
     v = wp.int32(starts[block])
-    if v == wp.int32(starts[block + 1]):
-        return
-    n = block * LANES
-    words = ordinary[before_line(grid) + n]
-    for lane in range(LANES):
-        left = words[lane]
-        if left != wp.uint32(0):
-            row = (n + lane) / grid.words
-            w = n + lane - row * grid.words
-            start = wp.int64(row) * wp.int64(grid.nx) + wp.int64(32 * w)
-            while left != wp.uint32(0):
-                cell_out[v] = start + wp.int64(bit_index(left))
-                left &= left - wp.uint32(1)
-                v += 1
+    if v != wp.int32(starts[block + 1]):
+        n = block * LANES
+        store_cells(ordinary[before_line(grid) + n], n, grid.words, grid.nx, v, cell_out)
 
 
 @wp.kernel

@@ -17,7 +17,9 @@ from dmc_cli.surface.grid import Grid, GridShape
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-VECTOR_FLAGS = f"{wp.config.cpu_compiler_flags or '-march=native'} -mprefer-vector-width=512"
+_FLAGS = "-march=native" if wp.config.cpu_compiler_flags is None else wp.config.cpu_compiler_flags
+
+VECTOR_FLAGS = f"{_FLAGS} -mprefer-vector-width=512"
 """Warp's own flags, and leave to use the widest vector registers there are."""
 
 LANES = 16
