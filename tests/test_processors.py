@@ -1,4 +1,4 @@
-"""The same mesh from kernels compiled for a processor without the widest vectors, or without any but the oldest."""
+"""The same mesh from kernels compiled for a processor without the widest vectors, or for the oldest."""
 
 import hashlib
 import os
