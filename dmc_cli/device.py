@@ -18,14 +18,18 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli import desk
+from dmc_cli import desk, scan
 from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.progress import SILENT, Progress
+from dmc_cli.scan import CHUNK, scan_chunks_kernel, sum_chunks_kernel
 from dmc_cli.team import Team
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
+
+SHORT_SCAN = 8 * CHUNK
+"""Counts that NumPy sums on CPU while threads would get ready."""
 
 ROWS_A_SLAB = 64
 ITEMS_A_SLAB = 256
@@ -77,14 +81,27 @@ class Device:
         if not self.is_cpu:
             return wp.empty(shape, dtype=dtype, device=self.name)
         lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))
-        return _host_array(lease.block, lease, shape, dtype)
+        return _host_array(lease.block.address, lease, shape, dtype)
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an array of zeros; on CPU a page of it costs nothing until it is written to."""
         if not self.is_cpu:
             return wp.zeros(shape, dtype=dtype, device=self.name)
         block = np.zeros(prod(_dims(shape)) * size_of(dtype), np.uint8)
-        return _host_array(block, block, shape, dtype)
+        return _host_array(block.ctypes.data, block, shape, dtype)
+
+    def clear(self, array: Any, start: int, end: int) -> None:
+        """Set items `start` to `end` - 1 of an array to zero."""
+        if self.is_cpu:  # a tenth of the time that Warp takes to make a view
+            array.numpy()[start:end] = 0
+        else:
+            array[start:end].zero_()
+
+    def adopt(self, values: np.ndarray[Any, Any], dtype: Any) -> Any:
+        """Return an array of NumPy's values: on CPU in their memory, which must be contiguous."""
+        if not self.is_cpu:
+            return wp.array(values, dtype=dtype, device=self.name)
+        return _host_array(values.ctypes.data, values, values.shape[0], dtype)
 
     def starts(self, counts: Any) -> tuple[Any, int]:
         """Return the exclusive prefix sum of int64 `counts` with the total as a last item, and the total.
@@ -96,11 +113,8 @@ class Device:
         """
         length = counts.shape[0]
         sums = self.empty(length + 1, wp.int64)
-        if self.is_cpu:  # NumPy's sum, which takes a tenth of the time on short arrays
-            host = sums.numpy()
-            host[0] = 0
-            np.cumsum(counts.numpy(), out=host[1:])
-            total = int(host[length])
+        if self.is_cpu:
+            total = self._scan(counts, sums)
         else:
             sums[:1].zero_()
             if length:
@@ -113,6 +127,21 @@ class Device:
             )
         return sums, total
 
+    def _scan(self, counts: Any, sums: Any) -> int:
+        """Write the exclusive prefix sum of counts, and their total as a last item, which is returned."""
+        length = counts.shape[0]
+        host = sums.numpy()
+        if length < SHORT_SCAN:
+            host[0] = 0
+            np.cumsum(counts.numpy(), out=host[1:])
+        else:
+            chunk_sums = self.empty(-(-length // CHUNK), wp.int64)
+            self.launch(sum_chunks_kernel, chunk_sums.shape[0], [counts], [chunk_sums], 1)
+            starts = self.empty(chunk_sums.shape[0] + 1, wp.int64)
+            host[length] = self._scan(chunk_sums, starts)
+            self.launch(scan_chunks_kernel, chunk_sums.shape[0], [counts, starts], [sums], 1)
+        return int(host[length])
+
     def total(self, counts: Any) -> int:
         """Return the sum of an integer array as a Python integer."""
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
@@ -123,9 +152,10 @@ def _dims(shape: int | tuple[int, ...]) -> tuple[int, ...]:
     return (shape,) if isinstance(shape, int) else shape
 
 
-def _host_array(block: Any, owner: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
-    """Return an array over a block of bytes, which `owner` holds."""
-    array = wp.array(ptr=block.ctypes.data, dtype=dtype, shape=shape, device="cpu", copy=False)
+def _host_array(address: int, owner: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
+    """Return an array over memory that `owner` holds."""
+    strides = (size_of(dtype),) if isinstance(shape, int) else None  # Warp takes its time to find them
+    array = wp.array(ptr=address, dtype=dtype, shape=shape, strides=strides, device="cpu", copy=False)
     array._source = owner  # as long as the array and its views live
     return array
 
@@ -147,7 +177,7 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         WriteError: Kernels have to be compiled, and the cache cannot be written.
     """
     block_dim = 1 if device.is_cpu else None
-    names = [wp.get_module(m.__name__) for m in ([desk, *modules] if device.is_cpu else modules)]
+    names = [wp.get_module(m.__name__) for m in ([desk, scan, *modules] if device.is_cpu else modules)]
     missing = [module for module in names if not _is_compiled(module, block_dim)]
     with _kernel_cache():
         wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)

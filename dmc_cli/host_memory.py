@@ -7,7 +7,6 @@ for the next item of a batch.
 
 from collections import deque
 from threading import Lock
-from typing import Any
 
 import numpy as np
 
@@ -18,12 +17,22 @@ MOST_KEPT = 1 << 30
 """Bytes kept at most."""
 
 
+class Block:
+    """Memory and where it begins, which takes NumPy as long to tell as a small kernel runs."""
+
+    __slots__ = ("address", "memory")
+
+    def __init__(self, size: int) -> None:
+        self.memory = np.empty(size, np.uint8)  # NumPy asks for huge pages
+        self.address: int = self.memory.ctypes.data
+
+
 class Lease:
     """A block of memory that goes back when this object does."""
 
     __slots__ = ("_returned", "block")
 
-    def __init__(self, block: np.ndarray[Any, Any], returned: deque[np.ndarray[Any, Any]]) -> None:
+    def __init__(self, block: Block, returned: deque[Block]) -> None:
         self.block = block
         self._returned = returned
 
@@ -35,15 +44,15 @@ class HostMemory:
     """The blocks that are kept, by their size."""
 
     def __init__(self) -> None:
-        self._returned: deque[np.ndarray[Any, Any]] = deque()
-        self._kept: dict[int, list[np.ndarray[Any, Any]]] = {}
+        self._returned: deque[Block] = deque()
+        self._kept: dict[int, list[Block]] = {}
         self._total = 0
         self._lock = Lock()
 
     def take(self, size: int) -> Lease:
-        """Return an owner of at least `size` uninitialised bytes, its array of bytes as `block`."""
+        """Return an owner of at least `size` uninitialised bytes, its `block`."""
         if size < SMALLEST_KEPT:
-            return Lease(np.empty(size, np.uint8), deque())
+            return Lease(Block(size), deque())
         rounded = block_size(size)
         with self._lock:
             self._collect()
@@ -51,18 +60,18 @@ class HostMemory:
             if blocks:
                 self._total -= rounded
                 return Lease(blocks.pop(), self._returned)
-        return Lease(np.empty(rounded, np.uint8), self._returned)  # NumPy asks for huge pages
+        return Lease(Block(rounded), self._returned)
 
     def _collect(self) -> None:
         """Keep what came back since; let the largest go where that is too much."""
         while self._returned:
             block = self._returned.popleft()
-            self._kept.setdefault(len(block), []).append(block)
-            self._total += len(block)
+            self._kept.setdefault(len(block.memory), []).append(block)
+            self._total += len(block.memory)
         if self._total > MOST_KEPT:
             for size in sorted(self._kept, reverse=True):
                 while self._total > MOST_KEPT and self._kept[size]:
-                    self._total -= len(self._kept[size].pop())
+                    self._total -= len(self._kept[size].pop().memory)
 
 
 def block_size(size: int) -> int:

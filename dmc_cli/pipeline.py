@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli import desk
+from dmc_cli import desk, scan
 from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
@@ -163,7 +163,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    return [desk, *placements, *mesh_kernels(simplify=True, relax=True, more=True), *report_kernels()]
+    return [desk, scan, *placements, *mesh_kernels(simplify=True, relax=True, more=True), *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:

@@ -10,8 +10,9 @@ Which thread works on which slab never shows in the result: no kernel hands out 
 import ctypes
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -66,6 +67,10 @@ class Compiled:
         """Return the bounds of a launch of `count` threads."""
         return self._bounds((count,))
 
+    def prepared(self, arguments: Sequence[Any], count: int = 1) -> Callable[[], None]:
+        """Return a launch of `count` threads by whoever calls it."""
+        return partial(self.call, ctypes.byref(self.bounds(count)), ctypes.byref(self.pack(arguments)))
+
 
 class Team:
     """The calling thread and its helpers."""
@@ -81,9 +86,10 @@ class Team:
         self._desk = wp.array(
             ptr=self._words.ctypes.data, dtype=wp.int64, shape=self._words.shape, device="cpu", copy=False
         )
-        self._lead = Compiled(desk.lead_kernel, [self._desk])
+        lead = Compiled(desk.lead_kernel, [self._desk])
+        self._lead = lead.prepared([self._desk])
         self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
-        self._knows_warp = _takes_structs(self._lead.source)
+        self._knows_warp = _takes_structs(lead.source)
 
     def launch(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
         """Run a kernel for thread indices 0 to `dim` - 1, in slabs of at least `grain` of them.
@@ -100,17 +106,17 @@ class Team:
         compiled = self._compiled.get(kernel)
         if compiled is None:
             compiled = self._compiled[kernel] = Compiled(kernel, arguments)
-        packed = compiled.pack(arguments)
         most = SLABS_PER_THREAD * (len(self._helpers) + 1) if self._helpers else 1
         slab = -(-dim // min(most, -(-dim // grain)))
         if slab == dim:
-            compiled.call(ctypes.byref(compiled.bounds(dim)), ctypes.byref(packed))
+            compiled.prepared(arguments, dim)()
         else:
             with self._lock:
-                self._share(compiled, packed, dim, slab)
+                self._share(compiled, arguments, dim, slab)
 
-    def _share(self, compiled: Compiled, packed: ctypes.Structure, dim: int, slab: int) -> None:
+    def _share(self, compiled: Compiled, arguments: Sequence[Any], dim: int, slab: int) -> None:
         """Do a launch of several slabs together."""
+        packed = compiled.pack(arguments)
         slabs = -(-dim // slab)
         whole, last = compiled.bounds(slab), compiled.bounds(dim - slab * (slabs - 1))
         words, threads = self._words, len(self._helpers) + 1
@@ -123,16 +129,11 @@ class Team:
         for n, helper in enumerate(self._helpers):
             if helper is None or helper.done():
                 self._helpers[n] = self._pool.submit(self._watch, n + 1)
-        self._run(self._lead, [self._desk])
+        self._lead()
 
     def _watch(self, part: int) -> None:
         """Help with launches until there has been none for a while."""
-        self._run(self._help, [self._desk, part, PATIENCE])
-
-    @staticmethod
-    def _run(compiled: Compiled, arguments: Sequence[Any]) -> None:
-        """Run a kernel of the desk's."""
-        compiled.call(ctypes.byref(compiled.bounds(1)), ctypes.byref(compiled.pack(arguments)))
+        self._help.prepared([self._desk, part, PATIENCE])()
 
 
 def _dtype(argument: Any) -> Any:

@@ -23,11 +23,11 @@ def test_a_block_is_given_out_again_only_when_its_owner_went():
     memory = HostMemory()
     first = memory.take(SMALLEST_KEPT)
     second = memory.take(SMALLEST_KEPT)
-    where = first.block.ctypes.data
-    assert second.block.ctypes.data != where
+    where = first.block.address
+    assert second.block.address != where
     del first
-    assert memory.take(SMALLEST_KEPT).block.ctypes.data == where
-    assert second.block.size == SMALLEST_KEPT
+    assert memory.take(SMALLEST_KEPT).block.address == where
+    assert second.block.memory.size == SMALLEST_KEPT
 
 
 def test_no_more_is_kept_than_the_limit(monkeypatch):

@@ -32,7 +32,9 @@ LOWEST = wp.uint32(1)
 
 
 def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) -> Any:
-    """Return the `QuadWord` of each word of nodes, [row, word]: half a byte a node where the surface is.
+    """Return the `QuadWord` of each word of nodes, [row, word], half a byte a node, where the surface is.
+
+    Words that nobody looks at, a row or a layer away from all quads, are left as they are.
 
     Args:
         cells: Active cells.
@@ -44,6 +46,20 @@ def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) ->
     inputs = [grid.struct(), cells.bits, quad_starts]
     device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_SLAB)
     return words
+
+
+@wp.func
+def has_quads_near(grid: Grid, starts: wp.array(dtype=wp.int64), block: wp.int32) -> wp.bool:
+    """Return whether words of a block are beside words with quads: a row, a layer or both away at most."""
+    n = block * LANES
+    last = starts.shape[0] - 2
+    near = bool(False)
+    for step in range(-1, 2):
+        low = (n + step * grid.layer - grid.words - 1) / LANES - 1  # a division rounds towards 0
+        high = (n + step * grid.layer + grid.words + LANES) / LANES
+        if starts[wp.clamp(low, 0, last)] != starts[wp.clamp(high, 0, last) + 1]:
+            near = bool(True)
+    return near
 
 
 @wp.kernel
@@ -61,8 +77,9 @@ def rank_quads_kernel(
     n = block * LANES
     size = wp.min(LANES, words_out.shape[0] - n)
     if starts[block] == starts[block + 1]:
-        for lane in range(size):
-            words_out[n + lane] = QuadWord()
+        if has_quads_near(grid, starts, block):
+            for lane in range(size):
+                words_out[n + lane] = QuadWord()
         return
     count = wp.uint32(starts[block])
     edges = quad_edges(grid, bits, before_line(grid) + n)

@@ -7,6 +7,7 @@ count, scan and emit, so that it is the same on any device and for any number of
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, Device
@@ -30,6 +31,9 @@ WORDS_A_SLAB = 256
 MASKS_A_SLAB = 32
 """Blocks of words of a mask a slab at least."""
 
+SHORT = 1 << 13
+"""Items of a list that NumPy goes through, on CPU, while a kernel and a scan would be made ready."""
+
 
 def mask_length(count: int) -> int:
     """Return the number of words of a mask over `count` items."""
@@ -46,6 +50,9 @@ def list_mask(device: Device, mask: Any) -> Any:
 
 def keep_masked(device: Device, items: Any, mask: Any) -> Any:
     """Return the items, int32 (n,), that are members of a mask over them, in their order."""
+    if device.is_cpu and items.shape[0] <= SHORT:
+        bits = np.unpackbits(mask.numpy().view(np.uint8), count=items.shape[0], bitorder="little")
+        return device.adopt(items.numpy()[bits != 0], wp.int32)
     starts, total = _count_mask(device, mask)
     kept = device.empty(total, wp.int32)
     if total:
@@ -70,6 +77,8 @@ def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
 
 def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
     """Return the items whose flag (int64, 0 or 1) is set, in their order."""
+    if device.is_cpu and items.shape[0] <= SHORT:
+        return device.adopt(items.numpy()[flags.numpy() != 0], wp.int32)
     starts, total = device.starts(flags)
     kept = device.empty(total, wp.int32)
     device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], FLAGS_A_SLAB)

@@ -121,7 +121,7 @@ def _pass_3333(mesh: WorkingMesh, *, safe: bool) -> tuple[int, int]:
         eligible, refused = judge_3333(mesh, quads, safe=safe)
         flags = choose_unshared(mesh, quads, eligible) if safe else eligible
         remove_3333(mesh, quads, flags)
-        removed += REMOVED_TOGETHER * device.starts(flags)[1]
-        refusals += device.starts(refused)[1]
+        removed += REMOVED_TOGETHER * device.total(flags)
+        refusals += device.total(refused)
         quads = still_waiting(device, quads, eligible, flags)
     return removed, refusals

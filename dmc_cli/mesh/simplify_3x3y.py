@@ -25,7 +25,7 @@ import warp as wp
 
 from dmc_cli.mesh.fetch import fetch_neighbors
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.selection import mask_length, turn_key
+from dmc_cli.mesh.selection import KEY_FACTOR, mask_length
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -215,19 +215,28 @@ def judge_topology_kernel(
     refused_out[block] = refused
 
 
-@wp.func
+@wp.func_native(
+    f"""
+    const int* twins = (const int*)twin.data;
+    const unsigned char* may_go = (const unsigned char*)state.data;
+    auto is_before = [&](int other) {{
+        return may_go[other] & ((unsigned int)other * {KEY_FACTOR}u < (unsigned int)q * {KEY_FACTOR}u);
+    }};
+    int before = 0;
+    for (int c = 0; c < 4; ++c) {{
+        int t = twins[4 * (size_t)q + c];
+        before |= is_before(t >> 2);
+        for (int step = 1; step < 4; ++step) before |= is_before(twins[(t & ~3) | ((t + step) & 3)] >> 2);
+    }}
+    return before == 0;
+    """
+)
 def comes_first(twin: wp.array(dtype=wp.int32), state: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
-    """Return whether no quad within two steps that may go has a lower key."""
-    key = turn_key(q)
-    for c in range(4):
-        t = twin[4 * q + c]
-        if state[t >> 2] == wp.uint8(1) and turn_key(t >> 2) < key:
-            return False
-        for step in range(1, 4):
-            beyond = twin[(t & ~3) | ((t + step) & 3)] >> 2
-            if beyond != q and state[beyond] == wp.uint8(1) and turn_key(beyond) < key:
-                return False
-    return True
+    """Return whether no quad within two steps that may go has a lower key.
+
+    Which one has is as good as random, so all are looked at, without a branch.
+    """
+    ...
 
 
 @wp.kernel

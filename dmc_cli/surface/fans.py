@@ -182,8 +182,7 @@ def number_vertices_kernel(
         bare = crossed & ~edges_with_quad(grid, bits, i, j, k, crossed)
     polygons = int(0)
     for edge in range(12):
-        if has_bit(crossed, edge):
-            polygons = wp.max(polygons, label_of(labels, edge) + 1)
+        polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
     found = CellVertices(labels, polygons, 0)
     if polygons == 1 and has_absent == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
         for edge in range(12):

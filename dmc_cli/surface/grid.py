@@ -26,6 +26,7 @@ then the volume's first.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,10 @@ class GridShape:
 
     def struct(self) -> Any:
         """Return the kernels' view."""
+        return self._struct
+
+    @cached_property
+    def _struct(self) -> Any:
         grid = Grid()
         grid.nx, grid.ny, grid.nz = self.nx, self.ny, self.nz
         grid.words, grid.layer, grid.border = self.words, self.layer, self.border

@@ -86,7 +86,7 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     device = volume.device
     levels = _levels(volume, field)
     inside = make_plane(grid, device)
-    absent = device.empty(grid.rows, wp.int32)
+    absent = device.empty(grid.rows, wp.int64)
     inputs = [grid.struct(), field, levels]
     device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
     no_data_count = device.total(absent) if levels.checks_finite or levels.checks_padding else 0
@@ -218,7 +218,7 @@ def find_inside_kernel(
     levels: Levels,
     # Out:
     inside_out: wp.array2d(dtype=wp.uint32),
-    absent_out: wp.array(dtype=wp.int32),
+    absent_out: wp.array(dtype=wp.int64),
 ):
     """Find the inside bits and count the nodes without data. One thread a row of the grid."""
     row = first + wp.tid()
@@ -227,7 +227,7 @@ def find_inside_kernel(
     b = grid.border
     if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
         fill_row(inside_out, grid, row, levels.outside)
-        absent_out[row] = 0
+        absent_out[row] = wp.int64(0)
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
@@ -238,7 +238,7 @@ def find_inside_kernel(
         absent = settle_row(inside_out, field, levels, row, start, nx, looks_for_data)
     if b == 1:
         add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
-    absent_out[row] = absent
+    absent_out[row] = wp.int64(absent)
 
 
 @wp.kernel

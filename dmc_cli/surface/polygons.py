@@ -23,7 +23,7 @@ from dmc_cli.surface.special_cells import (
     cell_case,
     is_active,
 )
-from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, is_split, trace_cell
+from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, is_split, label_all, trace_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -146,6 +146,8 @@ def trace_polygons_kernel(
                 )
                 if face % 2 == 1 or not low:
                     count += 1
+        polygons_out[s] = trace_cell(case, joined)
+    else:
+        polygons_out[s] = label_all(case)
     joined_out[s] = joined
-    polygons_out[s] = trace_cell(case, joined)
     ambiguous_out[s] = wp.uint8(count)

@@ -141,13 +141,30 @@ def next_edge(case: wp.int32, joined: wp.uint32, previous: wp.int32, edge: wp.in
 
 @wp.func
 def is_split(case: wp.int32) -> wp.bool:
-    """Return whether a cell may have several polygons: an ambiguous face, or two lone opposite corners."""
-    lone = case == 0x81 or case == 0x42 or case == 0x24 or case == 0x18
+    """Return whether a cell may have several polygons: an ambiguous face, or two lone opposite corners.
+
+    Which of them it has is as good as random, so all are looked at, without a branch.
+    """
     outside = 255 - case
-    lone = lone or outside == 0x81 or outside == 0x42 or outside == 0x24 or outside == 0x18
+    split = int(0)
+    for corner in range(4):
+        pair = (1 << corner) | (128 >> corner)
+        split |= wp.where(case == pair, 1, 0) | wp.where(outside == pair, 1, 0)
     for face in range(6):
-        lone = lone or is_ambiguous(case, face)
-    return lone
+        corners = case & FACE_MASKS[face]
+        split |= wp.where(corners == FACE_DIAGONALS[face], 1, 0)
+        split |= wp.where(corners == (FACE_MASKS[face] ^ FACE_DIAGONALS[face]), 1, 0)
+    return split == 1
+
+
+@wp.func
+def label_all(case: wp.int32) -> wp.uint64:
+    """Return the label of each edge of a cell that is not split: 0 for all crossed edges."""
+    labels = wp.uint64(NO_LABELS)
+    for edge in range(12):
+        crossed = ((case >> EDGE_LOW[edge]) ^ (case >> EDGE_HIGH[edge])) & 1
+        labels -= wp.uint64(NO_LABEL * crossed) << wp.uint64(4 * edge)
+    return labels
 
 
 @wp.func
@@ -155,22 +172,17 @@ def trace_cell(case: wp.int32, joined: wp.uint32) -> wp.uint64:
     """Return the label of each edge: the number of its polygon, in the order of their lowest edges."""
     labels = NO_LABELS
     polygon = int(0)
-    if is_split(case):
-        for start in range(12):
-            if is_crossed(case, start) and label_of(labels, start) == NO_LABEL:
-                previous = int(-1)
-                edge = int(start)
-                running = int(1)
-                while running == 1:
-                    labels = with_label(labels, edge, polygon)
-                    following = next_edge(case, joined, previous, edge)
-                    previous = edge
-                    edge = following
-                    if edge == start:
-                        running = 0
-                polygon += 1
-    else:
-        for edge in range(12):
-            if is_crossed(case, edge):
-                labels = with_label(labels, edge, 0)
+    for start in range(12):
+        if is_crossed(case, start) and label_of(labels, start) == NO_LABEL:
+            previous = int(-1)
+            edge = int(start)
+            running = int(1)
+            while running == 1:
+                labels = with_label(labels, edge, polygon)
+                following = next_edge(case, joined, previous, edge)
+                previous = edge
+                edge = following
+                if edge == start:
+                    running = 0
+            polygon += 1
     return labels

@@ -1,0 +1,78 @@
+"""Sums of counts, and memory whose former content never shows."""
+
+import numpy as np
+import pytest
+import warp as wp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dmc_cli import device as device_module
+from dmc_cli.device import SHORT_SCAN, select_device
+from dmc_cli.host_memory import HostMemory
+from dmc_cli.mesh.halfedges import build_halfedges
+from dmc_cli.mesh.simplify import simplify
+from dmc_cli.scan import CHUNK
+from dmc_cli.settings import MeshSettings, SurfaceSettings
+from dmc_cli.surface import compute_normals, extract_surface, upload_volume
+from tests.fields import smooth_noise, volume_of, white_noise
+
+LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
+
+
+def check_starts(threads: int, length: int) -> None:
+    device = select_device("cpu", threads)
+    counts = np.random.default_rng(length).integers(0, 1000, length)
+    sums, total = device.starts(wp.array(counts, dtype=wp.int64, device="cpu"))
+    assert np.array_equal(sums.numpy(), np.concatenate([[0], np.cumsum(counts)]))
+    assert total == counts.sum()
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+@pytest.mark.parametrize("length", LENGTHS)
+def test_starts_are_the_sums_before_each_count(threads, length):
+    check_starts(threads, length)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 40 * CHUNK))
+def test_chunks_of_chunks_are_summed_alike(length):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(device_module, "SHORT_SCAN", 4)
+        check_starts(2, length)
+
+
+def two_spheres() -> np.ndarray:
+    """A volume most of which is far from the surface."""
+    k, j, i = np.mgrid[:40, :48, :200].astype(np.float32)
+    near = np.hypot(np.hypot(i - 20, j - 24), k - 20)
+    far = np.hypot(np.hypot(i - 170, j - 24), k - 20)
+    return (9.3 - np.minimum(near, far)).astype(np.float32)
+
+
+VOLUMES = {"spheres": volume_of(two_spheres()), "noise": white_noise(33), "smooth": smooth_noise(40)}
+
+
+@pytest.mark.parametrize("name", VOLUMES)
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_what_memory_held_before_never_shows(name, border, monkeypatch):
+    meshes = []
+    take = HostMemory.take
+    for content in (0x00, 0xFF, 0xA5):
+
+        def take_filled(self, size, content=content):
+            lease = take(self, size)
+            lease.block.memory[:] = content
+            return lease
+
+        monkeypatch.setattr(HostMemory, "take", take_filled)
+        device = select_device("cpu", 2)
+        chosen = SurfaceSettings(isovalue=0.0, border=border)
+        surface = extract_surface(upload_volume(VOLUMES[name], device), chosen)
+        halfedges = build_halfedges(surface)
+        normals = compute_normals(surface, chosen).numpy().copy()
+        twins = halfedges.twin.numpy().copy()
+        found = simplify(surface, halfedges, MeshSettings(simplify="all"))
+        meshes.append([normals, twins, found.surface.vertices.numpy(), found.surface.quads.numpy()])
+    assert len(meshes[0][1]) > 1000
+    for other in meshes[1:]:
+        assert all(np.array_equal(a, b) for a, b in zip(meshes[0], other, strict=True))
