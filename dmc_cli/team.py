@@ -86,10 +86,13 @@ class Team:
         self._desk = wp.array(
             ptr=self._words.ctypes.data, dtype=wp.int64, shape=self._words.shape, device="cpu", copy=False
         )
-        lead = Compiled(desk.lead_kernel, [self._desk])
-        self._lead = lead.prepared([self._desk])
-        self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
-        self._knows_warp = _takes_structs(lead.source)
+        try:
+            lead = Compiled(desk.lead_kernel, [self._desk])
+            self._knows_warp = _takes_structs(lead.source)
+            self._lead = lead.prepared([self._desk])
+            self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
+        except (AttributeError, OSError):  # a version of Warp whose records are not as we know them
+            self._knows_warp = False
 
     def launch(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
         """Run a kernel for thread indices 0 to `dim` - 1, in slabs of at least `grain` of them.

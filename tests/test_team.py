@@ -109,6 +109,15 @@ def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatc
     assert shared._helpers == [None]
 
 
+@pytest.mark.parametrize("error", [AttributeError, FileNotFoundError])
+def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
+    def fail(self):
+        raise error("other records")
+
+    monkeypatch.setattr(team.Compiled, "source", property(fail))
+    assert (visits_of(Team(2), 1000, 10)[:1000] == 1).all()
+
+
 def test_how_kernels_take_their_arguments_is_read_from_their_source():
     source = Team(1)._help.source.replace("help_kernel", "lead_kernel")
     assert team._takes_structs(source)
