@@ -12,7 +12,7 @@ from typing import NoReturn
 import click
 
 from dmc_cli.cli import batch, completion, convert, doctor, info, measure, reproduce, synth
-from dmc_cli.cli.group import DmcGroup
+from dmc_cli.cli.group import DmcGroup, Failure
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 
 
@@ -56,6 +56,7 @@ def main() -> None:
         raise_on_signals()
         dmc()
     except Stopped as stop:  # before or after a command
+        Failure(stop.message, stop.exit_status).show()
         status: object = stop.exit_status
     except SystemExit as end:
         status = end.code

@@ -41,3 +41,28 @@ def test_a_signal_in_a_callback_is_not_lost(name, status, in_destructor):
     )
     assert run.stdout.split() == [str(status)]
     assert run.stderr == ""
+
+
+OUTSIDE = """
+import os, signal, time
+from dmc_cli import cli
+
+def strike():
+    os.kill(os.getpid(), signal.{name})
+    time.sleep(20)
+
+cli.dmc = strike  # before a command or after it, where the group's own handler is not there
+cli.main()
+"""
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_outside_of_a_command_has_its_message(name, status):
+    script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    script += OUTSIDE.format(name=name)
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=False, timeout=60
+    )
+    assert run.returncode == status
+    assert run.stderr.startswith("Error: ")
+    assert run.stderr.endswith("no output was left incomplete\n")
