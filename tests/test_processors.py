@@ -1,4 +1,4 @@
-"""The same mesh from kernels compiled for a processor without the widest vectors, or for the oldest."""
+"""The same mesh from kernels compiled for a processor without wide vectors, the oldest, and as on a GPU."""
 
 import hashlib
 import os
@@ -34,7 +34,7 @@ def meshes_of(flags: str, folder) -> dict[str, str]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("flags", ["-target-cpu x86-64-v3", ""])
+@pytest.mark.parametrize("flags", ["-target-cpu x86-64-v3", "", "-march=native -DDMC_AS_ON_GPU"])
 def test_the_processors_instructions_do_not_show_in_the_mesh(flags, tmp_path):
     if os.uname().machine != "x86_64":
         pytest.skip("these are instruction sets of x86-64")

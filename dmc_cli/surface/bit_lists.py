@@ -6,8 +6,8 @@ one instruction a word where the processor has it (AVX-512 VBMI2), and done in o
 list.
 """
 
-ON_GPU = "defined(__CUDA_ARCH__) || !defined(__clang__)"
-"""The condition in C++."""
+ON_GPU = "defined(__CUDA_ARCH__) || !defined(__clang__) || defined(DMC_AS_ON_GPU)"
+"""The condition in C++; the last one is for tests of that code on a CPU."""
 
 LIST_BITS = """
     // write tag + b for each set bit b of a word to a list, which has room for 32; return the end of the list
