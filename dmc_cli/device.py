@@ -142,6 +142,11 @@ class Device:
             self.launch(scan_chunks_kernel, chunk_sums.shape[0], [counts, starts], [sums], 1)
         return int(host[length])
 
+    def totals(self, counts: Any) -> list[int]:
+        """Return the sum of each row of an integer array."""
+        sums: list[int] = counts.numpy().sum(axis=1, dtype=np.int64).tolist()
+        return sums
+
     def total(self, counts: Any) -> int:
         """Return the sum of an integer array as a Python integer."""
         return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0

@@ -10,7 +10,7 @@ from threading import Lock
 
 import numpy as np
 
-SMALLEST_KEPT = 1 << 16
+SMALLEST_KEPT = 1 << 12
 """Bytes below which the C library's own lists are as good."""
 
 MOST_KEPT = 1 << 30

@@ -42,7 +42,7 @@ def make_scene(surface: Surface) -> Any:
     inverse = np.linalg.inv(surface.affine[:3, :3])
     scene.field, scene.grid = surface.field, surface.grid.struct()
     scene.depths = surface.depths
-    scene.to_output = wp.mat44d(*surface.affine.ravel())
+    scene.to_output = wp.mat44d(*surface.affine.ravel().tolist())
     scene.to_grid = wp.mat33(*inverse.ravel())
     scene.normal_to_output = wp.mat33(*inverse.T.ravel())
     return scene

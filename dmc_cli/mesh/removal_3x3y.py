@@ -43,7 +43,7 @@ def remove_3x3y(
     removed, refused = device.empty(blocks, wp.int32), device.empty(blocks, wp.int32)
     seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * blocks, wp.uint32)
     color = mesh.arrays.defect if mesh.color is None else mesh.color
-    inputs = [mesh.arrays, surface.grid.struct(), surface.field, wp.mat44d(*surface.affine.ravel())]
+    inputs = [mesh.arrays, surface.grid.struct(), surface.field, wp.mat44d(*surface.affine.ravel().tolist())]
     inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
     device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_SLAB)
     if not safe:

@@ -9,7 +9,7 @@ import warp as wp
 
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, has_bit
-from dmc_cli.surface.special_cells import SpecialCells, cell_case, is_active
+from dmc_cli.surface.special_cells import MULTI, POLYGONS, UNUSED, SpecialCells, cell_case, is_active
 from dmc_cli.surface.tracing import (
     EDGE_HIGH,
     EDGE_LOW,
@@ -164,10 +164,8 @@ def number_vertices_kernel(
     has_absent: wp.int32,
     # Out:
     labels_out: wp.array(dtype=wp.uint64),
-    polygon_count_out: wp.array(dtype=wp.uint8),
     vertex_count_out: wp.array(dtype=wp.int64),
-    unused_out: wp.array(dtype=wp.uint8),
-    multi_out: wp.array(dtype=wp.uint8),
+    tallies_out: wp.array2d(dtype=wp.uint8),
 ):
     """Turn polygons into vertices: none for a polygon without quads, one a fan. One thread a special cell."""
     s = first + wp.tid()
@@ -192,7 +190,7 @@ def number_vertices_kernel(
         case = cell_case(grid, bits.inside, row, i)
         found = number_fans(case, special.joined[s], labels, polygons, crossed & ~bare, splits_fans)
     labels_out[s] = found.labels
-    polygon_count_out[s] = wp.uint8(polygons)
     vertex_count_out[s] = wp.int64(found.count)
-    unused_out[s] = wp.uint8(found.unused)
-    multi_out[s] = wp.uint8(wp.where(polygons > 1, 1, 0))
+    tallies_out[POLYGONS, s] = wp.uint8(polygons)
+    tallies_out[UNUSED, s] = wp.uint8(found.unused)
+    tallies_out[MULTI, s] = wp.uint8(wp.where(polygons > 1, 1, 0))

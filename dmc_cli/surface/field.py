@@ -14,6 +14,7 @@ Conventions:
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -68,12 +69,12 @@ class DeviceVolume:
     volume: Volume
     device: Device
 
-    @property
+    @cached_property
     def dtype(self) -> np.dtype[Any]:
         """The value type as NumPy names it."""
         return np.dtype(wp.dtype_to_numpy(self.values.dtype))
 
-    @property
+    @cached_property
     def kind(self) -> int:
         """The tag of the value type."""
         return KINDS[self.dtype.name]

@@ -111,8 +111,9 @@ def _levels(volume: DeviceVolume, field: Any) -> Any:
         levels.lowest = _threshold(dtype, float(np.finfo(dtype).min))
         levels.infinity = _threshold(dtype, math.inf)
     levels.checks_padding = int(field.padding_low <= field.padding_high)
-    levels.padding = _threshold(dtype, field.padding_low)
-    levels.after_padding = _threshold(dtype, _above(dtype, field.padding_high))
+    if levels.checks_padding:
+        levels.padding = _threshold(dtype, field.padding_low)
+        levels.after_padding = _threshold(dtype, _above(dtype, field.padding_high))
     return levels
 
 

@@ -19,6 +19,8 @@ from dmc_cli.surface.flips import flip_faces
 from dmc_cli.surface.grid import Grid, GridShape
 from dmc_cli.surface.special_cells import (
     AMBIGUOUS,
+    AMBIGUOUS_FACES,
+    TALLIES,
     SpecialCells,
     cell_case,
     is_active,
@@ -69,29 +71,29 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
     struct = grid.struct()
-    ambiguous = device.empty(count, wp.uint8)
+    tallies = device.empty((TALLIES, count), wp.uint8)
     inputs = [struct, cells.bits, field, special]
-    outputs = [special.joined, special.polygons, ambiguous]
+    outputs = [special.joined, special.polygons, tallies]
     device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     flipped_faces = flip_faces(cells, special, count, struct, device) if manifold else 0
-    polygons, unused, multi = (device.empty(count, wp.uint8) for _ in range(3))
     vertices = device.empty(count, wp.int64)
     device.launch(
         number_vertices_kernel,
         count,
         [struct, cells.bits, special, manifold, field.has_absent],
-        [special.vertices, polygons, vertices, unused, multi],
+        [special.vertices, vertices, tallies],
         ITEMS_A_SLAB,
     )
     special.first_vertex, vertex_count = device.starts(vertices)
+    polygons, unused, multi, ambiguous = device.totals(tallies)
     return Polygons(
         special=special,
         special_count=count,
         vertex_count=cells.ordinary_count + vertex_count,
-        polygon_count=cells.ordinary_count + device.total(polygons),
-        unused_count=device.total(unused),
-        multi_polygon_cells=device.total(multi),
-        ambiguous_faces=device.total(ambiguous),
+        polygon_count=cells.ordinary_count + polygons,
+        unused_count=unused,
+        multi_polygon_cells=multi,
+        ambiguous_faces=ambiguous,
         flipped_faces=flipped_faces,
     )
 
@@ -116,7 +118,7 @@ def trace_polygons_kernel(
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
     polygons_out: wp.array(dtype=wp.uint64),
-    ambiguous_out: wp.array(dtype=wp.uint8),
+    tallies_out: wp.array2d(dtype=wp.uint8),
 ):
     """Decide the ambiguous faces, count those no lower cell shares, and trace. One thread a special cell."""
     s = first + wp.tid()
@@ -150,4 +152,4 @@ def trace_polygons_kernel(
     else:
         polygons_out[s] = label_all(case)
     joined_out[s] = joined
-    ambiguous_out[s] = wp.uint8(count)
+    tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)

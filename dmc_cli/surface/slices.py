@@ -47,7 +47,7 @@ def map_vertices(
         device: Where the arrays are.
     """
     positions = device.empty(cells.shape[0], wp.vec3)
-    matrix = wp.mat44d(*to_output.ravel())
+    matrix = wp.mat44d(*to_output.ravel().tolist())
     inputs = [grid.struct(), matrix, depths, cells, locals_]
     device.launch(map_vertices_kernel, cells.shape[0], inputs, [positions])
     return positions

@@ -13,6 +13,15 @@ AMBIGUOUS = wp.uint32(1 << 8)
 """The first of the bits of `SpecialCells.joined` that say which faces are ambiguous."""
 
 
+POLYGONS = wp.constant(0)
+UNUSED = wp.constant(1)
+MULTI = wp.constant(2)
+AMBIGUOUS_FACES = wp.constant(3)
+TALLIES = 4
+"""What is counted of each special cell, a row each of an array: polygons; those without a vertex; whether
+there are several; ambiguous faces that no lower cell shares."""
+
+
 @wp.struct
 class SpecialCells:
     """The special cells in grid order.

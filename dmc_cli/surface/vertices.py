@@ -86,7 +86,7 @@ def place_vertices(
         grid_affine=to_output,
         fallback_count=0,
     )
-    scene = [grid.struct(), field, wp.mat44d(*to_output.ravel())]
+    scene = [grid.struct(), field, wp.mat44d(*to_output.ravel().tolist())]
     inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
     device.launch(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
     if placement == "exact":
