@@ -17,9 +17,9 @@ from dmc_cli.mesh.plain_rings import store_plain_rings
 from dmc_cli.mesh.quad_ranks import QuadWord, quad_round
 from dmc_cli.surface import Surface
 from dmc_cli.surface.cells import CellBits
-from dmc_cli.surface.grid import ALL_BITS, Grid
+from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index
 from dmc_cli.surface.special_cells import SpecialCells
-from dmc_cli.surface.tracing import EDGE_HIGH, EDGE_LOW, NO_LABEL, label_of
+from dmc_cli.surface.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
 from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
 
 wp.set_module_options(
@@ -145,16 +145,17 @@ def ring_special_kernel(
     for n in range(count):
         valence = int(0)
         leaving = int(-1)
-        for edge in range(12):
-            if label_of(special.vertices[s], edge) == n and n != NO_LABEL:
-                h = halfedge_from_cell(grid, bits, words, is_reversed, cell, edge)
+        left = edges_labelled(special.vertices[s], n)
+        while left != wp.uint32(0):
+            h = halfedge_from_cell(grid, bits, words, is_reversed, cell, bit_index(left))
+            left &= left - wp.uint32(1)
+            valence += 1
+            entering = (h & ~3) | ((h + 3) & 3)
+            if twin[entering] < 0:
                 valence += 1
-                entering = (h & ~3) | ((h + 3) & 3)
-                if twin[entering] < 0:
-                    valence += 1
-                if leaving < 0:
-                    leaving = h
-                elif twin[h] < 0 and twin[leaving] >= 0:
-                    leaving = h
+            if leaving < 0:
+                leaving = h
+            elif twin[h] < 0 and twin[leaving] >= 0:
+                leaving = h
         halfedge_out[start + n] = leaving
         valence_out[start + n] = valence

@@ -24,7 +24,7 @@ from dmc_cli.device import Device
 from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.grid import Grid
-from dmc_cli.surface.stored import KINDS, STORED_TYPES, value_at
+from dmc_cli.surface.stored import KINDS, STORED_TYPES, cell_at, value_at
 from dmc_cli.surface.trilinear import CornerValues64
 from dmc_cli.volume.volume import Volume
 
@@ -237,8 +237,7 @@ def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32)
         b = grid.border
         row = wp.int64(grid.nx - 2 * b)
         layer = row * wp.int64(grid.ny - 2 * b)
-        node = node_of_volume(grid, i - b, j - b, k - b)
+        stored = cell_at(field.values, field.kind, node_of_volume(grid, i - b, j - b, k - b), row, layer)
         for c in range(8):
-            at = node + wp.int64(c & 1) + wp.int64((c >> 1) & 1) * row + wp.int64(c >> 2) * layer
-            f[c] = field.sign * (stored_value(field, at) - field.isovalue)
+            f[c] = field.sign * (stored[c] - field.isovalue)
     return f

@@ -10,6 +10,7 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.surface.trilinear import CornerValues64
 from dmc_cli.surface.words import LANES
 
 STORED_TYPES: dict[str, Any] = {
@@ -48,6 +49,23 @@ def _for_each_type(body: str) -> str:
 @wp.func_native(_for_each_type("return (double)*nodes;"))
 def value_at(values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64) -> wp.float64:
     """Return the stored value of node `at` of the volume, x fastest."""
+    ...
+
+
+@wp.func_native(
+    _for_each_type(
+        """
+        wp::vec_t<8, double> corners;
+        for (int c = 0; c < 8; ++c)
+            corners[c] = (double)nodes[(c & 1) + (c >> 1 & 1) * row + (c >> 2) * layer];
+        return corners;
+        """
+    )
+)
+def cell_at(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, row: wp.int64, layer: wp.int64
+) -> CornerValues64:
+    """Return the stored values of the cell at node `at`; a row and a layer have that many nodes."""
     ...
 
 

@@ -122,6 +122,16 @@ def label_of(labels: wp.uint64, edge: wp.int32) -> wp.int32:
 
 
 @wp.func
+def edges_labelled(labels: wp.uint64, label: wp.int32) -> wp.uint32:
+    """Return a bit for each edge with a label, which is not `NO_LABEL`, without a branch for each."""
+    edges = wp.uint32(0)
+    for edge in range(12):
+        is_one = wp.where(label_of(labels, edge) == label, wp.uint32(1), wp.uint32(0))
+        edges |= is_one << wp.uint32(edge)
+    return edges
+
+
+@wp.func
 def with_label(labels: wp.uint64, edge: wp.int32, label: wp.int32) -> wp.uint64:
     """Return labels with that of one edge replaced."""
     shift = wp.uint64(4 * edge)
