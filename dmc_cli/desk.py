@@ -105,8 +105,9 @@ def rest(desk: wp.array(dtype=wp.int64), turn: wp.int32):
         const auto entry = reinterpret_cast<void (*)(void*, void*)>(words[{ENTRY}]);
         for (long long turn = 0; turn < words[{THREADS}]; ++turn) {{
             long long* part = words + {PARTS} + {LINE} * ((own + turn) % words[{THREADS}]);
-            long long slab;
-            while ((slab = __atomic_fetch_add(part, 1, __ATOMIC_RELAXED)) < part[1]) {{
+            while (__atomic_load_n(part, __ATOMIC_RELAXED) < part[1]) {{  // looking disturbs nobody
+                const long long slab = __atomic_fetch_add(part, 1, __ATOMIC_RELAXED);
+                if (slab >= part[1]) break;
                 *(wp::int32*)arguments = (wp::int32)(slab * words[{SLAB}]);  // first
                 entry((void*)words[slab + 1 < words[{SLABS}] ? {WHOLE} : {LAST}], arguments);
             }}

@@ -106,7 +106,7 @@ class Device:
     def starts(self, counts: Any) -> tuple[Any, int]:
         """Return the exclusive prefix sum of int64 `counts` with the total as a last item, and the total.
 
-        The only device-to-host read of a stage: the size of what the next kernel emits.
+        The total is what a stage reads from the device: the size of what the next kernel emits.
 
         Raises:
             DeviceError: The total does not fit into the 32 bits of a mesh index.
@@ -182,7 +182,8 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         WriteError: Kernels have to be compiled, and the cache cannot be written.
     """
     block_dim = 1 if device.is_cpu else None
-    names = [wp.get_module(m.__name__) for m in ([desk, scan, *modules] if device.is_cpu else modules)]
+    needed = dict.fromkeys([desk, scan, *modules] if device.is_cpu else modules)
+    names = [wp.get_module(module.__name__) for module in needed]
     missing = [module for module in names if not _is_compiled(module, block_dim)]
     with _kernel_cache():
         wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)

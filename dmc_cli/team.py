@@ -26,28 +26,38 @@ SLABS_PER_THREAD = 64
 """Slabs a thread at most: enough to even out where the surface is dense."""
 
 PATIENCE = 6000
-"""Turns that a helper waits for the next launch before it sleeps: two milliseconds or so."""
+"""Turns that a helper waits for the next launch before it sleeps: two milliseconds where nobody else wants
+the processor."""
 
 
 class Compiled:
     """A kernel's compiled function, which takes its arguments as one struct.
 
     Warp's own record of a first launch, whose arguments Warp has checked, tells how the struct is laid out.
+    Nothing is kept of it that holds the arrays of that launch.
+
+    Raises:
+        AttributeError: The record is not as we know it.
     """
 
     def __init__(self, kernel: Any, arguments: Sequence[Any]) -> None:
-        self._record = wp.launch(kernel, dim=1, inputs=arguments, device="cpu", record_cmd=True)
-        self._bounds = type(self._record.bounds)
-        self._types = [_dtype(a) for a in arguments]
-        fields = [(f"argument{n}", type(a)) for n, a in enumerate(self._record.params[1:])]
+        record = wp.launch(kernel, dim=1, inputs=arguments, device="cpu", record_cmd=True)
+        packed = record.params[1:]  # after the bounds
+        if len(packed) != len(arguments):
+            raise AttributeError("the record of a launch has other parameters than the kernel")
+        self._name = kernel.key
+        self._module = record.module_exec  # as long as it is held, its code stays
+        self._bounds = type(record.bounds)
+        self._types = [_array_type(a) for a in arguments]
+        fields = [(f"argument{n}", type(a)) for n, a in enumerate(packed)]
         self._struct = type("Arguments", (ctypes.Structure,), {"_fields_": fields})
-        self.call = self._record.hooks.forward
+        self.call = record.hooks.forward
         self.address = ctypes.cast(self.call, ctypes.c_void_p).value
 
     @property
     def source(self) -> str:
         """The C++ that Warp made of the kernel's module."""
-        binary = Path(self._record.module_exec.binary_path)
+        binary = Path(self._module.binary_path)
         return binary.with_name(f"{binary.name.partition('.cpu')[0]}.cpp").read_text()
 
     def pack(self, arguments: Sequence[Any]) -> ctypes.Structure:
@@ -56,8 +66,9 @@ class Compiled:
         Raises:
             TypeError: An array's type is not that of the first launch.
         """
-        if [_dtype(a) for a in arguments] != self._types:
-            raise TypeError(f"{self._record.kernel.key} takes {self._types}, got other arguments")
+        types = [_array_type(a) for a in arguments]
+        if types != self._types:
+            raise TypeError(f"{self._name} takes arrays of {self._types}, got {types}")
         packed: ctypes.Structure = self._struct(
             *(a.__ctype__() if hasattr(a, "__ctype__") else a for a in arguments)
         )
@@ -91,7 +102,12 @@ class Team:
             self._knows_warp = _takes_structs(lead.source)
             self._lead = lead.prepared([self._desk])
             self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
-        except (AttributeError, OSError):  # a version of Warp whose records are not as we know them
+        except (
+            AttributeError,
+            OSError,
+            TypeError,
+            ValueError,
+        ):  # a version of Warp whose records are not as we know them
             self._knows_warp = False
 
     def launch(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
@@ -110,7 +126,7 @@ class Team:
         if compiled is None:
             compiled = self._compiled[kernel] = Compiled(kernel, arguments)
         most = SLABS_PER_THREAD * (len(self._helpers) + 1) if self._helpers else 1
-        slab = -(-dim // min(most, -(-dim // grain)))
+        slab = -(-dim // min(most, max(dim // grain, 1)))
         if slab == dim:
             compiled.prepared(arguments, dim)()
         else:
@@ -129,7 +145,7 @@ class Team:
         for n in range(threads):
             part = desk.PARTS + desk.LINE * n
             words[part], words[part + 1] = slabs * n // threads, slabs * (n + 1) // threads
-        for n, helper in enumerate(self._helpers):
+        for n, helper in enumerate(self._helpers[: slabs - 1]):
             if helper is None or helper.done():
                 self._helpers[n] = self._pool.submit(self._watch, n + 1)
         self._lead()
@@ -139,9 +155,9 @@ class Team:
         self._help.prepared([self._desk, part, PATIENCE])()
 
 
-def _dtype(argument: Any) -> Any:
-    """Return what an array's items are; None for other arguments."""
-    return argument.dtype if isinstance(argument, wp.array) else None
+def _array_type(argument: Any) -> tuple[Any, int] | None:
+    """Return what an array's items are and its dimensions; None for other arguments."""
+    return (argument.dtype, argument.ndim) if isinstance(argument, wp.array) else None
 
 
 def _aligned_words(count: int) -> np.ndarray[Any, Any]:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from dmc_cli import device as device_module
 from dmc_cli.device import SHORT_SCAN, select_device
 from dmc_cli.host_memory import HostMemory
+from dmc_cli.mesh.coloring import color_quads, reduce_colors
 from dmc_cli.mesh.halfedges import build_halfedges
 from dmc_cli.mesh.simplify import simplify
 from dmc_cli.scan import CHUNK
@@ -71,8 +72,10 @@ def test_what_memory_held_before_never_shows(name, border, monkeypatch):
         halfedges = build_halfedges(surface)
         normals = compute_normals(surface, chosen).numpy().copy()
         twins = halfedges.twin.numpy().copy()
+        colors = color_quads(surface, halfedges.words)
+        reduced = reduce_colors(surface, halfedges.words, halfedges.twin, colors).numpy().copy()
         found = simplify(surface, halfedges, MeshSettings(simplify="all"))
-        meshes.append([normals, twins, found.surface.vertices.numpy(), found.surface.quads.numpy()])
+        meshes.append([normals, twins, reduced, found.surface.vertices.numpy(), found.surface.quads.numpy()])
     assert len(meshes[0][1]) > 1000
     for other in meshes[1:]:
         assert all(np.array_equal(a, b) for a, b in zip(meshes[0], other, strict=True))

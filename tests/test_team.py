@@ -1,6 +1,8 @@
 """Threads that share a launch: each index once, whatever the slabs; kernels called as Warp calls them."""
 
+import gc
 import time
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -98,8 +100,29 @@ def test_two_callers_of_one_team_take_turns():
 def test_an_array_of_another_type_is_refused_on_every_launch():
     shared = Team(1)
     visits_of(shared, 10, 1)
-    with pytest.raises(TypeError, match="count_visits_kernel"):
-        shared.launch(count_visits_kernel, 10, [0, 1, wp.zeros(10, dtype=wp.float64, device="cpu")], 1)
+    for other in (
+        wp.zeros(10, dtype=wp.float64, device="cpu"),
+        wp.zeros((2, 5), dtype=wp.int32, device="cpu"),
+    ):
+        with pytest.raises(TypeError, match="count_visits_kernel"):
+            shared.launch(count_visits_kernel, 10, [0, 1, other], 1)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_no_array_of_a_launch_is_kept(threads):
+    shared = Team(threads)
+    visits = wp.zeros(100, dtype=wp.int32, device="cpu")
+    shared.launch(count_visits_kernel, 100, [0, 1, visits], 1)
+    gone = weakref.ref(visits)
+    del visits
+    gc.collect()
+    assert gone() is None
+
+
+def test_only_as_many_helpers_wake_as_there_are_slabs_for():
+    shared = Team(8)
+    visits_of(shared, 1000, 400)
+    assert [helper is not None for helper in shared._helpers] == [True] + 6 * [False]
 
 
 def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatch):
@@ -109,7 +132,7 @@ def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatc
     assert shared._helpers == [None]
 
 
-@pytest.mark.parametrize("error", [AttributeError, FileNotFoundError])
+@pytest.mark.parametrize("error", [AttributeError, FileNotFoundError, TypeError])
 def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
     def fail(self):
         raise error("other records")

@@ -7,6 +7,7 @@ came back; what takes long to import is imported inside it, so that `dmc --help`
 import gc
 import os
 import sys
+from contextlib import suppress
 from typing import NoReturn
 
 import click
@@ -56,7 +57,9 @@ def main() -> None:
         raise_on_signals()
         dmc()
     except Stopped as stop:  # before or after a command
-        Failure(stop.message, stop.exit_status).show()
+        die_on_signals()
+        with suppress(OSError):  # nobody reads it
+            Failure(stop.message, stop.exit_status).show()
         status: object = stop.exit_status
     except SystemExit as end:
         status = end.code

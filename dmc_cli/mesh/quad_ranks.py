@@ -34,7 +34,7 @@ LOWEST = wp.uint32(1)
 def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) -> Any:
     """Return the `QuadWord` of each word of nodes, [row, word], half a byte a node, where the surface is.
 
-    Words that nobody looks at, a row or a layer away from all quads, are left as they are.
+    Words more than a row and a layer away from all quads, which nobody looks at, are left as they are.
 
     Args:
         cells: Active cells.
