@@ -98,9 +98,7 @@ class Device:
             array[start:end].zero_()
 
     def adopt(self, values: np.ndarray[Any, Any], dtype: Any) -> Any:
-        """Return an array of NumPy's values: on CPU in their memory, which must be contiguous."""
-        if not self.is_cpu:
-            return wp.array(values, dtype=dtype, device=self.name)
+        """Return an array in the memory of NumPy's values, which must be contiguous; on CPU alone."""
         return _host_array(values.ctypes.data, values, values.shape[0], dtype)
 
     def starts(self, counts: Any) -> tuple[Any, int]:

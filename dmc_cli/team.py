@@ -3,8 +3,7 @@
 Warp runs a launch on one core, and to wake a thread for the half of it takes a hundred microseconds, as long
 as many a launch. So a team calls the compiled kernels itself, slab by slab: its helpers watch for launches
 from native code (`desk.py`), without the interpreter's lock, and sleep only when there has been none for a
-while.
-Which thread works on which slab never shows in the result: no kernel hands out slots by atomics.
+while. Which thread works on which slab never shows in the result: no kernel hands out slots by atomics.
 """
 
 import ctypes
@@ -28,6 +27,9 @@ SLABS_PER_THREAD = 64
 PATIENCE = 6000
 """Turns that a helper waits for the next launch before it sleeps: two milliseconds where nobody else wants
 the processor."""
+
+OTHER_RECORDS = (AttributeError, OSError, TypeError, ValueError)
+"""What a version of Warp ends in whose records of launches are not as we know them."""
 
 
 class Compiled:
@@ -102,12 +104,7 @@ class Team:
             self._knows_warp = _takes_structs(lead.source)
             self._lead = lead.prepared([self._desk])
             self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
-        except (
-            AttributeError,
-            OSError,
-            TypeError,
-            ValueError,
-        ):  # a version of Warp whose records are not as we know them
+        except OTHER_RECORDS:
             self._knows_warp = False
 
     def launch(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
