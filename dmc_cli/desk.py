@@ -1,10 +1,10 @@
 """The desk where CPU threads meet to share a launch: what they do there, in native code.
 
-The thread that launches lays a job on the desk, opens it and takes slabs of it; so does each helper that
-watches the desk. A helper signs in before and signs out after; who finds no slab left closes the job; and the
-thread that launched waits until all have signed out, so nobody looks at a job that is over. Each thread first
-takes the slabs of its own part, where the launch before left its data in the processor's cache, then those of
-the others' parts.
+The thread that launches lays a job on the desk and opens it; then, or after it has got the next launch ready,
+it takes slabs of it, as each helper does that watches the desk. A helper signs in before and signs out after;
+who finds no slab left closes the job; and the thread that launched waits until all have signed out, so nobody
+looks at a job that is over. Each thread first takes the slabs of its own part, where the launch before left
+its data in the processor's cache, then those of the others' parts.
 
 Warp's language has no atomic words on CPU and cannot call an address, so these few steps are C++.
 """
@@ -121,8 +121,14 @@ def take_slabs(desk: wp.array(dtype=wp.int64), own: wp.int32):
 
 
 @wp.kernel
+def open_kernel(desk: wp.array(dtype=wp.int64)):
+    """Open the job on the desk for helpers."""
+    open_job(desk)
+
+
+@wp.kernel
 def lead_kernel(desk: wp.array(dtype=wp.int64)):
-    """Open the job on the desk and see it done."""
+    """See the job on the desk done: open it, which may have been done before, and take slabs too."""
     open_job(desk)
     take_slabs(desk, 0)
     close_job(desk)

@@ -22,14 +22,14 @@ from dmc_cli import desk, scan
 from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.scan import CHUNK, scan_chunks_kernel, sum_chunks_kernel
+from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
 from dmc_cli.team import Team
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
 
 SHORT_SCAN = 8 * CHUNK
-"""Counts that NumPy sums on CPU while threads would get ready."""
+"""Counts that one thread sums on CPU while others would get ready."""
 
 ROWS_A_SLAB = 64
 ITEMS_A_SLAB = 256
@@ -58,6 +58,11 @@ class Device:
     def _team(self) -> Team:
         return Team(self.threads)
 
+    def wake(self) -> None:
+        """Get threads ready, which takes as long as a short launch, before the first of many."""
+        if self.is_cpu:
+            self._team.wake()
+
     def launch(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
     ) -> None:
@@ -72,6 +77,23 @@ class Device:
             self._team.launch(kernel, dim, arguments, grain)
         else:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
+
+    def begin(
+        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
+    ) -> None:
+        """Begin a launch, which goes on while the caller gets the next one ready, as all do on CUDA.
+
+        The next launch waits for it; before the host looks at its arrays, `finish` does.
+        """
+        if self.is_cpu and dim:
+            self._team.begin(kernel, dim, [0, *inputs, *outputs], grain)
+        else:
+            self.launch(kernel, dim, inputs, outputs, grain)
+
+    def finish(self) -> None:
+        """Wait for the launch that was begun, if there is one."""
+        if self.is_cpu:
+            self._team.finish()
 
     def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an uninitialised array; every kernel that gets it writes all of it.
@@ -90,12 +112,15 @@ class Device:
         block = np.zeros(prod(_dims(shape)) * size_of(dtype), np.uint8)
         return _host_array(block.ctypes.data, block, shape, dtype)
 
-    def clear(self, array: Any, start: int, end: int) -> None:
-        """Set items `start` to `end` - 1 of an array to zero."""
+    def clear_around(self, array: Any, start: int, end: int) -> None:
+        """Set all items but `start` to `end` - 1 of an array to zero."""
         if self.is_cpu:  # a tenth of the time that Warp takes to make a view
-            array.numpy()[start:end] = 0
+            host = array.numpy()
+            host[:start] = 0
+            host[end:] = 0
         else:
-            array[start:end].zero_()
+            array[:start].zero_()
+            array[end:].zero_()
 
     def adopt(self, values: np.ndarray[Any, Any], dtype: Any) -> Any:
         """Return an array in the memory of NumPy's values, which must be contiguous; on CPU alone."""
@@ -112,33 +137,37 @@ class Device:
         length = counts.shape[0]
         sums = self.empty(length + 1, wp.int64)
         if self.is_cpu:
-            total = self._scan(counts, sums)
+            self._scan(counts.ptr or 0, 1, length, sums.ptr)
         else:
-            sums[:1].zero_()
-            if length:
-                wp.utils.array_scan(counts, sums[1:], inclusive=True)
-            total = int(sums[length:].numpy()[0])
-        if total > MOST_ITEMS:
-            raise DeviceError(
-                f"the surface has {total} vertices or quads, but 32-bit mesh indices number only"
-                f" {MOST_ITEMS}; crop or downsample the volume"
-            )
-        return sums, total
+            _scan_on_gpu(counts, sums)
+        return sums, mesh_size(_last(sums))
 
-    def _scan(self, counts: Any, sums: Any) -> int:
-        """Write the exclusive prefix sum of counts, and their total as a last item, which is returned."""
-        length = counts.shape[0]
-        host = sums.numpy()
-        if length < SHORT_SCAN:
-            host[0] = 0
-            np.cumsum(counts.numpy(), out=host[1:])
+    def starts_of_rows(self, counts: Any) -> list[tuple[Any, int]]:
+        """Return what `starts` does for each row of int64 counts [row, n], whatever the totals."""
+        rows, length = counts.shape
+        sums = self.empty((rows, length + 1), wp.int64)
+        if self.is_cpu:
+            self._scan(counts.ptr or 0, rows, length, sums.ptr)
+            size = sums.strides[0]
+            parts = [_host_array(sums.ptr + size * row, sums, length + 1, wp.int64) for row in range(rows)]
         else:
-            chunk_sums = self.empty(-(-length // CHUNK), wp.int64)
-            self.launch(sum_chunks_kernel, chunk_sums.shape[0], [counts], [chunk_sums], 1)
-            starts = self.empty(chunk_sums.shape[0] + 1, wp.int64)
-            host[length] = self._scan(chunk_sums, starts)
-            self.launch(scan_chunks_kernel, chunk_sums.shape[0], [counts, starts], [sums], 1)
-        return int(host[length])
+            parts = [sums[row] for row in range(rows)]
+            for row, part in enumerate(parts):
+                _scan_on_gpu(counts[row], part)
+        return [(part, _last(part)) for part in parts]
+
+    def _scan(self, counts: int, rows: int, length: int, sums: int) -> None:
+        """Write the exclusive prefix sums of rows of counts at an address, their totals as last items."""
+        if length < SHORT_SCAN:
+            self.launch(scan_rows_kernel, rows, [counts, length], [sums], rows)
+            return
+        chunks = -(-length // CHUNK)
+        for row in range(rows):
+            row_counts, row_sums = counts + 8 * row * length, sums + 8 * row * (length + 1)
+            chunk_sums, starts = self.empty(chunks, wp.int64), self.empty(chunks + 1, wp.int64)
+            self.launch(sum_chunks_kernel, chunks, [row_counts, length], [chunk_sums], 1)
+            self._scan(chunk_sums.ptr, 1, chunks, starts.ptr)
+            self.launch(scan_chunks_kernel, chunks, [row_counts, length, starts], [row_sums], 1)
 
     def totals(self, counts: Any) -> list[int]:
         """Return the sum of each row of an integer array."""
@@ -147,7 +176,35 @@ class Device:
 
     def total(self, counts: Any) -> int:
         """Return the sum of an integer array as a Python integer."""
-        return int(counts.numpy().sum(dtype=np.int64)) if counts.shape[0] else 0
+        host = counts.numpy()
+        return int(host.sum(dtype=np.int64)) if np.count_nonzero(host) else 0  # of rare things: mostly none
+
+
+def _scan_on_gpu(counts: Any, sums: Any) -> None:
+    """Write the exclusive prefix sum of counts on a GPU, their total as a last item."""
+    sums[:1].zero_()
+    if counts.shape[0]:
+        wp.utils.array_scan(counts, sums[1:], inclusive=True)
+
+
+def _last(sums: Any) -> int:
+    """Return the last item of an array, all that is copied from a GPU."""
+    end = sums if sums.device.is_cpu else sums[sums.shape[0] - 1 :]
+    return int(end.numpy()[-1])
+
+
+def mesh_size(total: int) -> int:
+    """Return a number of vertices or quads.
+
+    Raises:
+        DeviceError: It does not fit into the 32 bits of a mesh index.
+    """
+    if total > MOST_ITEMS:
+        raise DeviceError(
+            f"the surface has {total} vertices or quads, but 32-bit mesh indices number only"
+            f" {MOST_ITEMS}; crop or downsample the volume"
+        )
+    return total
 
 
 def _dims(shape: int | tuple[int, ...]) -> tuple[int, ...]:

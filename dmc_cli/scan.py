@@ -1,6 +1,7 @@
-"""The exclusive prefix sum of a long array of counts, by all threads: NumPy's takes one.
+"""Exclusive prefix sums of counts, with the total as a last item; NumPy's take three times as long.
 
-First the sum of each chunk, then the sums before each chunk, then those before each count.
+Short rows are scanned whole. Of a long one first the sum of each chunk is taken, then the sums before each
+chunk, then those before each count, by all threads. Arrays come as addresses, whatever their dimensions.
 """
 
 import warp as wp
@@ -8,63 +9,84 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 CHUNK = 2048
-"""Counts that one thread sums."""
+"""Counts of a long row that one thread sums."""
 
 
 @wp.func_native(
-    f"""
-    const long long* count = (const long long*)counts.data + {CHUNK} * (size_t)chunk;
-    const int size = (int)counts.shape[0] - {CHUNK} * chunk;
+    """
+    const long long* count = (const long long*)counts;
     long long sum = 0;
-    for (int n = 0; n < (size < {CHUNK} ? size : {CHUNK}); ++n) sum += count[n];
+    for (long long n = begin; n < end; ++n) sum += count[n];
     return sum;
     """
 )
-def chunk_sum(counts: wp.array(dtype=wp.int64), chunk: wp.int32) -> wp.int64:
-    """Return the sum of a chunk."""
+def chunk_sum(counts: wp.uint64, begin: wp.int64, end: wp.int64) -> wp.int64:
+    """Return the sum of the counts from `begin` up to `end`."""
     ...
 
 
 @wp.func_native(
-    f"""
-    const long long* count = (const long long*)counts.data + {CHUNK} * (size_t)chunk;
-    long long* sum = (long long*)sums_out.data + {CHUNK} * (size_t)chunk;
-    const int size = (int)counts.shape[0] - {CHUNK} * chunk;
-    for (int n = 0; n < (size < {CHUNK} ? size : {CHUNK}); ++n) {{
+    """
+    const long long* count = (const long long*)counts;
+    long long* sum = (long long*)sums_out;
+    for (long long n = begin; n < end; ++n) {
         sum[n] = before;
         before += count[n];
-    }}
+    }
+    if (end == length) sum[length] = before;
     """
 )
 def store_sums(
-    counts: wp.array(dtype=wp.int64), chunk: wp.int32, before: wp.int64, sums_out: wp.array(dtype=wp.int64)
+    counts: wp.uint64, length: wp.int64, begin: wp.int64, end: wp.int64, before: wp.int64, sums_out: wp.uint64
 ):
-    """Store the sums before each count of a chunk."""
+    """Store the sums before each of the counts from `begin` up to `end`, and the total if that is all."""
     ...
+
+
+@wp.kernel
+def scan_rows_kernel(
+    # In:
+    first: wp.int32,
+    counts: wp.uint64,
+    length: wp.int64,
+    # Out:
+    sums_out: wp.uint64,
+):
+    """Store the sum of a row's counts before each, and their total. One thread a row of `length` counts."""
+    row = wp.uint64(first + wp.tid())
+    size = wp.uint64(8)
+    zero = wp.int64(0)
+    sums = sums_out + size * row * wp.uint64(length + wp.int64(1))
+    store_sums(counts + size * row * wp.uint64(length), length, zero, length, zero, sums)
 
 
 @wp.kernel
 def sum_chunks_kernel(
     # In:
     first: wp.int32,
-    counts: wp.array(dtype=wp.int64),
+    counts: wp.uint64,
+    length: wp.int64,
     # Out:
     sums_out: wp.array(dtype=wp.int64),
 ):
-    """Sum the chunks. One thread a chunk."""
+    """Sum the chunks of a row. One thread a chunk."""
     chunk = first + wp.tid()
-    sums_out[chunk] = chunk_sum(counts, chunk)
+    begin = wp.int64(chunk) * wp.int64(CHUNK)
+    sums_out[chunk] = chunk_sum(counts, begin, wp.min(begin + wp.int64(CHUNK), length))
 
 
 @wp.kernel
 def scan_chunks_kernel(
     # In:
     first: wp.int32,
-    counts: wp.array(dtype=wp.int64),
-    chunk_starts: wp.array(dtype=wp.int64),
+    counts: wp.uint64,
+    length: wp.int64,
+    starts: wp.array(dtype=wp.int64),
     # Out:
-    sums_out: wp.array(dtype=wp.int64),
+    sums_out: wp.uint64,
 ):
-    """Store the sum of the counts before each. One thread a chunk."""
+    """Store the sum of a row's counts before each, and their total. One thread a chunk."""
     chunk = first + wp.tid()
-    store_sums(counts, chunk, chunk_starts[chunk], sums_out)
+    begin = wp.int64(chunk) * wp.int64(CHUNK)
+    end = wp.min(begin + wp.int64(CHUNK), length)
+    store_sums(counts, length, begin, end, starts[chunk], sums_out)

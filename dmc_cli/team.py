@@ -50,7 +50,7 @@ class Compiled:
         self._name = kernel.key
         self._module = record.module_exec  # as long as it is held, its code stays
         self._bounds = type(record.bounds)
-        self._types = [_array_type(a) for a in arguments]
+        self._arrays = [(a.dtype, a.ndim) if isinstance(a, wp.array) else None for a in arguments]
         fields = [(f"argument{n}", type(a)) for n, a in enumerate(packed)]
         self._struct = type("Arguments", (ctypes.Structure,), {"_fields_": fields})
         self.call = record.hooks.forward
@@ -68,12 +68,13 @@ class Compiled:
         Raises:
             TypeError: An array's type is not that of the first launch.
         """
-        types = [_array_type(a) for a in arguments]
-        if types != self._types:
-            raise TypeError(f"{self._name} takes arrays of {self._types}, got {types}")
-        packed: ctypes.Structure = self._struct(
-            *(a.__ctype__() if hasattr(a, "__ctype__") else a for a in arguments)
-        )
+        values = []
+        for argument, kind in zip(arguments, self._arrays, strict=True):
+            is_array = type(argument) is wp.array
+            if is_array != (kind is not None) or (is_array and (argument.dtype, argument.ndim) != kind):
+                raise TypeError(f"{self._name} takes arrays of {self._arrays}, got {argument!r:.200}")
+            values.append(argument.__ctype__() if hasattr(argument, "__ctype__") else argument)
+        packed: ctypes.Structure = self._struct(*values)
         return packed
 
     def bounds(self, count: int) -> Any:
@@ -99,10 +100,12 @@ class Team:
         self._desk = wp.array(
             ptr=self._words.ctypes.data, dtype=wp.int64, shape=self._words.shape, device="cpu", copy=False
         )
+        self._begun: tuple[Any, ...] | None = None  # what the job on the desk needs to stay in memory
         try:
             lead = Compiled(desk.lead_kernel, [self._desk])
             self._knows_warp = _takes_structs(lead.source)
             self._lead = lead.prepared([self._desk])
+            self._open = Compiled(desk.open_kernel, [self._desk]).prepared([self._desk])
             self._help = Compiled(desk.help_kernel, [self._desk, 0, PATIENCE])
         except OTHER_RECORDS:
             self._knows_warp = False
@@ -116,6 +119,30 @@ class Team:
             arguments: The kernel's, the first one 0.
             grain: Least size of a slab.
         """
+        self._start(kernel, dim, arguments, grain, ahead=False)
+        self.finish()
+
+    def begin(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int) -> None:
+        """Begin what `launch` does: the helpers are at it while the caller gets the next launch ready.
+
+        The next launch, or `finish`, sees it done; until then nobody looks at its arrays.
+        """
+        self._start(kernel, dim, arguments, grain, ahead=True)
+
+    def finish(self) -> None:
+        """See the launch done that was begun, if there is one."""
+        if self._begun is not None:
+            with self._lock:
+                self._finish()
+
+    def _finish(self) -> None:
+        if self._begun is not None:
+            self._lead()
+            self._begun = None
+
+    def _start(self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int, ahead: bool) -> None:
+        """See the launch before done; do one of a single slab, lay others on the desk."""
+        self.finish()
         if not self._knows_warp:
             wp.launch(kernel, dim=dim, inputs=arguments, device="cpu")
             return
@@ -126,12 +153,27 @@ class Team:
         slab = -(-dim // min(most, max(dim // grain, 1)))
         if slab == dim:
             compiled.prepared(arguments, dim)()
-        else:
-            with self._lock:
-                self._share(compiled, arguments, dim, slab)
+            return
+        with self._lock:
+            self._finish()  # of another caller
+            self._lay_out(compiled, arguments, dim, slab)
+            if ahead:
+                self._open()
 
-    def _share(self, compiled: Compiled, arguments: Sequence[Any], dim: int, slab: int) -> None:
-        """Do a launch of several slabs together."""
+    def wake(self) -> None:
+        """Wake the helpers, which takes a while, before there is something to do."""
+        if self._knows_warp:
+            with self._lock:
+                self._summon(len(self._helpers))
+
+    def _summon(self, count: int) -> None:
+        """Have the first `count` helpers watch."""
+        for n, helper in enumerate(self._helpers[:count]):
+            if helper is None or helper.done():
+                self._helpers[n] = self._pool.submit(self._watch, n + 1)
+
+    def _lay_out(self, compiled: Compiled, arguments: Sequence[Any], dim: int, slab: int) -> None:
+        """Lay a launch of several slabs on the desk."""
         packed = compiled.pack(arguments)
         slabs = -(-dim // slab)
         whole, last = compiled.bounds(slab), compiled.bounds(dim - slab * (slabs - 1))
@@ -142,19 +184,12 @@ class Team:
         for n in range(threads):
             part = desk.PARTS + desk.LINE * n
             words[part], words[part + 1] = slabs * n // threads, slabs * (n + 1) // threads
-        for n, helper in enumerate(self._helpers[: slabs - 1]):
-            if helper is None or helper.done():
-                self._helpers[n] = self._pool.submit(self._watch, n + 1)
-        self._lead()
+        self._begun = (packed, whole, last, arguments)
+        self._summon(slabs - 1)
 
     def _watch(self, part: int) -> None:
         """Help with launches until there has been none for a while."""
         self._help.prepared([self._desk, part, PATIENCE])()
-
-
-def _array_type(argument: Any) -> tuple[Any, int] | None:
-    """Return what an array's items are and its dimensions; None for other arguments."""
-    return (argument.dtype, argument.ndim) if isinstance(argument, wp.array) else None
 
 
 def _aligned_words(count: int) -> np.ndarray[Any, Any]:

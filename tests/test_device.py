@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from dmc_cli import device as device_module
 from dmc_cli.device import SHORT_SCAN, select_device
+from dmc_cli.errors import DeviceError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.mesh.coloring import color_quads, reduce_colors
 from dmc_cli.mesh.halfedges import build_halfedges
@@ -32,6 +33,22 @@ def check_starts(threads: int, length: int) -> None:
 @pytest.mark.parametrize("length", LENGTHS)
 def test_starts_are_the_sums_before_each_count(threads, length):
     check_starts(threads, length)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_each_row_has_starts_of_its_own(length):
+    device = select_device("cpu", 2)
+    counts = np.random.default_rng(length).integers(0, 2**40, (3, length))
+    found = device.starts_of_rows(wp.array(counts, dtype=wp.int64, device="cpu"))
+    assert [total for _, total in found] == counts.sum(axis=1).tolist()
+    for row, (sums, _) in zip(counts, found, strict=True):
+        assert np.array_equal(sums.numpy(), np.concatenate([[0], np.cumsum(row)]))
+
+
+def test_more_than_mesh_indices_can_number_is_refused():
+    device = select_device("cpu", 1)
+    with pytest.raises(DeviceError, match="2147483648 vertices or quads"):
+        device.starts(wp.array([2**31 - 1, 1], dtype=wp.int64, device="cpu"))
 
 
 @settings(deadline=None, max_examples=20)

@@ -48,6 +48,79 @@ def test_many_short_launches_lose_nothing():
     assert (visits_of(shared, 1000, 10, launches=5000)[:1000] == 5000).all()
 
 
+@settings(deadline=None)
+@given(st.integers(1, 4), st.lists(st.tuples(st.integers(1, 3000), st.booleans()), min_size=1, max_size=8))
+def test_a_launch_that_was_begun_is_done_before_the_next(threads, launches):
+    """Each launch doubles what the one before left, and adds 1."""
+    shared = Team(threads)
+    values = wp.zeros(3000, dtype=wp.int32, device="cpu")
+    expected = np.zeros(3000, np.int32)
+    for dim, ahead in launches:
+        (shared.begin if ahead else shared.launch)(double_and_add_kernel, dim, [0, dim, values], 50)
+        expected[:dim] = (2 * expected[:dim] + 1)[::-1]
+    shared.finish()
+    assert np.array_equal(values.numpy(), expected)
+
+
+@wp.kernel
+def double_and_add_kernel(first: wp.int32, dim: wp.int32, values_inout: wp.array(dtype=wp.int32)):
+    """Swap an item with that at the other end, both doubled and 1 more. The lower one's thread does it."""
+    low = first + wp.tid()
+    high = dim - 1 - low
+    if low <= high:
+        value = values_inout[low]
+        values_inout[low] = 2 * values_inout[high] + 1
+        values_inout[high] = 2 * value + 1
+
+
+def test_helpers_go_on_while_the_caller_does_something_else():
+    """The slab of each waits for the other: the one that the caller does not take is a helper's."""
+    shared = Team(3)
+    places = wp.zeros(2, dtype=wp.int32, device="cpu")
+    shared.begin(meet_kernel, 2, [0, places], 1)
+    deadline = time.monotonic() + 30
+    while places.numpy().tolist() != [1, 1]:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    shared.finish()
+
+
+def test_arrays_live_until_a_launch_that_was_begun_is_done():
+    shared = Team(2)
+    visits = wp.zeros(1000, dtype=wp.int32, device="cpu")
+    alive = weakref.ref(visits)
+    shared.begin(count_visits_kernel, 1000, [0, 1, visits], 10)
+    del visits
+    gc.collect()
+    assert alive() is not None
+    shared.finish()
+    gc.collect()
+    assert alive() is None
+
+
+def test_callers_finish_what_others_have_begun():
+    shared = Team(2)
+
+    def begin_many() -> np.ndarray:
+        visits = wp.zeros(3000, dtype=wp.int32, device="cpu")
+        for _ in range(300):
+            shared.begin(count_visits_kernel, 3000, [0, 1, visits], 10)
+        shared.finish()
+        return visits.numpy()
+
+    with ThreadPoolExecutor(4) as pool:
+        runs = [pool.submit(begin_many) for _ in range(4)]
+        assert all((run.result() == 300).all() for run in runs)
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+def test_helpers_can_be_woken_ahead(threads):
+    shared = Team(threads)
+    shared.wake()
+    assert all(helper is not None for helper in shared._helpers)
+    assert (visits_of(shared, 1000, 10)[:1000] == 1).all()
+
+
 def test_helpers_sleep_when_there_is_nothing_to_do_and_wake_again():
     shared = Team(2)
     for _ in range(3):

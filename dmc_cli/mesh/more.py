@@ -152,7 +152,7 @@ def _mend(
 def _work(mesh: Mesh, guests: Guests, blocks: Blocks, vertices: int, surface: Surface, scene: Any) -> Any:
     """Return the kernels' view of a mesh and its guests with benches for its blocks."""
     work, count, device = Work(), blocks.count, surface.device
-    work.normal, work.sense = find_normals(mesh, scene, device), _sense(surface)
+    work.normal, work.sense = find_normals(mesh, scene, device), surface.sense
     work.guest_point, work.host = guests.point, guests.host
     work.first_guest, work.next_guest = list_guests(guests, mesh.quad_count, device)
     work.corners, work.twin, work.quad_gone = mesh.corners, mesh.twin, mesh.quad_gone
@@ -175,12 +175,6 @@ def _work(mesh: Mesh, guests: Guests, blocks: Blocks, vertices: int, surface: Su
     work.patch = device.empty((count, PATCH), wp.int32)
     work.tally = device.zeros((count, TALLIES), wp.int32)
     return work
-
-
-def _sense(surface: Surface) -> float:
-    """Return 1 if quads face along the gradient of F, else -1."""
-    is_mirrored = bool(np.linalg.det(surface.affine[:3, :3]) < 0)
-    return 1.0 if surface.is_reversed != is_mirrored else -1.0
 
 
 def _mesh_of(

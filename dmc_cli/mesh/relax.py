@@ -148,8 +148,7 @@ def _make_ring(halfedges: Halfedges, surface: Surface) -> Any:
     ring = Ring()
     ring.corners, ring.twin = flat_quads(halfedges.quads), halfedges.twin
     ring.start, ring.valence = halfedges.vertex_halfedge, halfedges.valence
-    is_mirrored = bool(np.linalg.det(surface.affine[:3, :3]) < 0)
-    ring.sense = 1.0 if surface.is_reversed != is_mirrored else -1.0
+    ring.sense = surface.sense
     return ring
 
 

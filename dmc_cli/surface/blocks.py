@@ -1,14 +1,13 @@
 """Vertices on CPU: sixteen at a time, so that the compiler can use vector instructions.
 
 The arithmetic is that of `placement`; only the loops are turned inside out. Corner values are gathered into
-lanes, and one loop without a branch places all lanes, each as the one polygon of its cell. Vertices that it
-cannot place, and those that are one of several polygons, get local coordinates below 0, for `exact_vertices`
-to place one by one.
+lanes, and one loop without a branch places all lanes. Vertices that it cannot place get local coordinates
+below 0, for `exact_vertices` to place one by one.
 """
 
 import warp as wp
 
-from dmc_cli.surface.crossings import crossed_edges
+from dmc_cli.surface.crossings import ALL_EDGES, crossed_edges, edges_among
 from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.lanes import FloatLanes, find_block_cells, store_points
@@ -20,9 +19,6 @@ from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
-
-ONE_OF_SEVERAL = wp.constant(wp.vec3(-2.0, -2.0, -2.0))
-"""Local coordinates, at first, of a vertex that does not stand for all crossed edges of its cell."""
 
 CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
 """F at the corners of a block's cells: corner after corner."""
@@ -54,8 +50,8 @@ class PlacedLanes:
 
 
 @wp.func
-def place_lanes(values: CornerLanes) -> PlacedLanes:
-    """Place all lanes as the only polygon of their cell."""
+def place_lanes(values: CornerLanes, edges: IntLanes) -> PlacedLanes:
+    """Place all lanes, each the polygon of its cell's crossed edges among `edges`, a bit each."""
     u = FloatLanes()
     v = FloatLanes()
     w = FloatLanes()
@@ -70,7 +66,7 @@ def place_lanes(values: CornerLanes) -> PlacedLanes:
             values[6 * LANES + lane],
             values[7 * LANES + lane],
         )
-        q = solve_on_steepest_axis(f, crossed_edges(f))
+        q = solve_on_steepest_axis(f, edges_among(crossed_edges(f), wp.uint32(edges[lane])))
         u[lane] = wp.where(fits_single(f), q[0], -1.0)
         v[lane] = q[1]
         w[lane] = q[2]
@@ -79,6 +75,22 @@ def place_lanes(values: CornerLanes) -> PlacedLanes:
     placed.v = v
     placed.w = w
     return placed
+
+
+@wp.func
+def load_edges(
+    local: wp.array(dtype=wp.vec3), start: wp.int32, size: wp.int32, ordinary_count: wp.int32
+) -> IntLanes:
+    """Return the edges among which the polygons of `size` vertices from `start` on are, a bit each.
+
+    Those of special cells are where the local coordinates will be.
+    """
+    edges = IntLanes()
+    for lane in range(LANES):
+        edges[lane] = ALL_EDGES
+    for lane in range(wp.max(ordinary_count - start, 0), size):
+        edges[lane] = wp.int32(local[start + lane][0])
+    return edges
 
 
 @wp.func
@@ -114,7 +126,7 @@ def place_block_kernel(
     position_out: wp.array(dtype=wp.vec3),
     left_out: wp.array(dtype=wp.uint8),
 ):
-    """Place a block of vertices, as far as each is all of its cell's surface. One thread a block."""
+    """Place a block of vertices where the axis of the steepest slope does. One thread a block."""
     block = first + wp.tid()
     start = block * LANES
     size = wp.min(LANES, cells.shape[0] - start)
@@ -124,7 +136,7 @@ def place_block_kernel(
     ck = block_cells.k
     far = block_cells.far
     values = gather_corners(field, grid, block_cells.node, block_cells.offsets)
-    placed = place_lanes(values)
+    placed = place_lanes(values, load_edges(local_inout, start, size, ordinary_count))
     us = placed.u
     vs = placed.v
     ws = placed.w
@@ -135,12 +147,6 @@ def place_block_kernel(
         is_left = wp.where(us[lane] < 0.0, 1, far[lane]) | wp.where(care, 1, 0)
         us[lane] = wp.where(is_left == 1, -1.0, us[lane])
         left |= is_left
-    if start + size > ordinary_count:
-        for lane in range(size):
-            if start + lane >= ordinary_count:
-                if local_inout[start + lane][0] < -1.0:
-                    us[lane] = -1.0
-                    left = 1
     xs = world_lanes(wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]), ci, cj, ck, us, vs, ws)
     ys = world_lanes(wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]), ci, cj, ck, us, vs, ws)
     zs = world_lanes(wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]), ci, cj, ck, us, vs, ws)

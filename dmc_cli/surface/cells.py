@@ -19,7 +19,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import Device, mesh_size
 from dmc_cli.surface.absent_cells import count_crossed, existing_cells, has_whole_surroundings
 from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, low_bits, next_node
 from dmc_cli.surface.inside import InsideBits
@@ -38,6 +38,14 @@ from dmc_cli.surface.words import (
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
+
+
+ORDINARY = wp.constant(0)
+SPECIAL = wp.constant(1)
+CROSSED = wp.constant(2)
+QUADS = wp.constant(3)
+"""What is counted in each block of words, a row each of an array: ordinary and special cells, crossed edges
+between two nodes with data, and quads."""
 
 
 @wp.struct
@@ -71,7 +79,9 @@ class Cells:
         ordinary_count: Number of ordinary cells: the first that many vertices are theirs.
         special_count: Number of special cells.
         crossed_edges: Number of grid edges between two nodes with data whose ends are on different sides.
-        quad_counts: Quads in each block of words, int64; None where nodes without data may take quads away.
+        quad_starts: Quads before each block of words, likewise; None where nodes without data may take quads
+            away.
+        quad_count: Number of quads, if so.
     """
 
     bits: Any
@@ -82,43 +92,49 @@ class Cells:
     ordinary_count: int
     special_count: int
     crossed_edges: int
-    quad_counts: Any | None
+    quad_starts: Any | None
+    quad_count: int
 
 
 def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
-    """Find the active cells, number the ordinary ones in grid order, and list the special ones."""
+    """Find the active cells, number the ordinary ones in grid order, and list the special ones.
+
+    The lists and ranks are there for the next launch.
+    """
     blocks = block_count(grid)
     active, ordinary = make_plane(grid, device), make_plane(grid, device)
     bits = CellBits()
     bits.inside, bits.inside_line = nodes.inside.rows, nodes.inside.line
     bits.active, bits.active_line = active.rows, active.line
     bits.ordinary, bits.ordinary_line = ordinary.rows, ordinary.line
-    ordinary_counts, special_counts, crossed, quads = (device.empty(blocks, wp.int64) for _ in range(4))
+    counts = device.empty((4, blocks), wp.int64)
     struct = grid.struct()
-    counts = [ordinary_counts, special_counts, crossed]
-    outputs = [active.line, ordinary.line, *counts, quads]
+    outputs = [active.line, ordinary.line, counts]
     device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_SLAB)
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
-        outputs = [active.rows, ordinary.rows, *counts]
+        outputs = [active.rows, ordinary.rows, counts]
         device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
-    ordinary_starts, ordinary_count = device.starts(ordinary_counts)
-    special_starts, special_count = device.starts(special_counts)
+    starts = device.starts_of_rows(counts)
+    ordinary_starts, ordinary_count = starts[ORDINARY]
+    special_starts, special_count = starts[SPECIAL]
+    quad_starts, quad_count = starts[QUADS]
     bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
-    special_row, special_i = device.empty(special_count, wp.int32), device.empty(special_count, wp.int32)
+    special_row, special_i = (device.empty(mesh_size(special_count), wp.int32) for _ in range(2))
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
     outputs = [bits.rank, bits.special_rank, special_row, special_i]
-    device.launch(number_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
+    device.begin(number_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
     return Cells(
         bits=bits,
         ordinary_starts=ordinary_starts,
         special_starts=special_starts,
         special_row=special_row,
         special_i=special_i,
-        ordinary_count=ordinary_count,
+        ordinary_count=mesh_size(ordinary_count),
         special_count=special_count,
-        crossed_edges=device.total(crossed),
-        quad_counts=quads if nodes.data is None else None,
+        crossed_edges=starts[CROSSED][1],
+        quad_starts=quad_starts if nodes.data is None else None,
+        quad_count=quad_count,
     )
 
 
@@ -221,10 +237,7 @@ def find_cells_kernel(
     # Out:
     active_out: wp.array(dtype=Words),
     ordinary_out: wp.array(dtype=Words),
-    ordinary_count_out: wp.array(dtype=wp.int64),
-    special_count_out: wp.array(dtype=wp.int64),
-    crossed_count_out: wp.array(dtype=wp.int64),
-    quad_count_out: wp.array(dtype=wp.int64),
+    counts_out: wp.array2d(dtype=wp.int64),
 ):
     """Find the active and the ordinary cells as if every node had data. One thread a block of words."""
     block = first + wp.tid()
@@ -272,10 +285,10 @@ def find_cells_kernel(
             quad_count += count_surrounded(x, y, z, along_x, along_y, along_z, at)
     active_out[n] = active
     ordinary_out[n] = ordinary
-    ordinary_count_out[block] = wp.int64(ordinary_count)
-    special_count_out[block] = wp.int64(special_count)
-    crossed_count_out[block] = wp.int64(crossed_count)
-    quad_count_out[block] = wp.int64(quad_count)
+    counts_out[ORDINARY, block] = wp.int64(ordinary_count)
+    counts_out[SPECIAL, block] = wp.int64(special_count)
+    counts_out[CROSSED, block] = wp.int64(crossed_count)
+    counts_out[QUADS, block] = wp.int64(quad_count)
 
 
 @wp.kernel
@@ -289,9 +302,7 @@ def drop_absent_cells_kernel(
     active_inout: wp.array2d(dtype=wp.uint32),
     ordinary_inout: wp.array2d(dtype=wp.uint32),
     # Out:
-    ordinary_count_out: wp.array(dtype=wp.int64),
-    special_count_out: wp.array(dtype=wp.int64),
-    crossed_count_out: wp.array(dtype=wp.int64),
+    counts_out: wp.array2d(dtype=wp.int64),
 ):
     """Take back cells with a node without data and edges to one. One thread a block of words."""
     block = first + wp.tid()
@@ -316,9 +327,9 @@ def drop_absent_cells_kernel(
             ordinary_inout[row, w] = ordinary
         ordinary_count += wp.int32(wp.bit_count(ordinary))
         special_count += wp.int32(wp.bit_count(active & ~ordinary))
-    ordinary_count_out[block] = wp.int64(ordinary_count)
-    special_count_out[block] = wp.int64(special_count)
-    crossed_count_out[block] = wp.int64(crossed_count)
+    counts_out[ORDINARY, block] = wp.int64(ordinary_count)
+    counts_out[SPECIAL, block] = wp.int64(special_count)
+    counts_out[CROSSED, block] = wp.int64(crossed_count)
 
 
 @wp.kernel

@@ -19,6 +19,10 @@ class EdgeSet:
     z: wp.vec4
 
 
+ALL_EDGES = wp.constant(4095)
+"""A bit for each edge of a cell."""
+
+
 @wp.struct
 class Polygon:
     """A polygon's edges, the mean of its crossings, and their bounding box."""
@@ -66,6 +70,28 @@ def edge_set(bits: wp.uint32) -> EdgeSet:
     edges.x = wp.vec4(member(bits, 0), member(bits, 2), member(bits, 4), member(bits, 6))
     edges.y = wp.vec4(member(bits, 3), member(bits, 1), member(bits, 7), member(bits, 5))
     edges.z = wp.vec4(member(bits, 8), member(bits, 9), member(bits, 11), member(bits, 10))
+    return edges
+
+
+@wp.func
+def among(e: wp.float32, bits: wp.uint32, edge: wp.int32) -> wp.float32:
+    """Return an edge's number in a set, or 0 if its bit is not set."""
+    return wp.where((bits & (wp.uint32(1) << wp.uint32(edge))) != wp.uint32(0), e, 0.0)
+
+
+@wp.func
+def edges_among(e: EdgeSet, bits: wp.uint32) -> EdgeSet:
+    """Return the members of a set of edges whose bit is set."""
+    edges = EdgeSet()
+    edges.x = wp.vec4(
+        among(e.x[0], bits, 0), among(e.x[1], bits, 2), among(e.x[2], bits, 4), among(e.x[3], bits, 6)
+    )
+    edges.y = wp.vec4(
+        among(e.y[0], bits, 3), among(e.y[1], bits, 1), among(e.y[2], bits, 7), among(e.y[3], bits, 5)
+    )
+    edges.z = wp.vec4(
+        among(e.z[0], bits, 8), among(e.z[1], bits, 9), among(e.z[2], bits, 11), among(e.z[3], bits, 10)
+    )
     return edges
 
 

@@ -23,7 +23,6 @@ def place_left_vertices_kernel(
     field: Field,
     matrix: wp.mat44d,
     size: wp.int32,
-    left: wp.array(dtype=wp.uint8),
     ordinary_count: wp.int32,
     special: SpecialCells,
     special_count: wp.int32,
@@ -31,17 +30,16 @@ def place_left_vertices_kernel(
     # In/out:
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
-    # Out:
-    fallbacks_out: wp.array(dtype=wp.uint8),
+    left_inout: wp.array(dtype=wp.uint8),
 ):
     """Place the vertices that have no place yet: local coordinates below 0. One thread a block of `size`.
 
-    `left` says which blocks have any. The fans of one polygon share its position: each vertex is placed from
-    the whole polygon's edges.
+    `left` says which blocks have any, and then how many of each took a fallback. The fans of one polygon
+    share its position: each vertex is placed from the whole polygon's edges.
     """
     block = first + wp.tid()
-    fallbacks = int(0)
-    if left[block] != wp.uint8(0):
+    if left_inout[block] != wp.uint8(0):
+        fallbacks = int(0)
         for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
             if local_inout[v][0] < 0.0:
                 s = int(-1)
@@ -62,4 +60,4 @@ def place_left_vertices_kernel(
                 local_inout[v] = local
                 position_inout[v] = world_position(matrix, i, j, k, local)
                 fallbacks += int(p[3])
-    fallbacks_out[block] = wp.uint8(fallbacks)
+        left_inout[block] = wp.uint8(fallbacks)

@@ -79,6 +79,15 @@ class DeviceVolume:
         """The tag of the value type."""
         return KINDS[self.dtype.name]
 
+    @cached_property
+    def bytes(self) -> Any:
+        """The stored values as bytes [row, byte]: the same memory, kept alive by the view."""
+        values = self.values
+        shape = (values.shape[0], values.shape[1] * self.dtype.itemsize)
+        view = wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=self.device.name, copy=False)
+        view._source = values
+        return view
+
 
 def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
     """Hand the stored values to the device: without a copy on CPU, by one copy on CUDA.
@@ -135,7 +144,7 @@ def stored_isovalue(volume: Volume, isovalue: float) -> float:
 def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     """Return the kernels' `Field` for one isovalue; nodes without data have no value yet."""
     field = Field()
-    field.values, field.kind = _bytes_of(volume), volume.kind
+    field.values, field.kind = volume.bytes, volume.kind
     source = volume.volume
     field.isovalue = stored_isovalue(source, settings.isovalue)
     field.sign = -1.0 if source.slope < 0 else 1.0
@@ -143,15 +152,6 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field.least = _step_below(field.isovalue, volume.dtype)
     field.padding_low, field.padding_high = padding_range(source)
     return field
-
-
-def _bytes_of(volume: DeviceVolume) -> Any:
-    """Return the stored values as bytes [row, byte]: the same memory, kept alive by the view."""
-    values = volume.values
-    shape = (values.shape[0], values.shape[1] * volume.dtype.itemsize)
-    view = wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=volume.device.name, copy=False)
-    view._source = values
-    return view
 
 
 def _step_below(isovalue: float, dtype: np.dtype[Any]) -> float:

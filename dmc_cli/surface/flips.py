@@ -13,26 +13,32 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
-from dmc_cli.surface.grid import Grid, has_bit
+from dmc_cli.surface.grid import Grid, bit_index
 from dmc_cli.surface.special_cells import SpecialCells, cell_case, find_special, is_active
-from dmc_cli.surface.tracing import FACE_EDGES, label_of, trace_cell
+from dmc_cli.surface.tracing import FACE_EDGES, is_ambiguous, label_of, trace_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-CELLS = wp.constant(16)
-"""Special cells a thread: most only find that they have no face to flip."""
+CELLS = wp.constant(32)
+"""Special cells a thread: most have no suspect face."""
 
 
-def flip_faces(cells: Cells, special: Any, count: int, struct: Any, device: Device) -> int:
-    """Flip the faces that make non-manifold edges; return their number."""
+def flip_faces(cells: Cells, special: Any, suspects: Any, struct: Any, device: Device) -> int:
+    """Flip the faces that make non-manifold edges; return their number.
+
+    `suspects` are the `suspect_faces` of each special cell, uint8.
+    """
+    device.finish()
+    if device.total(suspects) == 0:
+        return 0
+    count = suspects.shape[0]
     flips = device.zeros(count, wp.uint8)
-    grain = ITEMS_A_SLAB // int(CELLS)
     for axis in range(3):
         for parity in range(2):
-            inputs = [struct, cells.bits, special, axis, parity]
+            inputs = [struct, cells.bits, special, suspects, axis, parity]
             outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, grain)
+            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, ITEMS_A_SLAB)
     return device.total(flips)
 
 
@@ -48,6 +54,37 @@ def is_one_polygon(labels: wp.uint64, face: wp.int32) -> wp.bool:
 
 
 @wp.func
+def suspect_faces(case: wp.int32, labels: wp.uint64) -> wp.uint32:
+    """Return a bit for x, y, z: whether a cell's high face there is ambiguous, its segments in one polygon.
+
+    Others need no flip, then and later: a polygon that a flip splits is never whole again.
+    """
+    suspects = wp.uint32(0)
+    for axis in range(3):
+        if is_ambiguous(case, 2 * axis + 1) and is_one_polygon(labels, 2 * axis + 1):
+            suspects |= wp.uint32(1) << wp.uint32(axis)
+    return suspects
+
+
+@wp.func_native(
+    """
+    const unsigned char* faces = (const unsigned char*)suspects.data + start;
+    const int count = (int)suspects.shape[0] - start;
+    unsigned int cells = 0;
+    if (count >= 32) {
+        for (int n = 0; n < 32; ++n) cells |= (unsigned int)(faces[n] >> axis & 1) << n;
+    } else {
+        for (int n = 0; n < count; ++n) cells |= (unsigned int)(faces[n] >> axis & 1) << n;
+    }
+    return cells;
+    """
+)
+def suspect_cells(suspects: wp.array(dtype=wp.uint8), start: wp.int32, axis: wp.int32) -> wp.uint32:
+    """Return a bit for each of `CELLS` special cells: whether its high face on `axis` is suspect."""
+    ...
+
+
+@wp.func
 def flip_if_bad(
     grid: Grid,
     bits: CellBits,
@@ -59,7 +96,7 @@ def flip_if_bad(
     polygons_inout: wp.array(dtype=wp.uint64),
     flips_inout: wp.array(dtype=wp.uint8),
 ):
-    """Flip the high face on `axis` of special cell s, which is ambiguous, if it is of the class and bad."""
+    """Flip the high face on `axis` of special cell s, which is suspect, if it is of the class and bad."""
     row = special.row[s]
     i = special.i[s]
     j = row % grid.ny
@@ -91,6 +128,7 @@ def flip_faces_kernel(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
+    suspects: wp.array(dtype=wp.uint8),
     axis: wp.int32,
     parity: wp.int32,
     # In/out:
@@ -103,6 +141,8 @@ def flip_faces_kernel(
     Two faces of a class never share a cell, so no thread writes what another one reads.
     """
     start = CELLS * (first + wp.tid())
-    for s in range(start, wp.min(start + CELLS, flips_inout.shape[0])):
-        if has_bit(joined_inout[s], 2 * axis + 9):  # hardly ever: the face is ambiguous
-            flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, flips_inout)
+    left = suspect_cells(suspects, start, axis)
+    while left != wp.uint32(0):  # hardly ever
+        s = start + bit_index(left)
+        flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, flips_inout)
+        left &= left - wp.uint32(1)

@@ -106,6 +106,13 @@ def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
     return shifted
 
 
+def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
+    """Return whether an affine map turns right hands into left ones."""
+    (a, b, c), (d, e, f), (g, h, i) = affine[:3, :3].tolist()
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return bool(determinant < 0)
+
+
 @wp.func
 def low_bits(count: wp.int32) -> wp.uint32:
     """Return a word whose lowest `count` bits are set; `count` may be below 0 or above 32."""

@@ -13,7 +13,7 @@ import warp as wp
 
 from dmc_cli.surface.field import DeviceVolume, Field, node_of_volume
 from dmc_cli.surface.grid import Grid, GridShape, low_bits, previous_node
-from dmc_cli.surface.stored import bits_at_least, compare_row
+from dmc_cli.surface.stored import bits_at_least, compare_row, finite_bits
 from dmc_cli.surface.words import VECTOR_FLAGS, Plane, make_plane
 
 wp.set_module_options(
@@ -51,8 +51,6 @@ class Levels:
     inverted: wp.uint32
     settles: wp.int32
     checks_finite: wp.int32
-    lowest: Threshold
-    infinity: Threshold
     checks_padding: wp.int32
     padding: Threshold
     after_padding: Threshold
@@ -76,7 +74,7 @@ class InsideBits:
 
 
 def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits:
-    """Return one bit a node: whether it is inside.
+    """Begin to find one bit a node: whether it is inside; it is there for the next launch.
 
     Args:
         volume: Stored values on the device.
@@ -88,8 +86,11 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     inside = make_plane(grid, device)
     absent = device.empty(grid.rows, wp.int64)
     inputs = [grid.struct(), field, levels]
-    device.launch(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
-    no_data_count = device.total(absent) if levels.checks_finite or levels.checks_padding else 0
+    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
+    no_data_count = 0
+    if levels.checks_finite or levels.checks_padding:
+        device.finish()
+        no_data_count = device.total(absent)
     if no_data_count == 0 or grid.border == 1:
         return InsideBits(inside, None, no_data_count)
     data = device.empty((grid.rows, grid.words), wp.uint32)
@@ -107,9 +108,6 @@ def _levels(volume: DeviceVolume, field: Any) -> Any:
     levels.settles = int(negative or levels.cut.mask == 0)
     levels.outside = 0xFFFFFFFF if field.outside > 0 else 0
     levels.checks_finite = int(dtype.kind == "f")
-    if levels.checks_finite:
-        levels.lowest = _threshold(dtype, float(np.finfo(dtype).min))
-        levels.infinity = _threshold(dtype, math.inf)
     levels.checks_padding = int(field.padding_low <= field.padding_high)
     if levels.checks_padding:
         levels.padding = _threshold(dtype, field.padding_low)
@@ -150,9 +148,8 @@ def nodes_at_least(field: Field, at: wp.int64, count: wp.int32, threshold: Thres
 def nodes_with_data(field: Field, at: wp.int64, count: wp.int32, levels: Levels) -> wp.uint32:
     """Return a bit for each of `count` nodes from `at` on: whether it has data."""
     bits = low_bits(count)
-    if levels.checks_finite == 1:  # a NaN is at or above nothing
-        bits = nodes_at_least(field, at, count, levels.lowest)
-        bits &= ~nodes_at_least(field, at, count, levels.infinity)
+    if levels.checks_finite == 1:
+        bits = finite_bits(field.values, field.kind, at, count)
     if levels.checks_padding == 1:
         padding = nodes_at_least(field, at, count, levels.padding)
         bits &= ~padding | nodes_at_least(field, at, count, levels.after_padding)

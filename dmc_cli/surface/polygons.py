@@ -14,18 +14,12 @@ import warp as wp
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.fans import number_vertices_kernel
-from dmc_cli.surface.field import Field, node_value
-from dmc_cli.surface.flips import flip_faces
+from dmc_cli.surface.field import Field, cell_values
+from dmc_cli.surface.flips import flip_faces, suspect_faces
 from dmc_cli.surface.grid import Grid, GridShape
-from dmc_cli.surface.special_cells import (
-    AMBIGUOUS,
-    AMBIGUOUS_FACES,
-    TALLIES,
-    SpecialCells,
-    cell_case,
-    is_active,
-)
+from dmc_cli.surface.special_cells import AMBIGUOUS_FACES, TALLIES, SpecialCells, cell_case, is_active
 from dmc_cli.surface.tracing import FACE_CORNERS, is_ambiguous, is_split, label_all, trace_cell
+from dmc_cli.surface.trilinear import CornerValues64
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -71,12 +65,13 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
     struct = grid.struct()
+    suspects = device.empty(count, wp.uint8)
     tallies = device.empty((TALLIES, count), wp.uint8)
     inputs = [struct, cells.bits, field, special]
-    outputs = [special.joined, special.polygons, tallies]
-    device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
-    flipped_faces = flip_faces(cells, special, count, struct, device) if manifold else 0
+    outputs = [special.joined, special.polygons, suspects, tallies]
+    device.begin(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     vertices = device.empty(count, wp.int64)
+    flipped_faces = flip_faces(cells, special, suspects, struct, device) if manifold else 0
     device.launch(
         number_vertices_kernel,
         count,
@@ -99,12 +94,12 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
 
 
 @wp.func
-def face_value(
-    field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, face: wp.int32, n: wp.int32
-) -> wp.float64:
-    """Return F at corner n of a face of cell (i, j, k)."""
-    corner = FACE_CORNERS[4 * face + n]
-    return node_value(field, grid, i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2))
+def are_inside_joined(f: CornerValues64, face: wp.int32) -> wp.bool:
+    """Return whether the asymptotic decider joins the inside corners of an ambiguous face."""
+    f0 = f[FACE_CORNERS[4 * face]]
+    product = f0 * f[FACE_CORNERS[4 * face + 3]]
+    other = f[FACE_CORNERS[4 * face + 1]] * f[FACE_CORNERS[4 * face + 2]]
+    return wp.where(f0 >= wp.float64(0.0), product >= other, other >= product)
 
 
 @wp.kernel
@@ -118,6 +113,7 @@ def trace_polygons_kernel(
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
     polygons_out: wp.array(dtype=wp.uint64),
+    suspects_out: wp.array(dtype=wp.uint8),
     tallies_out: wp.array2d(dtype=wp.uint8),
 ):
     """Decide the ambiguous faces, count those no lower cell shares, and trace. One thread a special cell."""
@@ -127,17 +123,16 @@ def trace_polygons_kernel(
     j = row % grid.ny
     k = row // grid.ny
     case = cell_case(grid, bits.inside, row, i)
+    labels = label_all(case)
     joined = wp.uint32(0)
+    suspects = wp.uint32(0)
     count = int(0)
     if is_split(case):
+        f = cell_values(field, grid, i, j, k)
         for face in range(6):
             if is_ambiguous(case, face):
-                f03 = face_value(field, grid, i, j, k, face, 0) * face_value(field, grid, i, j, k, face, 3)
-                f12 = face_value(field, grid, i, j, k, face, 1) * face_value(field, grid, i, j, k, face, 2)
-                first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
-                if (first_inside and f03 >= f12) or (not first_inside and f12 >= f03):
+                if are_inside_joined(f, face):
                     joined |= wp.uint32(1) << wp.uint32(face)
-                joined |= AMBIGUOUS << wp.uint32(face)
                 axis = face / 2
                 low = is_active(
                     grid,
@@ -148,8 +143,9 @@ def trace_polygons_kernel(
                 )
                 if face % 2 == 1 or not low:
                     count += 1
-        polygons_out[s] = trace_cell(case, joined)
-    else:
-        polygons_out[s] = label_all(case)
+        labels = trace_cell(case, joined)
+        suspects = suspect_faces(case, labels)
     joined_out[s] = joined
+    polygons_out[s] = labels
+    suspects_out[s] = wp.uint8(suspects)
     tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)

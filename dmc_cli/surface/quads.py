@@ -12,7 +12,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.device import Device, mesh_size
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.grid import (
     ALL_BITS,
@@ -54,7 +54,7 @@ class Quads:
 def connect_quads(
     cells: Cells, polygons: Polygons, grid: GridShape, is_reversed: bool, device: Device
 ) -> Quads:
-    """Return the quads.
+    """Begin to connect the quads; they are there for the next launch.
 
     Args:
         cells: Active cells, with the ordinary ones' numbers.
@@ -64,15 +64,15 @@ def connect_quads(
         device: Where to work.
     """
     struct, blocks = grid.struct(), block_count(grid)
-    counts = cells.quad_counts
-    if counts is None:
+    starts, quad_count = cells.quad_starts, cells.quad_count
+    if starts is None:
         counts = device.empty(blocks, wp.int64)
         inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
         device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
-    starts, quad_count = device.starts(counts)
-    quads = device.empty(quad_count, wp.vec4i)
+        starts, quad_count = device.starts(counts)
+    quads = device.empty(mesh_size(quad_count), wp.vec4i)
     inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
-    device.launch(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_SLAB)
+    device.begin(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_SLAB)
     return Quads(quads, starts)
 
 

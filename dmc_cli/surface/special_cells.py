@@ -9,10 +9,6 @@ from dmc_cli.surface.tracing import NO_LABEL, label_of
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-AMBIGUOUS = wp.uint32(1 << 8)
-"""The first of the bits of `SpecialCells.joined` that say which faces are ambiguous."""
-
-
 POLYGONS = wp.constant(0)
 UNUSED = wp.constant(1)
 MULTI = wp.constant(2)
@@ -26,7 +22,7 @@ there are several; ambiguous faces that no lower cell shares."""
 class SpecialCells:
     """The special cells in grid order.
 
-    `joined` has a bit a face: inside corners joined; eight bits up, a bit a face: it is ambiguous.
+    `joined` has a bit a face: it is ambiguous and its inside corners are joined.
     `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
     likewise the number of its vertex among the cell's. `first_vertex` counts the vertices of the special
     cells before.

@@ -160,6 +160,22 @@ def bits_at_least(
 @wp.func_native(
     _for_each_type(
         """
+        unsigned int bits = 0;
+        for (int b = 0; b < count; ++b) bits |= (unsigned int)(nodes[b] * 0 == 0) << b;
+        return bits;
+        """
+    )
+)
+def finite_bits(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, count: wp.int32
+) -> wp.uint32:
+    """Return a bit for each of `count` nodes, 32 at most, from `at` on: whether it is finite."""
+    ...
+
+
+@wp.func_native(
+    _for_each_type(
+        """
         auto level = *nodes;
         level = (decltype(level))threshold;
         unsigned int* words = (unsigned int*)((char*)out.data + (size_t)row * (size_t)out.strides[0]);

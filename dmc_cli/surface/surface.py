@@ -1,4 +1,8 @@
-"""From a volume to vertices and quads: the stages of this folder in the order they run."""
+"""From a volume to vertices and quads: the stages of this folder in the order they run.
+
+A stage may end with a launch only begun (`Device.begin`), which the next stage's first launch waits for, so
+that threads are at work while the host gets ready.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +14,7 @@ from dmc_cli.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.cells import Cells, find_cells
 from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
-from dmc_cli.surface.grid import GridShape, grid_of
+from dmc_cli.surface.grid import GridShape, grid_of, is_mirrored
 from dmc_cli.surface.inside import InsideBits, find_inside
 from dmc_cli.surface.polygons import Polygons, trace_polygons
 from dmc_cli.surface.quads import connect_quads
@@ -75,6 +79,11 @@ class Surface:
     depths: Any
     device: Device
 
+    @property
+    def sense(self) -> float:
+        """1 if quads face along the gradient of F in the grid, else -1."""
+        return 1.0 if self.is_reversed != is_mirrored(self.affine) else -1.0
+
 
 def extract_surface(
     volume: DeviceVolume,
@@ -97,6 +106,7 @@ def extract_surface(
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
     """
     device = volume.device
+    device.wake()
     target = volume.volume.affine if affine is None else affine
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     field = make_field(volume, settings)
@@ -115,14 +125,14 @@ def extract_surface(
         position = map_vertices(vertices.cell, vertices.local, depths, grid, vertices.grid_affine, device)
     is_reversed = _is_reversed(settings, target)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
-    return Surface(
+    surface = Surface(
         vertices=position,
         vertex_cell=vertices.cell,
         vertex_local=vertices.local,
         quads=quads.corners,
         quad_starts=quads.starts,
         is_reversed=is_reversed,
-        counts=_counts(nodes, cells, polygons, vertices),
+        counts=_counts(nodes, cells, polygons, vertices, device),
         field=field,
         grid=grid,
         cells=cells,
@@ -132,9 +142,13 @@ def extract_surface(
         depths=depths,
         device=device,
     )
+    device.finish()
+    return surface
 
 
-def _counts(nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Vertices) -> SurfaceCounts:
+def _counts(
+    nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Vertices, device: Device
+) -> SurfaceCounts:
     """Gather what the stages counted."""
     return SurfaceCounts(
         polygons=polygons.polygon_count,
@@ -144,7 +158,7 @@ def _counts(nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Verti
         multi_polygon_cells=polygons.multi_polygon_cells,
         ambiguous_faces=polygons.ambiguous_faces,
         flipped_faces=polygons.flipped_faces,
-        fallback_vertices=vertices.fallback_count,
+        fallback_vertices=device.total(vertices.fallbacks),
         no_data_nodes=nodes.no_data_count,
     )
 
@@ -152,5 +166,4 @@ def _counts(nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Verti
 def _is_reversed(settings: SurfaceSettings, affine: np.ndarray[Any, Any]) -> bool:
     """Return whether quads made for a right-handed grid, normals towards lower values, must be reversed."""
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"
-    mirrored = bool(np.linalg.det(affine[:3, :3]) < 0)
-    return towards_higher != mirrored
+    return towards_higher != is_mirrored(affine)

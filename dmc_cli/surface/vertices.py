@@ -5,7 +5,7 @@ in double precision and are rounded to float32 once. Vertices of ordinary cells 
 (a cell's number is its rank), then those of special cells, in grid order.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,15 @@ import warp as wp
 from dmc_cli.device import FLAGS_A_SLAB, Device
 from dmc_cli.settings import Placement
 from dmc_cli.surface.bit_lists import LIST_BITS, ON_GPU
-from dmc_cli.surface.blocks import ONE_OF_SEVERAL, place_block_kernel
+from dmc_cli.surface.blocks import place_block_kernel
 from dmc_cli.surface.cells import Cells
+from dmc_cli.surface.crossings import ALL_EDGES
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
 from dmc_cli.surface.grid import Grid, GridShape, grid_affine
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
-from dmc_cli.surface.special_cells import SpecialCells
-from dmc_cli.surface.tracing import label_of
+from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex
+from dmc_cli.surface.tracing import edges_labelled
 from dmc_cli.surface.words import (
     BITS_A_SLAB,
     BLOCKS_A_SLAB,
@@ -46,15 +47,16 @@ class Vertices:
         cell: int64, linear number of the cell's lowest node in the grid, x fastest.
         local: float32 vec3 in [0, 1].
         grid_affine: Shape (4, 4): the grid's node index to the output space.
-        fallback_count: Exact: vertices that no axis or lattice line could place in their polygon's box. Other
-            placements: vertices left at the mean of their polygon's crossings because the method failed.
+        fallbacks: uint8, whose sum counts, if exact, the vertices that no axis or lattice line could place in
+            their polygon's box; else those left at the mean of their polygon's crossings because the method
+            failed.
     """
 
     position: Any
     cell: Any
     local: Any
     grid_affine: np.ndarray[Any, Any]
-    fallback_count: int
+    fallbacks: Any
 
 
 def place_vertices(
@@ -66,7 +68,7 @@ def place_vertices(
     device: Device,
     placement: Placement = "exact",
 ) -> Vertices:
-    """Place every vertex.
+    """Place every vertex; all are placed for the next launch.
 
     Args:
         cells: Active cells, with the ordinary ones' numbers.
@@ -79,47 +81,45 @@ def place_vertices(
     """
     count = polygons.vertex_count
     to_output = grid_affine(affine, grid)
+    size = LANES if placement == "exact" and device.is_cpu else 1
     vertices = Vertices(
         position=device.empty(count, wp.vec3),
         cell=device.empty(count, wp.int64),
         local=device.empty(count, wp.vec3),
         grid_affine=to_output,
-        fallback_count=0,
+        fallbacks=device.empty(-(-count // size), wp.uint8),
     )
     scene = [grid.struct(), field, wp.mat44d(*to_output.ravel().tolist())]
     inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
-    device.launch(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
+    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
     if placement == "exact":
-        return replace(vertices, fallback_count=_place_exactly(vertices, cells, polygons, scene, device))
-    fallbacks = device.empty(count, wp.uint8)
+        _place_exactly(vertices, cells, polygons, scene, size, device)
+        return vertices
     inputs = [*scene, METHODS[placement], cells.ordinary_count, polygons.special, polygons.special_count]
-    outputs = [vertices.cell, vertices.position, vertices.local, fallbacks]
+    outputs = [vertices.cell, vertices.position, vertices.local, vertices.fallbacks]
     device.launch(place_paper_vertices_kernel, count, inputs, outputs)
-    return replace(vertices, fallback_count=device.total(fallbacks))
+    return vertices
 
 
 def _place_exactly(
-    vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], device: Device
-) -> int:
-    """Place all vertices on the surface and return how many took a fallback."""
-    ordinary, special, count = cells.ordinary_count, polygons.special_count, polygons.vertex_count
+    vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], size: int, device: Device
+) -> None:
+    """Place all vertices on the surface; a block has `size` of them."""
+    ordinary, special = cells.ordinary_count, polygons.special_count
     inputs = [scene[0], polygons.special, ordinary]
     outputs = [vertices.cell, vertices.local]
-    device.launch(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_SLAB)
-    size = LANES if device.is_cpu else 1
-    left = device.empty(-(-count // size), wp.uint8)
+    device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_SLAB)
+    left = vertices.fallbacks  # at first whether some are left in a block
     if device.is_cpu:
         inputs = [*scene, ordinary, vertices.cell]
         outputs = [vertices.local, vertices.position, left]
-        device.launch(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
+        device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
     else:
         left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
-    fallbacks = device.empty(left.shape[0], wp.uint8)
-    inputs = [*scene, size, left, ordinary, polygons.special, special, vertices.cell]
-    outputs = [vertices.local, vertices.position, fallbacks]
-    device.launch(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
-    return device.total(fallbacks)
+    inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell]
+    outputs = [vertices.local, vertices.position, left]
+    device.begin(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
 
 
 @wp.func_native(
@@ -190,13 +190,16 @@ def list_special_vertices_kernel(
     cell_out: wp.array(dtype=wp.int64),
     local_out: wp.array(dtype=wp.vec3),
 ):
-    """List the vertices' cells, and mark those of several polygons. One thread a special cell."""
+    """List the vertices' cells, and where their local coordinates will be their edges, a bit each.
+
+    One thread a special cell. The fans of one polygon are placed together, from the whole polygon's edges.
+    """
     s = first + wp.tid()
     start = wp.int64(ordinary_count) + special.first_vertex[s]
-    mark = wp.vec3(0.0, 0.0, 0.0)
-    for edge in range(12):
-        if label_of(special.polygons[s], edge) == 1:
-            mark = ONE_OF_SEVERAL
+    has_several = edges_labelled(special.polygons[s], 1) != wp.uint32(0)
     for n in range(wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])):
+        edges = wp.uint32(ALL_EDGES)
+        if has_several:
+            edges = polygon_of_vertex(special, wp.int64(s), n)
         cell_out[start + wp.int64(n)] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
-        local_out[start + wp.int64(n)] = mark
+        local_out[start + wp.int64(n)] = wp.vec3(wp.float32(edges), 0.0, 0.0)

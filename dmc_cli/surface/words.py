@@ -61,8 +61,7 @@ def make_plane(grid: GridShape, device: Device) -> Plane:
     count = grid.rows * grid.words
     ahead, behind = padding(grid), padding(grid) + 2 * LANES
     memory = device.empty(ahead + count + behind, wp.uint32)
-    device.clear(memory, 0, ahead)
-    device.clear(memory, ahead + count, ahead + count + behind)
+    device.clear_around(memory, ahead, ahead + count)
     where = {"device": device.name, "copy": False}
     line = wp.array(
         ptr=memory.ptr, dtype=Words, shape=ahead + count + behind - LANES + 1, strides=(4,), **where
