@@ -156,9 +156,10 @@ class Team:
             return
         with self._lock:
             self._finish()  # of another caller
-            self._lay_out(compiled, arguments, dim, slab)
+            slabs = self._lay_out(compiled, arguments, dim, slab)
             if ahead:
                 self._open()
+            self._summon(slabs if ahead else slabs - 1)
 
     def wake(self) -> None:
         """Wake the helpers, which takes a while, before there is something to do."""
@@ -172,8 +173,8 @@ class Team:
             if helper is None or helper.done():
                 self._helpers[n] = self._pool.submit(self._watch, n + 1)
 
-    def _lay_out(self, compiled: Compiled, arguments: Sequence[Any], dim: int, slab: int) -> None:
-        """Lay a launch of several slabs on the desk."""
+    def _lay_out(self, compiled: Compiled, arguments: Sequence[Any], dim: int, slab: int) -> int:
+        """Lay a launch of several slabs on the desk; return how many."""
         packed = compiled.pack(arguments)
         slabs = -(-dim // slab)
         whole, last = compiled.bounds(slab), compiled.bounds(dim - slab * (slabs - 1))
@@ -185,7 +186,7 @@ class Team:
             part = desk.PARTS + desk.LINE * n
             words[part], words[part + 1] = slabs * n // threads, slabs * (n + 1) // threads
         self._begun = (packed, whole, last, arguments)
-        self._summon(slabs - 1)
+        return slabs
 
     def _watch(self, part: int) -> None:
         """Help with launches until there has been none for a while."""

@@ -26,7 +26,7 @@ from dmc_cli.surface.grid import (
 )
 from dmc_cli.surface.plain_quads import QuadEdges, store_plain_quads
 from dmc_cli.surface.polygons import Polygons
-from dmc_cli.surface.special_cells import SpecialCells, find_special
+from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import EDGE_LOW, label_of
 from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, Words, before_line, block_count
 
@@ -157,24 +157,33 @@ def count_quads_kernel(
     counts_out[block] = wp.int64(count)
 
 
+@wp.func_native("return *((const unsigned int*)line.data + at);")
+def word_at(line: wp.array(dtype=Words), at: wp.int32) -> wp.uint32:
+    """Return the first of the words `at` of a line."""
+    ...
+
+
 @wp.func
 def vertex_at(
     bits: CellBits,
     special: SpecialCells,
     ordinary_count: wp.int32,
-    row: wp.int32,
-    i: wp.int32,
+    ahead: wp.int32,
+    n: wp.int32,
+    b: wp.int32,
     edge: wp.int32,
 ) -> wp.int32:
-    """Return the vertex of an active cell whose polygon crosses its local edge `edge`."""
-    w = i // 32
-    b = i % 32
-    ordinary = bits.ordinary[row, w]
+    """Return the vertex of an active cell, bit b of word n, whose polygon crosses its local edge `edge`.
+
+    `ahead` are the words before the line.
+    """
+    ordinary = word_at(bits.ordinary_line, ahead + n)
     v = wp.int32(0)
     if has_bit(ordinary, b):
-        v = bits.rank[row * bits.ordinary.shape[1] + w] + wp.int32(wp.bit_count(ordinary & low_bits(b)))
+        v = bits.rank[n] + wp.int32(wp.bit_count(ordinary & low_bits(b)))
     else:
-        s = find_special(bits, row, i)
+        before = low_bits(b) & word_at(bits.active_line, ahead + n) & ~ordinary
+        s = bits.special_rank[n] + wp.int32(wp.bit_count(before))
         v = ordinary_count + wp.int32(special.first_vertex[s]) + label_of(special.vertices[s], edge)
     return v
 
@@ -205,8 +214,7 @@ def connect_with_care(
     `edges` are all of the word's, by axis; q is the number of the first one's quad. One loop for all corners,
     so that the structs are not copied for each.
     """
-    row = n / grid.words
-    start = 32 * (n - row * grid.words)
+    ahead = before_line(grid)
     first = q
     for axis in range(3):
         of_axis = edges[axis]
@@ -218,8 +226,9 @@ def connect_with_care(
             for c in range(4):
                 edge = QUAD_EDGES[4 * axis + c]
                 corner = EDGE_LOW[edge]
-                cell_row = row - ((corner >> 1) & 1) - grid.ny * (corner >> 2)
-                quad[c] = vertex_at(bits, special, ordinary_count, cell_row, start + b - (corner & 1), edge)
+                i = b - (corner & 1)  # -1: the last cell of the word before
+                word = n - grid.words * ((corner >> 1) & 1) - grid.layer * (corner >> 2) + (i >> 5)
+                quad[c] = vertex_at(bits, special, ordinary_count, ahead, word, i & 31, edge)
             slot = first + wp.int32(wp.bit_count(of_axis & low_bits(b)))
             quads_out[slot] = oriented(quad, has_bit(forward, b))
         first += wp.int32(wp.bit_count(of_axis))
