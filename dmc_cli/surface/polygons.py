@@ -123,7 +123,7 @@ def trace_polygons_kernel(
     j = row % grid.ny
     k = row // grid.ny
     case = cell_case(grid, bits.inside, row, i)
-    labels = label_all(case)
+    labels = wp.uint64(0)
     joined = wp.uint32(0)
     suspects = wp.uint32(0)
     count = int(0)
@@ -145,6 +145,8 @@ def trace_polygons_kernel(
                     count += 1
         labels = trace_cell(case, joined)
         suspects = suspect_faces(case, labels)
+    else:
+        labels = label_all(case)
     joined_out[s] = joined
     polygons_out[s] = labels
     suspects_out[s] = wp.uint8(suspects)
