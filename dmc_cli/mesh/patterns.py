@@ -9,8 +9,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mark_word, mask_length
+from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mask_length
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.surface.marks import ANY, marked
 from dmc_cli.surface.words import VECTOR_FLAGS
 
 wp.set_module_options(
@@ -93,5 +94,5 @@ def find_pattern_kernel(
     else:
         word = word_3x3y(mesh.corners, mesh.valence, w, count)
     if word != wp.uint32(0):
-        word &= ~mark_word(mesh.quad_gone, w)
+        word &= ~marked(mesh.quad_gone, 32 * w, 32, ANY)
     mask_out[w] = word

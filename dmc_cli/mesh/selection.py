@@ -12,6 +12,7 @@ import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, Device
 from dmc_cli.surface.grid import bit_index
+from dmc_cli.surface.marks import ANY, marked
 from dmc_cli.surface.words import VECTOR_FLAGS
 
 wp.set_module_options(
@@ -102,24 +103,6 @@ def concatenated(device: Device, lists: Sequence[Any]) -> Any:
     return joined
 
 
-@wp.func_native(
-    """
-    const unsigned char* mark = (const unsigned char*)marks.data + 32 * (size_t)word;
-    int count = (int)marks.shape[0] - 32 * word;
-    unsigned int bits = 0;
-    if (count >= 32) {
-        for (int n = 0; n < 32; ++n) bits |= (unsigned int)(mark[n] != 0) << n;
-    } else {
-        for (int n = 0; n < count; ++n) bits |= (unsigned int)(mark[n] != 0) << n;
-    }
-    return bits;
-    """
-)
-def mark_word(marks: wp.array(dtype=wp.uint8), word: wp.int32) -> wp.uint32:
-    """Return word `word` of the mask of the items with a mark."""
-    ...
-
-
 @wp.kernel
 def count_mask_kernel(
     # In:
@@ -202,7 +185,7 @@ def mask_marks_kernel(
 ):
     """Gather the marks of 32 items into a word. One thread a word."""
     w = first + wp.tid()
-    mask_out[w] = mark_word(marks, w)
+    mask_out[w] = marked(marks, 32 * w, 32, ANY)
 
 
 @wp.func

@@ -7,7 +7,8 @@ import warp as wp
 
 from dmc_cli.surface.crossings import crossed_edges, edge_set
 from dmc_cli.surface.field import Field, cell_values
-from dmc_cli.surface.grid import Grid, world_position
+from dmc_cli.surface.grid import Grid, bit_index, world_position
+from dmc_cli.surface.marks import ANY, marked
 from dmc_cli.surface.placement import place_vertex
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import single_precision
@@ -27,18 +28,22 @@ def place_left_vertices_kernel(
     special: SpecialCells,
     special_count: wp.int32,
     cells: wp.array(dtype=wp.int64),
+    span: wp.int32,
     # In/out:
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
     left_inout: wp.array(dtype=wp.uint8),
 ):
-    """Place the vertices that have no place yet: local coordinates below 0. One thread a block of `size`.
+    """Place the vertices that have no place yet: local coordinates below 0.
 
-    `left` says which blocks have any, and then how many of each took a fallback. The fans of one polygon
-    share its position: each vertex is placed from the whole polygon's edges.
+    One thread `span` blocks of `size`: `left` says which have any, and then how many of each took a fallback.
+    The fans of one polygon share its position: each vertex is placed from the whole polygon's edges.
     """
-    block = first + wp.tid()
-    if left_inout[block] != wp.uint8(0):
+    start = span * (first + wp.tid())
+    left = marked(left_inout, start, span, ANY)
+    while left != wp.uint32(0):
+        block = start + bit_index(left)
+        left &= left - wp.uint32(1)
         fallbacks = int(0)
         for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
             if local_inout[v][0] < 0.0:

@@ -14,14 +14,11 @@ import warp as wp
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.grid import Grid, bit_index
+from dmc_cli.surface.marks import marked
 from dmc_cli.surface.special_cells import SpecialCells, cell_case, find_special, is_active
 from dmc_cli.surface.tracing import FACE_EDGES, is_ambiguous, label_of, trace_cell
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-
-CELLS = wp.constant(32)
-"""Special cells a thread: most have no suspect face."""
 
 
 def flip_faces(cells: Cells, special: Any, suspects: Any, struct: Any, device: Device) -> int:
@@ -36,9 +33,9 @@ def flip_faces(cells: Cells, special: Any, suspects: Any, struct: Any, device: D
     flips = device.zeros(count, wp.uint8)
     for axis in range(3):
         for parity in range(2):
-            inputs = [struct, cells.bits, special, suspects, axis, parity]
+            inputs = [struct, cells.bits, special, suspects, axis, parity, device.span]
             outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, -(-count // int(CELLS)), inputs, outputs, ITEMS_A_SLAB)
+            device.launch(flip_faces_kernel, -(-count // device.span), inputs, outputs, ITEMS_A_SLAB)
     return device.total(flips)
 
 
@@ -64,24 +61,6 @@ def suspect_faces(case: wp.int32, labels: wp.uint64) -> wp.uint32:
         if is_ambiguous(case, 2 * axis + 1) and is_one_polygon(labels, 2 * axis + 1):
             suspects |= wp.uint32(1) << wp.uint32(axis)
     return suspects
-
-
-@wp.func_native(
-    """
-    const unsigned char* faces = (const unsigned char*)suspects.data + start;
-    const int count = (int)suspects.shape[0] - start;
-    unsigned int cells = 0;
-    if (count >= 32) {
-        for (int n = 0; n < 32; ++n) cells |= (unsigned int)(faces[n] >> axis & 1) << n;
-    } else {
-        for (int n = 0; n < count; ++n) cells |= (unsigned int)(faces[n] >> axis & 1) << n;
-    }
-    return cells;
-    """
-)
-def suspect_cells(suspects: wp.array(dtype=wp.uint8), start: wp.int32, axis: wp.int32) -> wp.uint32:
-    """Return a bit for each of `CELLS` special cells: whether its high face on `axis` is suspect."""
-    ...
 
 
 @wp.func
@@ -131,17 +110,18 @@ def flip_faces_kernel(
     suspects: wp.array(dtype=wp.uint8),
     axis: wp.int32,
     parity: wp.int32,
+    span: wp.int32,
     # In/out:
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
     flips_inout: wp.array(dtype=wp.uint8),
 ):
-    """Flip the bad faces of one class. One thread `CELLS` special cells, for their high faces on `axis`.
+    """Flip the bad faces of one class. One thread `span` special cells, for their high faces on `axis`.
 
     Two faces of a class never share a cell, so no thread writes what another one reads.
     """
-    start = CELLS * (first + wp.tid())
-    left = suspect_cells(suspects, start, axis)
+    start = span * (first + wp.tid())
+    left = marked(suspects, start, span, 1 << axis)
     while left != wp.uint32(0):  # hardly ever
         s = start + bit_index(left)
         flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, flips_inout)

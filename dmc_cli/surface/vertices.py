@@ -117,9 +117,10 @@ def _place_exactly(
     else:
         left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
-    inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell]
+    threads = -(-left.shape[0] // device.span)
+    inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell, device.span]
     outputs = [vertices.local, vertices.position, left]
-    device.begin(place_left_vertices_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
+    device.begin(place_left_vertices_kernel, threads, inputs, outputs, 1)
 
 
 @wp.func_native(

@@ -24,7 +24,7 @@ def test_blocks_place_what_single_threads_place(border, dtype):
     position = wp.empty_like(surface.vertices)
     cells, polygons = surface.cells, surface.polygons
     inputs = [surface.grid.struct(), surface.field, wp.mat44d(*surface.affine.ravel()), 1]
-    inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.vertex_cell]
+    inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.vertex_cell, 1]
     outputs = [local, position, wp.full(count, 1, dtype=wp.uint8, device="cpu")]
     device.launch(place_left_vertices_kernel, count, inputs, outputs)
     np.testing.assert_array_equal(local.numpy(), surface.vertex_local.numpy())
