@@ -63,6 +63,16 @@ class Device:
     def _team(self) -> Team:
         return Team(self.threads)
 
+    @cached_property
+    def _nothings(self) -> dict[Any, Any]:
+        return {}
+
+    def _nothing(self, dtype: Any) -> Any:
+        """Return the array without items, of which one of each type is enough."""
+        if dtype not in self._nothings:
+            self._nothings[dtype] = wp.empty(0, dtype=dtype, device=self.name)
+        return self._nothings[dtype]
+
     def wake(self) -> None:
         """Get threads ready, which takes as long as a short launch, before the first of many."""
         if self.is_cpu:
@@ -105,6 +115,8 @@ class Device:
 
         On CPU the memory is our own (`host_memory.py`), on CUDA Warp's pool keeps it.
         """
+        if shape == 0:
+            return self._nothing(dtype)
         if not self.is_cpu:
             return wp.empty(shape, dtype=dtype, device=self.name)
         lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))

@@ -156,8 +156,9 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
 
 def _step_below(isovalue: float, dtype: np.dtype[Any]) -> float:
     """Return the distance from the isovalue to the next lower number of the type (float64 for integers)."""
-    number = dtype.type(isovalue) if dtype.kind == "f" else np.float64(isovalue)
-    return float(number) - float(np.nextafter(number, -np.inf, dtype=number.dtype))
+    if dtype == np.float32:
+        return isovalue - float(np.nextafter(np.float32(isovalue), np.float32(-np.inf)))
+    return isovalue - math.nextafter(isovalue, -math.inf)
 
 
 def padding_range(volume: Volume) -> tuple[float, float]:

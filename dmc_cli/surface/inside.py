@@ -84,11 +84,12 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     device = volume.device
     levels = _levels(volume, field)
     inside = make_plane(grid, device)
-    absent = device.empty(grid.rows, wp.int64)
+    looks_for_data = levels.checks_finite or levels.checks_padding
+    absent = device.empty(grid.rows if looks_for_data else 0, wp.int64)
     inputs = [grid.struct(), field, levels]
     device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
     no_data_count = 0
-    if levels.checks_finite or levels.checks_padding:
+    if looks_for_data:
         device.finish()
         no_data_count = device.total(absent)
     if no_data_count == 0 or grid.border == 1:
@@ -218,14 +219,15 @@ def find_inside_kernel(
     inside_out: wp.array2d(dtype=wp.uint32),
     absent_out: wp.array(dtype=wp.int64),
 ):
-    """Find the inside bits and count the nodes without data. One thread a row of the grid."""
+    """Find the inside bits and count the nodes without data if asked to. One thread a row of the grid."""
     row = first + wp.tid()
     j = row % grid.ny
     k = row // grid.ny
     b = grid.border
     if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
         fill_row(inside_out, grid, row, levels.outside)
-        absent_out[row] = wp.int64(0)
+        if absent_out.shape[0] > 0:
+            absent_out[row] = wp.int64(0)
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
@@ -236,7 +238,8 @@ def find_inside_kernel(
         absent = settle_row(inside_out, field, levels, row, start, nx, looks_for_data)
     if b == 1:
         add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
-    absent_out[row] = wp.int64(absent)
+    if absent_out.shape[0] > 0:
+        absent_out[row] = wp.int64(absent)
 
 
 @wp.kernel
