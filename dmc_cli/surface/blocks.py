@@ -12,7 +12,7 @@ from dmc_cli.surface.field import Field, needs_care
 from dmc_cli.surface.grid import Grid, world_coordinate
 from dmc_cli.surface.lanes import FloatLanes, find_block_cells, store_points
 from dmc_cli.surface.placement import solve_on_steepest_axis
-from dmc_cli.surface.stored import IntLanes, values_at
+from dmc_cli.surface.stored import IntLanes, pairs_at
 from dmc_cli.surface.trilinear import CornerValues, below_zero, fits_single
 from dmc_cli.surface.words import LANES, VECTOR_FLAGS
 
@@ -32,11 +32,13 @@ def gather_corners(field: Field, grid: Grid, node: wp.int64, offsets: IntLanes) 
     sign = field.sign
     isovalue = field.isovalue
     corners = CornerLanes()
-    for c in range(8):
-        at = node + wp.int64(c & 1) + wp.int64((c >> 1) & 1) * row + wp.int64(c >> 2) * layer
-        stored = values_at(field.values, field.kind, at, offsets)
+    for r in range(4):
+        at = node + wp.int64(r & 1) * row + wp.int64(r >> 1) * layer
+        stored = pairs_at(field.values, field.kind, at, offsets)
         for lane in range(LANES):
-            corners[c * LANES + lane] = below_zero(sign * (stored[lane] - isovalue))
+            corners[2 * LANES * r + lane] = below_zero(sign * (stored[lane] - isovalue))
+        for lane in range(LANES):
+            corners[2 * LANES * r + LANES + lane] = below_zero(sign * (stored[LANES + lane] - isovalue))
     return corners
 
 

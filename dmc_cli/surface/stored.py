@@ -32,6 +32,9 @@ _NATIVE_TYPES = ("uint8_t", "int8_t", "uint16_t", "int16_t", "uint32_t", "int32_
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 DoubleLanes = wp.types.vector(length=LANES, dtype=wp.float64)
 
+PairLanes = wp.types.vector(length=2 * LANES, dtype=wp.float64)
+"""Two values in a row for each lane: the first ones, then the second ones."""
+
 RowLanes = wp.types.vector(length=4 * LANES, dtype=wp.float64)
 """Four values in a row for each lane: the first ones, then the second ones."""
 
@@ -69,70 +72,68 @@ def cell_at(
     ...
 
 
-@wp.func_native(
-    _for_each_type(
-        """
-        wp::vec_t<16, double> lanes;
-        for (int lane = 0; lane < 16; ++lane) lanes[lane] = (double)nodes[offsets[lane]];
-        return lanes;
-        """
-    )
-)
-def values_at(
-    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes
-) -> DoubleLanes:
-    """Return the stored values `offsets` nodes after node `at`."""
-    ...
+def _read_rows(length: int, most: int) -> str:
+    """Return C++ that reads `length` values in a row from each of sixteen nodes.
 
-
-@wp.func_native(
-    _for_each_type(
-        """
-        wp::vec_t<64, double> lanes;
+    As many of them as `most` bytes hold are read as one word, which is taken apart in vectors.
+    """
+    return f"""
+        wp::vec_t<{16 * length}, double> lanes;
         #if defined(__clang__) && !defined(__CUDA_ARCH__)
         auto example = *nodes;
         typedef decltype(example) value_t;
         typedef value_t values_t __attribute__((ext_vector_type(16)));
         typedef double doubles_t __attribute__((ext_vector_type(16)));
-        auto keep = [&](int n, values_t stored) {
-            doubles_t numbers = __builtin_convertvector(stored, doubles_t);
-            __builtin_memcpy((double*)&lanes + 16 * n, &numbers, sizeof(numbers));
-        };
-        auto unpack = [&](auto empty, auto part, int count) {  // `count` values a word
-            typedef decltype(empty) word_t;
-            typedef decltype(part) part_t;
-            typedef word_t words_t __attribute__((ext_vector_type(16)));
-            typedef part_t parts_t __attribute__((ext_vector_type(16)));
-            for (int begin = 0; begin < 4; begin += count) {
+        auto unpack = [&](auto word, auto part) {{
+            typedef decltype(word) words_t __attribute__((ext_vector_type(16)));
+            typedef decltype(part) parts_t __attribute__((ext_vector_type(16)));
+            const int count = sizeof(word) / sizeof(value_t);
+            for (int begin = 0; begin < {length}; begin += count) {{
                 words_t words;
-                for (int lane = 0; lane < 16; ++lane) {
-                    word_t word;
+                for (int lane = 0; lane < 16; ++lane) {{
                     __builtin_memcpy(&word, nodes + offsets[lane] + begin, sizeof(word));
                     words[lane] = word;
-                }
-                for (int n = 0; n < count; ++n) {
-                    words_t shifted = words >> (word_t)(8 * sizeof(value_t) * n);
-                    keep(begin + n, __builtin_bit_cast(values_t, __builtin_convertvector(shifted, parts_t)));
-                }
-            }
-        };
-        if constexpr (sizeof(value_t) == 1) unpack((unsigned int)0, (unsigned char)0, 4);
-        else if constexpr (sizeof(value_t) == 2) unpack((unsigned long long)0, (unsigned short)0, 4);
-        else if constexpr (sizeof(value_t) == 4) unpack((unsigned long long)0, (unsigned int)0, 2);
-        else unpack((unsigned long long)0, (unsigned long long)0, 1);
-        #else
-        for (int n = 0; n < 4; ++n)
-            for (int lane = 0; lane < 16; ++lane) lanes[16 * n + lane] = (double)nodes[offsets[lane] + n];
+                }}
+                for (int n = 0; n < count; ++n) {{
+                    words_t shifted = words >> (decltype(word))(8 * sizeof(value_t) * n);
+                    parts_t parts = __builtin_convertvector(shifted, parts_t);
+                    doubles_t numbers =
+                        __builtin_convertvector(__builtin_bit_cast(values_t, parts), doubles_t);
+                    __builtin_memcpy((double*)&lanes + 16 * (begin + n), &numbers, sizeof(numbers));
+                }}
+            }}
+        }};
+        constexpr int row = sizeof(value_t) * {length};
+        constexpr int size = row < {most} ? row : {most};
+        if constexpr (size > sizeof(value_t)) {{
+            if constexpr (sizeof(value_t) == 1 && size == 2) unpack((unsigned short)0, (unsigned char)0);
+            else if constexpr (sizeof(value_t) == 1) unpack((unsigned int)0, (unsigned char)0);
+            else if constexpr (sizeof(value_t) == 2 && size == 4) unpack((unsigned int)0, (unsigned short)0);
+            else if constexpr (sizeof(value_t) == 2) unpack((unsigned long long)0, (unsigned short)0);
+            else unpack((unsigned long long)0, (unsigned int)0);
+            return lanes;
+        }}
         #endif
+        for (int n = 0; n < {length}; ++n)
+            for (int lane = 0; lane < 16; ++lane) lanes[16 * n + lane] = (double)nodes[offsets[lane] + n];
         return lanes;
-        """
-    )
-)
-def rows_at(values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes) -> RowLanes:
-    """Return four values of a row from each of the nodes `offsets` after node `at` on.
-
-    They are read together: all four of one or two bytes in a word, else two or one.
     """
+
+
+@wp.func_native(_for_each_type(_read_rows(2, most=4)))
+def pairs_at(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes
+) -> PairLanes:
+    """Return two values of a row from each of the nodes `offsets` after node `at` on.
+
+    To take two floats from a word costs more than to read both.
+    """
+    ...
+
+
+@wp.func_native(_for_each_type(_read_rows(4, most=8)))
+def rows_at(values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, offsets: IntLanes) -> RowLanes:
+    """Return four values of a row from each of the nodes `offsets` after node `at` on."""
     ...
 
 
