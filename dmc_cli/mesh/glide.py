@@ -12,7 +12,7 @@ import warp as wp
 from dmc_cli.mesh.project import GridPoint, cell_node, index_position, node_cell, project_point
 from dmc_cli.surface import Surface
 from dmc_cli.surface.field import Field, cell_values
-from dmc_cli.surface.grid import Grid, world_coordinate
+from dmc_cli.surface.grid import Grid, kernel_matrix, world_coordinate
 from dmc_cli.surface.slices import depth_of, slice_distance
 from dmc_cli.surface.trilinear import single_precision, trilinear_gradient
 
@@ -42,7 +42,7 @@ def make_scene(surface: Surface) -> Any:
     inverse = np.linalg.inv(surface.affine[:3, :3])
     scene.field, scene.grid = surface.field, surface.grid.struct()
     scene.depths = surface.depths
-    scene.to_output = wp.mat44d(*surface.affine.ravel().tolist())
+    scene.to_output = kernel_matrix(surface.affine)
     scene.to_grid = wp.mat33(*inverse.ravel())
     scene.normal_to_output = wp.mat33(*inverse.T.ravel())
     return scene

@@ -18,7 +18,7 @@ from dmc_cli.mesh.selection import keep_masked, mask_length
 from dmc_cli.mesh.simplify_3x3y import LISTED_A_SLAB
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
 from dmc_cli.surface.field import Field
-from dmc_cli.surface.grid import Grid
+from dmc_cli.surface.grid import Grid, kernel_matrix
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -43,7 +43,7 @@ def remove_3x3y(
     removed, refused = device.empty(blocks, wp.int32), device.empty(blocks, wp.int32)
     seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * blocks, wp.uint32)
     color = mesh.arrays.defect if mesh.color is None else mesh.color
-    inputs = [mesh.arrays, surface.grid.struct(), surface.field, wp.mat44d(*surface.affine.ravel().tolist())]
+    inputs = [mesh.arrays, surface.grid.struct(), surface.field, kernel_matrix(surface.affine)]
     inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
     device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_SLAB)
     if not safe:

@@ -9,6 +9,7 @@ cell. Each flip closes a tunnel or cuts a bridge.
 
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
@@ -21,22 +22,27 @@ from dmc_cli.surface.tracing import FACE_EDGES, is_ambiguous, label_of, trace_ce
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
+FLIPPED = wp.constant(8)
+"""The first of the bits x, y, z of a special cell that say which of its high faces were flipped, beside those
+that say which are suspect."""
+
+
 def flip_faces(cells: Cells, special: Any, suspects: Any, struct: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number.
 
-    `suspects` are the `suspect_faces` of each special cell, uint8.
+    `suspects` are the `suspect_faces` of each special cell, uint8; which were flipped is noted there.
     """
     device.finish()
     if device.total(suspects) == 0:
         return 0
-    count = suspects.shape[0]
-    flips = device.zeros(count, wp.uint8)
+    threads = -(-suspects.shape[0] // device.span)
     for axis in range(3):
         for parity in range(2):
-            inputs = [struct, cells.bits, special, suspects, axis, parity, device.span]
-            outputs = [special.joined, special.polygons, flips]
-            device.launch(flip_faces_kernel, -(-count // device.span), inputs, outputs, ITEMS_A_SLAB)
-    return device.total(flips)
+            inputs = [struct, cells.bits, special, axis, parity, device.span]
+            outputs = [special.joined, special.polygons, suspects]
+            device.launch(flip_faces_kernel, threads, inputs, outputs, ITEMS_A_SLAB)
+    noted = suspects.numpy()
+    return sum(int(np.count_nonzero(noted & (int(FLIPPED) << axis))) for axis in range(3))
 
 
 @wp.func
@@ -73,7 +79,7 @@ def flip_if_bad(
     parity: wp.int32,
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
-    flips_inout: wp.array(dtype=wp.uint8),
+    suspects_inout: wp.array(dtype=wp.uint8),
 ):
     """Flip the high face on `axis` of special cell s, which is suspect, if it is of the class and bad."""
     row = special.row[s]
@@ -97,7 +103,7 @@ def flip_if_bad(
             joined_inout[other] = other_joined
             polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
             polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
-            flips_inout[s] = flips_inout[s] + wp.uint8(1)
+            suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)
 
 
 @wp.kernel
@@ -107,22 +113,21 @@ def flip_faces_kernel(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
-    suspects: wp.array(dtype=wp.uint8),
     axis: wp.int32,
     parity: wp.int32,
     span: wp.int32,
     # In/out:
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
-    flips_inout: wp.array(dtype=wp.uint8),
+    suspects_inout: wp.array(dtype=wp.uint8),
 ):
     """Flip the bad faces of one class. One thread `span` special cells, for their high faces on `axis`.
 
     Two faces of a class never share a cell, so no thread writes what another one reads.
     """
     start = span * (first + wp.tid())
-    left = marked(suspects, start, span, 1 << axis)
+    left = marked(suspects_inout, start, span, 1 << axis)
     while left != wp.uint32(0):  # hardly ever
         s = start + bit_index(left)
-        flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, flips_inout)
+        flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, suspects_inout)
         left &= left - wp.uint32(1)

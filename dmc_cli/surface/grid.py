@@ -106,6 +106,11 @@ def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
     return shifted
 
 
+def kernel_matrix(affine: np.ndarray[Any, Any]) -> Any:
+    """Return the kernels' view of an affine map."""
+    return wp.mat44d(*affine.ravel().tolist())
+
+
 def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
     """Return whether an affine map turns right hands into left ones."""
     (a, b, c), (d, e, f), (g, h, i) = affine[:3, :3].tolist()

@@ -23,19 +23,11 @@ wp.set_module_options(
 WORD = 32
 """Nodes a word."""
 
+ALL = 0xFFFFFFFF
+"""A word with every bit set, as a number of the host's."""
+
 NODES_A_SLAB = 1 << 17
 """Nodes a slab at least, as `ITEMS_A_SLAB` of the device."""
-
-
-@wp.struct
-class Threshold:
-    """A number of the stored type to compare with: nodes at or above it.
-
-    `mask` is 0 where no number of the type is as high as what was asked for, else all ones.
-    """
-
-    level: wp.float64  # exact: stored integers have at most 32 bits
-    mask: wp.uint32
 
 
 @wp.struct
@@ -45,15 +37,21 @@ class Levels:
     A node has data if it is finite, and not at or above `padding` without being at or above
     `after_padding`. It is inside if it is at or above `cut`, or for a negative slope (`inverted` all ones)
     if it is not. `settles` is 1 where comparison bits are not yet inside bits though all nodes have data.
+
+    All three are numbers of the stored type, which float64 holds; each has a mask, 0 where no number of the
+    type is as high as what was asked for, else all ones.
     """
 
-    cut: Threshold
+    cut: wp.float64
+    cut_mask: wp.uint32
     inverted: wp.uint32
     settles: wp.int32
     checks_finite: wp.int32
     checks_padding: wp.int32
-    padding: Threshold
-    after_padding: Threshold
+    padding: wp.float64
+    padding_mask: wp.uint32
+    after_padding: wp.float64
+    after_padding_mask: wp.uint32
     outside: wp.uint32  # all ones where virtual and absent nodes count as inside: the object is the low side
 
 
@@ -104,15 +102,17 @@ def _levels(volume: DeviceVolume, field: Any) -> Any:
     dtype = volume.dtype
     levels = Levels()
     negative = field.sign < 0
-    levels.cut = _threshold(dtype, _above(dtype, field.isovalue) if negative else field.isovalue)
-    levels.inverted = 0xFFFFFFFF if negative else 0
-    levels.settles = int(negative or levels.cut.mask == 0)
-    levels.outside = 0xFFFFFFFF if field.outside > 0 else 0
+    cut = _above(dtype, field.isovalue) if negative else field.isovalue
+    levels.cut, levels.cut_mask = _threshold(dtype, cut)
+    levels.inverted = ALL if negative else 0
+    levels.settles = int(negative or levels.cut_mask == 0)
+    levels.outside = ALL if field.outside > 0 else 0
     levels.checks_finite = int(dtype.kind == "f")
     levels.checks_padding = int(field.padding_low <= field.padding_high)
     if levels.checks_padding:
-        levels.padding = _threshold(dtype, field.padding_low)
-        levels.after_padding = _threshold(dtype, _above(dtype, field.padding_high))
+        levels.padding, levels.padding_mask = _threshold(dtype, field.padding_low)
+        after = _above(dtype, field.padding_high)
+        levels.after_padding, levels.after_padding_mask = _threshold(dtype, after)
     return levels
 
 
@@ -123,26 +123,22 @@ def _above(dtype: np.dtype[Any], value: float) -> float:
     return math.floor(value) + 1
 
 
-def _threshold(dtype: np.dtype[Any], value: float) -> Any:
-    """Return the least number of the type at or above `value` as a threshold."""
-    threshold = Threshold()
-    threshold.mask = 0xFFFFFFFF
+def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, int]:
+    """Return the least number of the type at or above `value`, and its mask."""
     if dtype.kind == "f":
         rounded = dtype.type(value)
-        threshold.level = float(rounded) if rounded >= value else _above(dtype, value)
-        return threshold
+        return float(rounded) if rounded >= value else _above(dtype, value), ALL
     limits = np.iinfo(dtype)
     least = math.ceil(value)
-    threshold.level = min(max(least, int(limits.min)), int(limits.max))
-    if least > limits.max:
-        threshold.mask = 0
-    return threshold
+    return min(max(least, int(limits.min)), int(limits.max)), ALL if least <= limits.max else 0
 
 
 @wp.func
-def nodes_at_least(field: Field, at: wp.int64, count: wp.int32, threshold: Threshold) -> wp.uint32:
-    """Return a bit for each of `count` nodes from `at` on: whether it is at or above the threshold."""
-    return bits_at_least(field.values, field.kind, at, count, threshold.level) & threshold.mask
+def nodes_at_least(
+    field: Field, at: wp.int64, count: wp.int32, level: wp.float64, mask: wp.uint32
+) -> wp.uint32:
+    """Return a bit for each of `count` nodes from `at` on: whether it is at or above a level of that mask."""
+    return bits_at_least(field.values, field.kind, at, count, level) & mask
 
 
 @wp.func
@@ -152,8 +148,9 @@ def nodes_with_data(field: Field, at: wp.int64, count: wp.int32, levels: Levels)
     if levels.checks_finite == 1:
         bits = finite_bits(field.values, field.kind, at, count)
     if levels.checks_padding == 1:
-        padding = nodes_at_least(field, at, count, levels.padding)
-        bits &= ~padding | nodes_at_least(field, at, count, levels.after_padding)
+        padding = nodes_at_least(field, at, count, levels.padding, levels.padding_mask)
+        after = nodes_at_least(field, at, count, levels.after_padding, levels.after_padding_mask)
+        bits &= ~padding | after
     return bits
 
 
@@ -188,7 +185,7 @@ def settle_row(
         if looks_for_data:
             data = nodes_with_data(field, start + wp.int64(WORD * w), count, levels)
             absent += count - wp.int32(wp.bit_count(data))
-        inside_inout[row, w] = counted(inside_inout[row, w] & levels.cut.mask, data, levels)
+        inside_inout[row, w] = counted(inside_inout[row, w] & levels.cut_mask, data, levels)
     return absent
 
 
@@ -231,7 +228,7 @@ def find_inside_kernel(
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
-    is_finite = compare_row(field.values, field.kind, start, nx, levels.cut.level, inside_out, row)
+    is_finite = compare_row(field.values, field.kind, start, nx, levels.cut, inside_out, row)
     looks_for_data = levels.checks_padding == 1 or not is_finite
     absent = int(0)
     if looks_for_data or b == 1 or levels.settles == 1:

@@ -26,30 +26,35 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 @dataclass(frozen=True)
 class Polygons:
-    """MC polygons of the special cells, and what was counted on the way.
+    """MC polygons of the special cells, with the vertices that stand for them.
 
     Attributes:
         special: The kernels' `SpecialCells`.
         special_count: Number of special cells.
         vertex_count: Number of vertices of all cells.
-        polygon_count: Number of polygons of all cells, those without a vertex included.
-        unused_count: Polygons without a quad, hence without a vertex.
-        multi_polygon_cells: Cells with more than one polygon.
-        ambiguous_faces: Faces with diagonal corners inside, each counted once.
-        flipped_faces: Faces whose decision was flipped.
     """
 
     special: Any
     special_count: int
     vertex_count: int
-    polygon_count: int
-    unused_count: int
-    multi_polygon_cells: int
-    ambiguous_faces: int
+
+
+@dataclass(frozen=True)
+class Tallies:
+    """What was counted on the way.
+
+    Attributes:
+        cells: uint8 (`TALLIES`, special_count), what `special_cells` names, of each special cell.
+        flipped_faces: Faces whose decision was flipped.
+    """
+
+    cells: Any
     flipped_faces: int
 
 
-def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, device: Device) -> Polygons:
+def trace_polygons(
+    cells: Cells, field: Any, grid: GridShape, manifold: bool, device: Device
+) -> tuple[Polygons, Tallies]:
     """Trace the polygons of the special cells and number all vertices: ordinary cells' first.
 
     Args:
@@ -72,25 +77,11 @@ def trace_polygons(cells: Cells, field: Any, grid: GridShape, manifold: bool, de
     device.begin(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     vertices = device.empty(count, wp.int64)
     flipped_faces = flip_faces(cells, special, suspects, struct, device) if manifold else 0
-    device.launch(
-        number_vertices_kernel,
-        count,
-        [struct, cells.bits, special, manifold, field.has_absent],
-        [special.vertices, vertices, tallies],
-        ITEMS_A_SLAB,
-    )
+    inputs = [struct, cells.bits, special, manifold, field.has_absent]
+    outputs = [special.vertices, vertices, tallies]
+    device.launch(number_vertices_kernel, count, inputs, outputs, ITEMS_A_SLAB)
     special.first_vertex, vertex_count = device.starts(vertices)
-    polygons, unused, multi, ambiguous = device.totals(tallies)
-    return Polygons(
-        special=special,
-        special_count=count,
-        vertex_count=cells.ordinary_count + vertex_count,
-        polygon_count=cells.ordinary_count + polygons,
-        unused_count=unused,
-        multi_polygon_cells=multi,
-        ambiguous_faces=ambiguous,
-        flipped_faces=flipped_faces,
-    )
+    return Polygons(special, count, cells.ordinary_count + vertex_count), Tallies(tallies, flipped_faces)
 
 
 @wp.func

@@ -33,9 +33,7 @@ def slice_depths(volume: Volume | None, grid: GridShape, device: Device) -> Any:
     return wp.array(depths, dtype=wp.float64, device=device.name)
 
 
-def map_vertices(
-    cells: Any, locals_: Any, depths: Any, grid: GridShape, to_output: np.ndarray[Any, Any], device: Device
-) -> Any:
+def map_vertices(cells: Any, locals_: Any, depths: Any, grid: GridShape, matrix: Any, device: Device) -> Any:
     """Return the positions of vertices given by cell and local coordinates, float32 vec3 (V,).
 
     Args:
@@ -43,11 +41,10 @@ def map_vertices(
         locals_: float32 vec3 (V,), coordinates in the cell.
         depths: As `slice_depths` returns them.
         grid: The grid over the volume.
-        to_output: Shape (4, 4): the grid's node index, slices even, to the output space.
+        matrix: The kernels' map of the grid's node index, slices even, to the output space.
         device: Where the arrays are.
     """
     positions = device.empty(cells.shape[0], wp.vec3)
-    matrix = wp.mat44d(*to_output.ravel().tolist())
     inputs = [grid.struct(), matrix, depths, cells, locals_]
     device.launch(map_vertices_kernel, cells.shape[0], inputs, [positions])
     return positions

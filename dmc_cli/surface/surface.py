@@ -14,9 +14,9 @@ from dmc_cli.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.cells import Cells, find_cells
 from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
-from dmc_cli.surface.grid import GridShape, grid_of, is_mirrored
+from dmc_cli.surface.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
 from dmc_cli.surface.inside import InsideBits, find_inside
-from dmc_cli.surface.polygons import Polygons, trace_polygons
+from dmc_cli.surface.polygons import Polygons, Tallies, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
 from dmc_cli.surface.vertices import Vertices, place_vertices
@@ -107,7 +107,6 @@ def extract_surface(
     """
     device = volume.device
     device.wake()
-    target = volume.volume.affine if affine is None else affine
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     field = make_field(volume, settings)
     nodes = find_inside(volume, field, grid)
@@ -115,15 +114,18 @@ def extract_surface(
         field.has_absent = 1
         field.absent = absent_value(volume.volume, field)
     cells = find_cells(nodes, grid, device)
-    polygons = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
+    target = volume.volume.affine if affine is None else affine
+    is_reversed = _is_reversed(settings, target)
+    to_output = grid_affine(target, grid)
+    matrix = kernel_matrix(to_output)
+    depths = slice_depths(None if even_slices else volume.volume, grid, device)
+    polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
         reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
-    vertices = place_vertices(cells, polygons, field, grid, target, device, settings.placement)
-    depths = slice_depths(None if even_slices else volume.volume, grid, device)
+    vertices = place_vertices(cells, polygons, field, grid, matrix, device, settings.placement)
     position = vertices.position
     if depths.shape[0]:
-        position = map_vertices(vertices.cell, vertices.local, depths, grid, vertices.grid_affine, device)
-    is_reversed = _is_reversed(settings, target)
+        position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
     surface = Surface(
         vertices=position,
@@ -132,13 +134,13 @@ def extract_surface(
         quads=quads.corners,
         quad_starts=quads.starts,
         is_reversed=is_reversed,
-        counts=_counts(nodes, cells, polygons, vertices, device),
+        counts=_counts(nodes, cells, tallies, vertices, device),
         field=field,
         grid=grid,
         cells=cells,
         polygons=polygons,
         stored_isovalue=field.isovalue,
-        affine=vertices.grid_affine,
+        affine=to_output,
         depths=depths,
         device=device,
     )
@@ -147,17 +149,18 @@ def extract_surface(
 
 
 def _counts(
-    nodes: InsideBits, cells: Cells, polygons: Polygons, vertices: Vertices, device: Device
+    nodes: InsideBits, cells: Cells, tallies: Tallies, vertices: Vertices, device: Device
 ) -> SurfaceCounts:
     """Gather what the stages counted."""
+    polygons, unused, multi, ambiguous = device.totals(tallies.cells)
     return SurfaceCounts(
-        polygons=polygons.polygon_count,
-        unused_vertices=polygons.unused_count,
+        polygons=cells.ordinary_count + polygons,
+        unused_vertices=unused,
         crossed_edges=cells.crossed_edges,
         active_cells=cells.ordinary_count + cells.special_count,
-        multi_polygon_cells=polygons.multi_polygon_cells,
-        ambiguous_faces=polygons.ambiguous_faces,
-        flipped_faces=polygons.flipped_faces,
+        multi_polygon_cells=multi,
+        ambiguous_faces=ambiguous,
+        flipped_faces=tallies.flipped_faces,
         fallback_vertices=device.total(vertices.fallbacks),
         no_data_nodes=nodes.no_data_count,
     )

@@ -8,7 +8,6 @@ in double precision and are rounded to float32 once. Vertices of ordinary cells 
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, Device
@@ -18,7 +17,7 @@ from dmc_cli.surface.blocks import place_block_kernel
 from dmc_cli.surface.cells import Cells
 from dmc_cli.surface.crossings import ALL_EDGES
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
-from dmc_cli.surface.grid import Grid, GridShape, grid_affine
+from dmc_cli.surface.grid import Grid, GridShape
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex
@@ -46,7 +45,6 @@ class Vertices:
         position: float32 vec3, millimetres in the output space.
         cell: int64, linear number of the cell's lowest node in the grid, x fastest.
         local: float32 vec3 in [0, 1].
-        grid_affine: Shape (4, 4): the grid's node index to the output space.
         fallbacks: uint8, whose sum counts, if exact, the vertices that no axis or lattice line could place in
             their polygon's box; else those left at the mean of their polygon's crossings because the method
             failed.
@@ -55,7 +53,6 @@ class Vertices:
     position: Any
     cell: Any
     local: Any
-    grid_affine: np.ndarray[Any, Any]
     fallbacks: Any
 
 
@@ -64,7 +61,7 @@ def place_vertices(
     polygons: Polygons,
     field: Any,
     grid: GridShape,
-    affine: np.ndarray[Any, Any],
+    matrix: Any,
     device: Device,
     placement: Placement = "exact",
 ) -> Vertices:
@@ -75,21 +72,19 @@ def place_vertices(
         polygons: The special cells' polygons, with their vertices' numbers.
         field: The `Field` whose zero set is the surface.
         grid: The grid over the volume.
-        affine: Shape (4, 4): the volume's node index to the output space.
+        matrix: The kernels' map of the grid's node index to the output space.
         device: Where to work.
         placement: Where in its polygon a vertex goes.
     """
     count = polygons.vertex_count
-    to_output = grid_affine(affine, grid)
     size = LANES if placement == "exact" and device.is_cpu else 1
     vertices = Vertices(
         position=device.empty(count, wp.vec3),
         cell=device.empty(count, wp.int64),
         local=device.empty(count, wp.vec3),
-        grid_affine=to_output,
         fallbacks=device.empty(-(-count // size), wp.uint8),
     )
-    scene = [grid.struct(), field, wp.mat44d(*to_output.ravel().tolist())]
+    scene = [grid.struct(), field, matrix]
     inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
     device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
     if placement == "exact":
