@@ -8,14 +8,17 @@ vertex of its own, all at one place.
 import warp as wp
 
 from dmc_cli.surface.cells import CellBits
+from dmc_cli.surface.crossings import ALL_EDGES
 from dmc_cli.surface.grid import Grid, has_bit
-from dmc_cli.surface.special_cells import MULTI, POLYGONS, UNUSED, SpecialCells, cell_case, is_active
+from dmc_cli.surface.special_cells import MULTI, POLYGONS, UNUSED, is_active
 from dmc_cli.surface.tracing import (
     EDGE_HIGH,
     EDGE_LOW,
     FACE_EDGE_BITS,
     NO_LABEL,
     NO_LABELS,
+    edges_labelled,
+    has_several,
     label_of,
     next_edge,
     with_label,
@@ -45,15 +48,6 @@ def edge_has_quad(
         found = is_active(grid, bits, i + di, j, k) and is_active(grid, bits, i, j + dj, k)
         found = found and is_active(grid, bits, i + di, j + dj, k)
     return found
-
-
-@wp.func
-def crossed_edges(labels: wp.uint64) -> wp.uint32:
-    """Return a bit for each edge of a cell that belongs to a polygon."""
-    crossed = wp.uint32(0)
-    for edge in range(12):
-        crossed |= wp.where(label_of(labels, edge) != NO_LABEL, wp.uint32(1), wp.uint32(0)) << wp.uint32(edge)
-    return crossed
 
 
 @wp.func
@@ -111,10 +105,11 @@ def label_fans(
 
 @wp.struct
 class CellVertices:
-    """The vertices of a cell: each edge's, how many there are, and how many polygons gave none."""
+    """The vertices of a cell: each edge's, and how many; how many polygons, and how many without a vertex."""
 
     labels: wp.uint64
     count: wp.int32
+    polygons: wp.int32
     unused: wp.int32
 
 
@@ -130,6 +125,7 @@ def number_fans(
     """Return the vertices of a cell with edges that have no quad."""
     found = CellVertices()
     found.labels = NO_LABELS
+    found.polygons = polygons
     for polygon in range(polygons):
         bare = int(-1)  # an edge without a quad, if there is one
         quads = int(0)
@@ -153,44 +149,50 @@ def number_fans(
     return found
 
 
-@wp.kernel
-def number_vertices_kernel(
-    # In:
-    first: wp.int32,
+@wp.func
+def number_vertices(
     grid: Grid,
     bits: CellBits,
-    special: SpecialCells,
+    row: wp.int32,
+    i: wp.int32,
+    case: wp.int32,
+    joined: wp.uint32,
+    labels: wp.uint64,
     splits_fans: wp.bool,
     has_absent: wp.int32,
-    # Out:
-    labels_out: wp.array(dtype=wp.uint64),
-    vertex_count_out: wp.array(dtype=wp.int64),
-    tallies_out: wp.array2d(dtype=wp.uint8),
-):
-    """Turn polygons into vertices: none for a polygon without quads, one a fan. One thread a special cell."""
-    s = first + wp.tid()
-    row = special.row[s]
-    i = special.i[s]
+) -> CellVertices:
+    """Turn the polygons of a special cell into vertices: none for a polygon without quads, one a fan."""
     j = row % grid.ny
     k = row // grid.ny
-    labels = special.polygons[s]
-    crossed = crossed_edges(labels)
+    crossed = wp.uint32(ALL_EDGES) & ~edges_labelled(labels, NO_LABEL)
     bare = crossed & border_edges(grid, i, j, k)
     if has_absent == 1:
         bare = crossed & ~edges_with_quad(grid, bits, i, j, k, crossed)
-    polygons = int(0)
-    for edge in range(12):
-        polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
-    found = CellVertices(labels, polygons, 0)
+    polygons = int(1)
+    if has_several(labels):
+        for edge in range(12):
+            polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
+    found = CellVertices(labels, polygons, polygons, 0)
     if polygons == 1 and has_absent == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
         for edge in range(12):
             if has_bit(bare, edge):
                 found.labels = with_label(found.labels, edge, NO_LABEL)
     elif bare != wp.uint32(0):
-        case = cell_case(grid, bits.inside, row, i)
-        found = number_fans(case, special.joined[s], labels, polygons, crossed & ~bare, splits_fans)
+        found = number_fans(case, joined, labels, polygons, crossed & ~bare, splits_fans)
+    return found
+
+
+@wp.func
+def store_vertices(
+    found: CellVertices,
+    s: wp.int32,
+    labels_out: wp.array(dtype=wp.uint64),
+    count_out: wp.array(dtype=wp.int64),
+    tallies_out: wp.array2d(dtype=wp.uint8),
+):
+    """Write down the vertices of special cell s."""
     labels_out[s] = found.labels
-    vertex_count_out[s] = wp.int64(found.count)
-    tallies_out[POLYGONS, s] = wp.uint8(polygons)
+    count_out[s] = wp.int64(found.count)
+    tallies_out[POLYGONS, s] = wp.uint8(found.polygons)
     tallies_out[UNUSED, s] = wp.uint8(found.unused)
-    tallies_out[MULTI, s] = wp.uint8(wp.where(polygons > 1, 1, 0))
+    tallies_out[MULTI, s] = wp.uint8(wp.where(found.polygons > 1, 1, 0))

@@ -7,13 +7,15 @@ grid) suffices: a flip never merges polygons and makes no new bad face, and no t
 cell. Each flip closes a tunnel or cuts a bridge.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
-from dmc_cli.surface.cells import CellBits, Cells
+from dmc_cli.surface.cells import CellBits
+from dmc_cli.surface.fans import number_vertices, store_vertices
 from dmc_cli.surface.grid import Grid, bit_index
 from dmc_cli.surface.marks import marked
 from dmc_cli.surface.special_cells import SpecialCells, cell_case, find_special, is_active
@@ -27,20 +29,22 @@ FLIPPED = wp.constant(8)
 that say which are suspect."""
 
 
-def flip_faces(cells: Cells, special: Any, suspects: Any, struct: Any, device: Device) -> int:
+def flip_faces(inputs: Sequence[Any], polygons: Sequence[Any], suspects: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number.
 
-    `suspects` are the `suspect_faces` of each special cell, uint8; which were flipped is noted there.
+    Args:
+        inputs: The kernel's first ones.
+        polygons: What tracing found of each special cell, which changes for the cells of a flipped face.
+        suspects: The `suspect_faces` among that, uint8; which were flipped is noted there.
+        device: Where to work.
     """
-    device.finish()
     if device.total(suspects) == 0:
         return 0
     threads = -(-suspects.shape[0] // device.span)
     for axis in range(3):
         for parity in range(2):
-            inputs = [struct, cells.bits, special, axis, parity, device.span]
-            outputs = [special.joined, special.polygons, suspects]
-            device.launch(flip_faces_kernel, threads, inputs, outputs, ITEMS_A_SLAB)
+            rest = [axis, parity, device.span]
+            device.launch(flip_faces_kernel, threads, [*inputs, *rest], polygons, ITEMS_A_SLAB)
     noted = suspects.numpy()
     return sum(int(np.count_nonzero(noted & (int(FLIPPED) << axis))) for axis in range(3))
 
@@ -70,40 +74,56 @@ def suspect_faces(case: wp.int32, labels: wp.uint64) -> wp.uint32:
 
 
 @wp.func
-def flip_if_bad(
+def retrace(
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    has_absent: wp.int32,
+    s: wp.int32,
+    face: wp.int32,
+    joined_inout: wp.array(dtype=wp.uint32),
+    polygons_inout: wp.array(dtype=wp.uint64),
+    vertices_inout: wp.array(dtype=wp.uint64),
+    vertex_count_inout: wp.array(dtype=wp.int64),
+    tallies_inout: wp.array2d(dtype=wp.uint8),
+):
+    """Trace and number special cell s again, the decision of one of its faces flipped."""
+    row = special.row[s]
+    i = special.i[s]
+    case = cell_case(grid, bits.inside, row, i)
+    joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
+    labels = trace_cell(case, joined)
+    joined_inout[s] = joined
+    polygons_inout[s] = labels
+    found = number_vertices(grid, bits, row, i, case, joined, labels, True, has_absent)
+    store_vertices(found, s, vertices_inout, vertex_count_inout, tallies_inout)
+
+
+@wp.func
+def bad_neighbour(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
     s: wp.int32,
     axis: wp.int32,
     parity: wp.int32,
-    joined_inout: wp.array(dtype=wp.uint32),
-    polygons_inout: wp.array(dtype=wp.uint64),
-    suspects_inout: wp.array(dtype=wp.uint8),
-):
-    """Flip the high face on `axis` of special cell s, which is suspect, if it is of the class and bad."""
-    row = special.row[s]
+    polygons: wp.array(dtype=wp.uint64),
+) -> wp.int32:
+    """Return the special cell behind the high face on `axis` of s if it is of the class and bad, else -1."""
     i = special.i[s]
-    j = row % grid.ny
-    k = row // grid.ny
+    j = special.row[s] % grid.ny
+    k = special.row[s] // grid.ny
     plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
-    if plane % 2 != parity:
-        return
-    face = 2 * axis + 1
     ni = i + wp.where(axis == 0, 1, 0)
     nj = j + wp.where(axis == 1, 1, 0)
     nk = k + wp.where(axis == 2, 1, 0)
-    if is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons_inout[s], face):
-        other_row = nj + nk * grid.ny
-        other = find_special(bits, other_row, ni)
-        if is_one_polygon(polygons_inout[other], face - 1):
-            joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
-            other_joined = joined_inout[other] ^ (wp.uint32(1) << wp.uint32(face - 1))
-            joined_inout[s] = joined
-            joined_inout[other] = other_joined
-            polygons_inout[s] = trace_cell(cell_case(grid, bits.inside, row, i), joined)
-            polygons_inout[other] = trace_cell(cell_case(grid, bits.inside, other_row, ni), other_joined)
-            suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)
+    face = 2 * axis + 1
+    found = int(-1)
+    if plane % 2 == parity and is_active(grid, bits, ni, nj, nk) and is_one_polygon(polygons[s], face):
+        other = find_special(bits, nj + nk * grid.ny, ni)
+        if is_one_polygon(polygons[other], face - 1):
+            found = other
+    return found
 
 
 @wp.kernel
@@ -113,6 +133,7 @@ def flip_faces_kernel(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
+    has_absent: wp.int32,
     axis: wp.int32,
     parity: wp.int32,
     span: wp.int32,
@@ -120,6 +141,9 @@ def flip_faces_kernel(
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
     suspects_inout: wp.array(dtype=wp.uint8),
+    vertices_inout: wp.array(dtype=wp.uint64),
+    vertex_count_inout: wp.array(dtype=wp.int64),
+    tallies_inout: wp.array2d(dtype=wp.uint8),
 ):
     """Flip the bad faces of one class. One thread `span` special cells, for their high faces on `axis`.
 
@@ -129,5 +153,21 @@ def flip_faces_kernel(
     left = marked(suspects_inout, start, span, 1 << axis)
     while left != wp.uint32(0):  # hardly ever
         s = start + bit_index(left)
-        flip_if_bad(grid, bits, special, s, axis, parity, joined_inout, polygons_inout, suspects_inout)
         left &= left - wp.uint32(1)
+        other = bad_neighbour(grid, bits, special, s, axis, parity, polygons_inout)
+        if other >= 0:
+            suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)
+            for side in range(2):
+                retrace(
+                    grid,
+                    bits,
+                    special,
+                    has_absent,
+                    wp.where(side == 0, other, s),
+                    2 * axis + side,
+                    joined_inout,
+                    polygons_inout,
+                    vertices_inout,
+                    vertex_count_inout,
+                    tallies_inout,
+                )

@@ -13,7 +13,7 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_SLAB, Device
 from dmc_cli.surface.cells import CellBits, Cells
-from dmc_cli.surface.fans import number_vertices_kernel
+from dmc_cli.surface.fans import number_vertices, store_vertices
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.flips import flip_faces, suspect_faces
 from dmc_cli.surface.grid import Grid, GridShape
@@ -69,18 +69,16 @@ def trace_polygons(
     special.row, special.i = cells.special_row, cells.special_i
     special.joined = device.empty(count, wp.uint32)
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
-    struct = grid.struct()
-    suspects = device.empty(count, wp.uint8)
+    vertex_counts, suspects = device.empty(count, wp.int64), device.empty(count, wp.uint8)
     tallies = device.empty((TALLIES, count), wp.uint8)
-    inputs = [struct, cells.bits, field, special]
-    outputs = [special.joined, special.polygons, suspects, tallies]
-    device.begin(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
-    vertices = device.empty(count, wp.int64)
-    flipped_faces = flip_faces(cells, special, suspects, struct, device) if manifold else 0
-    inputs = [struct, cells.bits, special, manifold, field.has_absent]
-    outputs = [special.vertices, vertices, tallies]
-    device.launch(number_vertices_kernel, count, inputs, outputs, ITEMS_A_SLAB)
-    special.first_vertex, vertex_count = device.starts(vertices)
+    inputs = [grid.struct(), cells.bits, field, special, manifold]
+    outputs = [special.joined, special.polygons, suspects, special.vertices, vertex_counts, tallies]
+    device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
+    flipped_faces = 0
+    if manifold:
+        inputs = [grid.struct(), cells.bits, special, field.has_absent]
+        flipped_faces = flip_faces(inputs, outputs, suspects, device)
+    special.first_vertex, vertex_count = device.starts(vertex_counts)
     return Polygons(special, count, cells.ordinary_count + vertex_count), Tallies(tallies, flipped_faces)
 
 
@@ -101,13 +99,19 @@ def trace_polygons_kernel(
     bits: CellBits,
     field: Field,
     special: SpecialCells,
+    splits_fans: wp.bool,
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
     polygons_out: wp.array(dtype=wp.uint64),
     suspects_out: wp.array(dtype=wp.uint8),
+    vertices_out: wp.array(dtype=wp.uint64),
+    vertex_count_out: wp.array(dtype=wp.int64),
     tallies_out: wp.array2d(dtype=wp.uint8),
 ):
-    """Decide the ambiguous faces, count those no lower cell shares, and trace. One thread a special cell."""
+    """Decide the ambiguous faces, count those no lower cell shares, trace, and number the vertices.
+
+    One thread a special cell.
+    """
     s = first + wp.tid()
     row = special.row[s]
     i = special.i[s]
@@ -142,3 +146,5 @@ def trace_polygons_kernel(
     polygons_out[s] = labels
     suspects_out[s] = wp.uint8(suspects)
     tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)
+    found = number_vertices(grid, bits, row, i, case, joined, labels, splits_fans, field.has_absent)
+    store_vertices(found, s, vertices_out, vertex_count_out, tallies_out)

@@ -123,12 +123,18 @@ def label_of(labels: wp.uint64, edge: wp.int32) -> wp.int32:
 
 @wp.func
 def edges_labelled(labels: wp.uint64, label: wp.int32) -> wp.uint32:
-    """Return a bit for each edge with a label, which is not `NO_LABEL`, without a branch for each."""
+    """Return a bit for each edge with a label, without a branch for each."""
     edges = wp.uint32(0)
     for edge in range(12):
         is_one = wp.where(label_of(labels, edge) == label, wp.uint32(1), wp.uint32(0))
         edges |= is_one << wp.uint32(edge)
     return edges
+
+
+@wp.func
+def has_several(labels: wp.uint64) -> wp.bool:
+    """Return whether a cell has several polygons: the bits of 0 and of `NO_LABEL` are alike."""
+    return ((labels ^ (labels >> wp.uint64(1))) & wp.uint64(0x777777777777)) != wp.uint64(0)
 
 
 @wp.func

@@ -21,7 +21,7 @@ from dmc_cli.surface.grid import Grid, GridShape
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex
-from dmc_cli.surface.tracing import edges_labelled
+from dmc_cli.surface.tracing import has_several
 from dmc_cli.surface.words import (
     BITS_A_SLAB,
     BLOCKS_A_SLAB,
@@ -192,10 +192,10 @@ def list_special_vertices_kernel(
     """
     s = first + wp.tid()
     start = wp.int64(ordinary_count) + special.first_vertex[s]
-    has_several = edges_labelled(special.polygons[s], 1) != wp.uint32(0)
+    several = has_several(special.polygons[s])
     for n in range(wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])):
         edges = wp.uint32(ALL_EDGES)
-        if has_several:
+        if several:
             edges = polygon_of_vertex(special, wp.int64(s), n)
         cell_out[start + wp.int64(n)] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
         local_out[start + wp.int64(n)] = wp.vec3(wp.float32(edges), 0.0, 0.0)
