@@ -164,9 +164,9 @@ class Device:
         rows, length = counts.shape
         sums = self.empty((rows, length + 1), wp.int64)
         if self.is_cpu:
-            self._scan(counts.ptr or 0, rows, length, sums.ptr)
             size = sums.strides[0]
             parts = [_host_array(sums.ptr + size * row, sums, length + 1, wp.int64) for row in range(rows)]
+            self._scan(counts.ptr or 0, rows, length, sums.ptr)
         else:
             parts = [sums[row] for row in range(rows)]
             for row, part in enumerate(parts):

@@ -110,7 +110,8 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     counts = device.empty((4, blocks), wp.int64)
     struct = grid.struct()
     outputs = [active.line, ordinary.line, counts]
-    device.launch(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_SLAB)
+    device.begin(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_SLAB)
+    bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
         outputs = [active.rows, ordinary.rows, counts]
@@ -119,7 +120,6 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     ordinary_starts, ordinary_count = starts[ORDINARY]
     special_starts, special_count = starts[SPECIAL]
     quad_starts, quad_count = starts[QUADS]
-    bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
     special_row, special_i = (device.empty(mesh_size(special_count), wp.int32) for _ in range(2))
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
     outputs = [bits.rank, bits.special_rank, special_row, special_i]

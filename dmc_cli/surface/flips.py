@@ -29,6 +29,13 @@ FLIPPED = wp.constant(8)
 that say which are suspect."""
 
 
+CLASSES = 6
+"""Classes of faces: x even, x odd, y even, y odd, z even, z odd."""
+
+FEW = 256
+"""Cells with suspect faces that one CPU thread goes through, class by class, while more would get ready."""
+
+
 def flip_faces(inputs: Sequence[Any], polygons: Sequence[Any], suspects: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number.
 
@@ -38,13 +45,16 @@ def flip_faces(inputs: Sequence[Any], polygons: Sequence[Any], suspects: Any, de
         suspects: The `suspect_faces` among that, uint8; which were flipped is noted there.
         device: Where to work.
     """
-    if device.total(suspects) == 0:
+    host = suspects.numpy()
+    count = int(np.count_nonzero(host))
+    if count == 0:
         return 0
-    threads = -(-suspects.shape[0] // device.span)
-    for axis in range(3):
-        for parity in range(2):
-            rest = [axis, parity, device.span]
-            device.launch(flip_faces_kernel, threads, [*inputs, *rest], polygons, ITEMS_A_SLAB)
+    cells, span, classes = len(host), device.span, 1
+    if device.is_cpu and count < FEW:
+        span, classes = cells, CLASSES
+    for first_class in range(0, CLASSES, classes):
+        rest = [first_class, classes, span]
+        device.launch(flip_faces_kernel, -(-cells // span), [*inputs, *rest], polygons, ITEMS_A_SLAB)
     noted = suspects.numpy()
     return sum(int(np.count_nonzero(noted & (int(FLIPPED) << axis))) for axis in range(3))
 
@@ -134,8 +144,8 @@ def flip_faces_kernel(
     bits: CellBits,
     special: SpecialCells,
     has_absent: wp.int32,
-    axis: wp.int32,
-    parity: wp.int32,
+    first_class: wp.int32,
+    classes: wp.int32,
     span: wp.int32,
     # In/out:
     joined_inout: wp.array(dtype=wp.uint32),
@@ -145,29 +155,33 @@ def flip_faces_kernel(
     vertex_count_inout: wp.array(dtype=wp.int64),
     tallies_inout: wp.array2d(dtype=wp.uint8),
 ):
-    """Flip the bad faces of one class. One thread `span` special cells, for their high faces on `axis`.
+    """Flip the bad faces of some classes, one after the other. One thread `span` special cells.
 
-    Two faces of a class never share a cell, so no thread writes what another one reads.
+    Two faces of a class never share a cell, so no thread writes what another one reads; one thread alone may
+    go through several classes.
     """
-    start = span * (first + wp.tid())
-    left = marked(suspects_inout, start, span, 1 << axis)
-    while left != wp.uint32(0):  # hardly ever
-        s = start + bit_index(left)
-        left &= left - wp.uint32(1)
-        other = bad_neighbour(grid, bits, special, s, axis, parity, polygons_inout)
-        if other >= 0:
-            suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)
-            for side in range(2):
-                retrace(
-                    grid,
-                    bits,
-                    special,
-                    has_absent,
-                    wp.where(side == 0, other, s),
-                    2 * axis + side,
-                    joined_inout,
-                    polygons_inout,
-                    vertices_inout,
-                    vertex_count_inout,
-                    tallies_inout,
-                )
+    begin = span * (first + wp.tid())
+    for face_class in range(first_class, first_class + classes):
+        axis = face_class / 2
+        for start in range(begin, wp.min(begin + span, suspects_inout.shape[0]), 32):
+            left = marked(suspects_inout, start, wp.min(span, 32), 1 << axis)
+            while left != wp.uint32(0):  # hardly ever
+                s = start + bit_index(left)
+                left &= left - wp.uint32(1)
+                other = bad_neighbour(grid, bits, special, s, axis, face_class % 2, polygons_inout)
+                if other >= 0:
+                    suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)
+                    for side in range(2):
+                        retrace(
+                            grid,
+                            bits,
+                            special,
+                            has_absent,
+                            wp.where(side == 0, other, s),
+                            2 * axis + side,
+                            joined_inout,
+                            polygons_inout,
+                            vertices_inout,
+                            vertex_count_inout,
+                            tallies_inout,
+                        )

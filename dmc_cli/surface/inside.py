@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.surface.field import DeviceVolume, Field, node_of_volume
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface.field import DeviceVolume, node_of_volume, padding_range, stored_isovalue
 from dmc_cli.surface.grid import Grid, GridShape, low_bits, previous_node
 from dmc_cli.surface.stored import bits_at_least, compare_row, finite_bits
 from dmc_cli.surface.words import VECTOR_FLAGS, Plane, make_plane
@@ -71,20 +72,20 @@ class InsideBits:
     no_data_count: int
 
 
-def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits:
+def find_inside(volume: DeviceVolume, settings: SurfaceSettings, grid: GridShape) -> InsideBits:
     """Begin to find one bit a node: whether it is inside; it is there for the next launch.
 
     Args:
         volume: Stored values on the device.
-        field: The `Field` to cut at zero.
+        settings: Isovalue and side.
         grid: The grid over the volume.
     """
     device = volume.device
-    levels = _levels(volume, field)
+    levels = _levels(volume, settings)
     inside = make_plane(grid, device)
     looks_for_data = levels.checks_finite or levels.checks_padding
     absent = device.empty(grid.rows if looks_for_data else 0, wp.int64)
-    inputs = [grid.struct(), field, levels]
+    inputs = [grid.struct(), volume.bytes, volume.kind, levels]
     device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
     no_data_count = 0
     if looks_for_data:
@@ -97,22 +98,23 @@ def find_inside(volume: DeviceVolume, field: Any, grid: GridShape) -> InsideBits
     return InsideBits(inside, data, no_data_count)
 
 
-def _levels(volume: DeviceVolume, field: Any) -> Any:
+def _levels(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     """Return the thresholds between the kinds of nodes."""
     dtype = volume.dtype
     levels = Levels()
-    negative = field.sign < 0
-    cut = _above(dtype, field.isovalue) if negative else field.isovalue
+    isovalue = stored_isovalue(volume.volume, settings.isovalue)
+    negative = volume.volume.slope < 0
+    cut = _above(dtype, isovalue) if negative else isovalue
     levels.cut, levels.cut_mask = _threshold(dtype, cut)
     levels.inverted = ALL if negative else 0
     levels.settles = int(negative or levels.cut_mask == 0)
-    levels.outside = ALL if field.outside > 0 else 0
+    levels.outside = ALL if settings.inside == "below" else 0
     levels.checks_finite = int(dtype.kind == "f")
-    levels.checks_padding = int(field.padding_low <= field.padding_high)
+    low, high = padding_range(volume.volume)
+    levels.checks_padding = int(low <= high)
     if levels.checks_padding:
-        levels.padding, levels.padding_mask = _threshold(dtype, field.padding_low)
-        after = _above(dtype, field.padding_high)
-        levels.after_padding, levels.after_padding_mask = _threshold(dtype, after)
+        levels.padding, levels.padding_mask = _threshold(dtype, low)
+        levels.after_padding, levels.after_padding_mask = _threshold(dtype, _above(dtype, high))
     return levels
 
 
@@ -134,22 +136,16 @@ def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, int]:
 
 
 @wp.func
-def nodes_at_least(
-    field: Field, at: wp.int64, count: wp.int32, level: wp.float64, mask: wp.uint32
+def nodes_with_data(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, count: wp.int32, levels: Levels
 ) -> wp.uint32:
-    """Return a bit for each of `count` nodes from `at` on: whether it is at or above a level of that mask."""
-    return bits_at_least(field.values, field.kind, at, count, level) & mask
-
-
-@wp.func
-def nodes_with_data(field: Field, at: wp.int64, count: wp.int32, levels: Levels) -> wp.uint32:
     """Return a bit for each of `count` nodes from `at` on: whether it has data."""
     bits = low_bits(count)
     if levels.checks_finite == 1:
-        bits = finite_bits(field.values, field.kind, at, count)
+        bits = finite_bits(values, kind, at, count)
     if levels.checks_padding == 1:
-        padding = nodes_at_least(field, at, count, levels.padding, levels.padding_mask)
-        after = nodes_at_least(field, at, count, levels.after_padding, levels.after_padding_mask)
+        padding = bits_at_least(values, kind, at, count, levels.padding) & levels.padding_mask
+        after = bits_at_least(values, kind, at, count, levels.after_padding) & levels.after_padding_mask
         bits &= ~padding | after
     return bits
 
@@ -170,7 +166,8 @@ def fill_row(inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32,
 @wp.func
 def settle_row(
     inside_inout: wp.array2d(dtype=wp.uint32),
-    field: Field,
+    values: wp.array2d(dtype=wp.uint8),
+    kind: wp.int32,
     levels: Levels,
     row: wp.int32,
     start: wp.int64,
@@ -183,7 +180,7 @@ def settle_row(
         count = wp.min(WORD, nx - WORD * w)
         data = low_bits(count)
         if looks_for_data:
-            data = nodes_with_data(field, start + wp.int64(WORD * w), count, levels)
+            data = nodes_with_data(values, kind, start + wp.int64(WORD * w), count, levels)
             absent += count - wp.int32(wp.bit_count(data))
         inside_inout[row, w] = counted(inside_inout[row, w] & levels.cut_mask, data, levels)
     return absent
@@ -210,7 +207,8 @@ def find_inside_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
-    field: Field,
+    values: wp.array2d(dtype=wp.uint8),
+    kind: wp.int32,
     levels: Levels,
     # Out:
     inside_out: wp.array2d(dtype=wp.uint32),
@@ -228,11 +226,11 @@ def find_inside_kernel(
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
-    is_finite = compare_row(field.values, field.kind, start, nx, levels.cut, inside_out, row)
+    is_finite = compare_row(values, kind, start, nx, levels.cut, inside_out, row)
     looks_for_data = levels.checks_padding == 1 or not is_finite
     absent = int(0)
     if looks_for_data or b == 1 or levels.settles == 1:
-        absent = settle_row(inside_out, field, levels, row, start, nx, looks_for_data)
+        absent = settle_row(inside_out, values, kind, levels, row, start, nx, looks_for_data)
     if b == 1:
         add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
     if absent_out.shape[0] > 0:
@@ -244,7 +242,8 @@ def find_data_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
-    field: Field,
+    values: wp.array2d(dtype=wp.uint8),
+    kind: wp.int32,
     levels: Levels,
     # Out:
     data_out: wp.array2d(dtype=wp.uint32),
@@ -254,4 +253,4 @@ def find_data_kernel(
     start = wp.int64(row) * wp.int64(grid.nx)
     for w in range(grid.words):
         count = wp.min(WORD, grid.nx - WORD * w)
-        data_out[row, w] = nodes_with_data(field, start + wp.int64(WORD * w), count, levels)
+        data_out[row, w] = nodes_with_data(values, kind, start + wp.int64(WORD * w), count, levels)

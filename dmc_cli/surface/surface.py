@@ -108,8 +108,8 @@ def extract_surface(
     device = volume.device
     device.wake()
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
+    nodes = find_inside(volume, settings, grid)
     field = make_field(volume, settings)
-    nodes = find_inside(volume, field, grid)
     if nodes.no_data_count:
         field.has_absent = 1
         field.absent = absent_value(volume.volume, field)

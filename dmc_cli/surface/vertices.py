@@ -77,16 +77,17 @@ def place_vertices(
         placement: Where in its polygon a vertex goes.
     """
     count = polygons.vertex_count
+    scene = [grid.struct(), field, matrix]
+    cell = device.empty(count, wp.int64)
+    inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
+    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [cell], BITS_A_SLAB)
     size = LANES if placement == "exact" and device.is_cpu else 1
     vertices = Vertices(
         position=device.empty(count, wp.vec3),
-        cell=device.empty(count, wp.int64),
+        cell=cell,
         local=device.empty(count, wp.vec3),
         fallbacks=device.empty(-(-count // size), wp.uint8),
     )
-    scene = [grid.struct(), field, matrix]
-    inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
-    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [vertices.cell], BITS_A_SLAB)
     if placement == "exact":
         _place_exactly(vertices, cells, polygons, scene, size, device)
         return vertices
