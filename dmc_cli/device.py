@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from math import prod
 from pathlib import Path
 from types import ModuleType
@@ -167,11 +167,13 @@ class Device:
             size = sums.strides[0]
             parts = [_host_array(sums.ptr + size * row, sums, length + 1, wp.int64) for row in range(rows)]
             self._scan(counts.ptr or 0, rows, length, sums.ptr)
+            totals = sums.numpy()[:, length].tolist()
         else:
             parts = [sums[row] for row in range(rows)]
             for row, part in enumerate(parts):
                 _scan_on_gpu(counts[row], part)
-        return [(part, _last(part)) for part in parts]
+            totals = [_last(part) for part in parts]
+        return list(zip(parts, totals, strict=True))
 
     def _scan(self, counts: int, rows: int, length: int, sums: int) -> None:
         """Write the exclusive prefix sums of rows of counts at an address, their totals as last items."""
@@ -237,6 +239,7 @@ def _host_array(address: int, owner: Any, shape: int | tuple[int, ...], dtype: A
     return array
 
 
+@cache
 def size_of(dtype: Any) -> int:
     """Return the bytes of a scalar or vector type."""
     return int(wp.types.type_size_in_bytes(dtype))

@@ -70,8 +70,9 @@ class Compiled:
         """
         values = []
         for argument, kind in zip(arguments, self._arrays, strict=True):
-            is_array = type(argument) is wp.array
-            if is_array != (kind is not None) or (is_array and (argument.dtype, argument.ndim) != kind):
+            if kind is not None and (
+                type(argument) is not wp.array or argument.dtype is not kind[0] or argument.ndim != kind[1]
+            ):
                 raise TypeError(f"{self._name} takes arrays of {self._arrays}, got {argument!r:.200}")
             values.append(argument.__ctype__() if hasattr(argument, "__ctype__") else argument)
         packed: ctypes.Structure = self._struct(*values)
