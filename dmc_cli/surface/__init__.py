@@ -34,7 +34,6 @@ from dmc_cli.surface import (
     blocks,
     cells,
     exact_vertices,
-    fans,
     flips,
     inside,
     normals,
@@ -65,5 +64,5 @@ def kernel_modules(*, normals_too: bool = True, placement: Placement = "exact") 
     The one that takes longest to compile comes first, so that it is not the last to be ready.
     """
     placing = [blocks, exact_vertices] if placement == "exact" else [paper_vertices]
-    modules = [inside, cells, polygons, flips, fans, vertices, *placing, quads, slices]
+    modules = [inside, cells, polygons, flips, vertices, *placing, quads, slices]
     return [normals, *modules] if normals_too else modules
