@@ -102,7 +102,8 @@ def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
 def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
     """Return the map from the grid's node indices, the virtual border counted in."""
     shifted = np.array(affine, dtype=np.float64)
-    shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
+    if grid.border:
+        shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
     return shifted
 
 

@@ -130,9 +130,10 @@ def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, int]:
     if dtype.kind == "f":
         rounded = dtype.type(value)
         return float(rounded) if rounded >= value else _above(dtype, value), ALL
-    limits = np.iinfo(dtype)
+    bits = 8 * dtype.itemsize
+    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if dtype.kind == "i" else (0, (1 << bits) - 1)
     least = math.ceil(value)
-    return min(max(least, int(limits.min)), int(limits.max)), ALL if least <= limits.max else 0
+    return min(max(least, low), high), ALL if least <= high else 0
 
 
 @wp.func
