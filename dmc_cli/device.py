@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from math import prod
 from pathlib import Path
+from threading import Lock
 from types import ModuleType
 from typing import Any
 
@@ -37,6 +38,8 @@ FLAGS_A_SLAB = 2048
 """Rows, single cells, vertices or quads, and those that are only flagged or copied, a slab at least: some ten
 microseconds of work, which is what it costs to have a second thread."""
 
+_MAKING_A_TEAM = Lock()
+
 
 @dataclass(frozen=True)
 class Device:
@@ -59,9 +62,15 @@ class Device:
     def _memory(self) -> HostMemory:
         return HostMemory()
 
-    @cached_property
+    @property
     def _team(self) -> Team:
-        return Team(self.threads)
+        """The one team, also for callers in several threads: it knows what has been begun."""
+        team: Team | None = self.__dict__.get("team")
+        if team is None:
+            with _MAKING_A_TEAM:
+                team = self.__dict__.get("team") or Team(self.threads)
+                self.__dict__["team"] = team
+        return team
 
     @cached_property
     def _nothings(self) -> dict[Any, Any]:

@@ -1,7 +1,8 @@
 """Exclusive prefix sums of counts, with the total as a last item; NumPy's take three times as long.
 
 Short rows are scanned whole. Of a long one first the sum of each chunk is taken, then the sums before each
-chunk, then those before each count, by all threads. Arrays come as addresses, whatever their dimensions.
+chunk, then those before each count, by all threads. Counts and their sums come as addresses, whatever the
+dimensions of their arrays.
 """
 
 import warp as wp

@@ -67,6 +67,7 @@ class Compiled:
 
         Raises:
             TypeError: An array's type is not that of the first launch.
+            ValueError: There are more or fewer arguments.
         """
         values = []
         for argument, kind in zip(arguments, self._arrays, strict=True):

@@ -1,5 +1,8 @@
 """Sums of counts, and memory whose former content never shows."""
 
+import time
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import warp as wp
@@ -7,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmc_cli import device as device_module
-from dmc_cli.device import SHORT_SCAN, select_device
+from dmc_cli.device import SHORT_SCAN, Device, select_device
 from dmc_cli.errors import DeviceError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.mesh.coloring import color_quads, reduce_colors
@@ -15,7 +18,8 @@ from dmc_cli.mesh.halfedges import build_halfedges
 from dmc_cli.mesh.simplify import simplify
 from dmc_cli.scan import CHUNK
 from dmc_cli.settings import MeshSettings, SurfaceSettings
-from dmc_cli.surface import compute_normals, extract_surface, upload_volume
+from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
+from dmc_cli.team import Team
 from tests.fields import smooth_noise, volume_of, white_noise
 
 LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
@@ -57,6 +61,63 @@ def test_chunks_of_chunks_are_summed_alike(length):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(device_module, "SHORT_SCAN", 4)
         check_starts(2, length)
+
+
+def test_many_threads_that_share_a_device_have_one_team(monkeypatch):
+    made = []
+
+    class SlowTeam(Team):
+        def __init__(self, threads):
+            time.sleep(0.02)
+            made.append(self)
+            super().__init__(threads)
+
+    monkeypatch.setattr(device_module, "Team", SlowTeam)
+    device = select_device("cpu", 2)
+    with ThreadPoolExecutor(4) as pool:
+        teams = list(pool.map(lambda _: device._team, range(4)))
+    assert teams == 4 * made
+
+
+NOISE = white_noise(64)  # launches of several slabs
+
+
+def mesh_of_noise(device: Device, reserve=None) -> Surface:
+    return extract_surface(upload_volume(NOISE, device), SurfaceSettings(isovalue=0.0), reserve=reserve)
+
+
+@pytest.mark.parametrize("short_of", ["cells", "vertices", "nothing"])
+def test_nothing_is_begun_after_a_mesh_too_large(short_of, monkeypatch):
+    sizes = []
+    mesh_of_noise(select_device("cpu", 2), lambda *found: sizes.extend(found))
+    limit = {"cells": 1000, "vertices": max(sizes) - 1, "nothing": max(sizes)}[short_of]
+    monkeypatch.setattr(device_module, "MOST_ITEMS", limit)
+    device = select_device("cpu", 2)
+    if short_of == "nothing":
+        mesh = mesh_of_noise(device)
+        assert [mesh.vertices.shape[0], mesh.quads.shape[0]] == sizes
+    else:
+        with pytest.raises(DeviceError, match="vertices or quads"):
+            mesh_of_noise(device)
+    assert device._team._begun is None
+
+
+@pytest.mark.parametrize("left", range(1, 24, 2))
+def test_nothing_is_begun_after_memory_ran_out(left, monkeypatch):
+    device = select_device("cpu", 2)
+    takes = []
+    take = HostMemory.take
+
+    def limited(memory, size):
+        takes.append(size)
+        if len(takes) == left:
+            raise MemoryError
+        return take(memory, size)
+
+    monkeypatch.setattr(HostMemory, "take", limited)
+    with pytest.raises(MemoryError):
+        mesh_of_noise(device)
+    assert device._team._begun is None
 
 
 def two_spheres() -> np.ndarray:

@@ -1,7 +1,10 @@
-"""The isosurface: from stored values to vertices and quads, in the order of the imports below.
+"""The isosurface: from stored values to vertices and quads, each file below those that it needs.
 
 grid        numbering of nodes, cells, edges and faces; one bit a node
 words       words of bits in one line, sixteen at a time
+bit_lists   lists of the set bits of words
+marks       marks, a byte an item, 32 of them at a glance
+trilinear   the interpolant in a cell
 stored      stored values of whatever type: the readers of the volume
 field       the scalar field F whose zero set is the surface
 inside      inside bits: the one pass over the values
@@ -9,17 +12,18 @@ absent_cells   what nodes without data take away
 cells       active cells, ordinary and special, and their numbers
 tracing     the polygons of one cell, followed from face to face
 special_cells   the cells with more than one polygon, or at a border
-flips       face flips that make the mesh manifold
 fans        from polygons to vertices
-polygons    decide, trace, flip, number: the special cells' stage
+flips       face flips that make the mesh manifold
+polygons    decide, trace, number, flip: the special cells' stage
 crossings   where a polygon crosses its cell's edges: their mean, their box
 placement   one vertex a polygon on the trilinear surface
 placement_sampled, placement_iterative   one vertex a polygon as the papers place it
 lanes       sixteen vertices at a time, on CPU
-blocks      exact vertices of ordinary cells on CPU, sixteen at a time
-exact_vertices   exact vertices of the other cells
+blocks      exact vertices on CPU, sixteen at a time
+exact_vertices   those that are left, and all on a GPU, one by one
 paper_vertices   vertices of all cells by the papers' placements
 vertices    vertices of all cells, by whichever placement
+plain_quads   quads where all cells are ordinary
 quads       one quad a crossed edge
 slices      unevenly spaced slices: vertices mapped by a table of positions
 surface     the stages in order

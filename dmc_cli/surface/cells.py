@@ -81,7 +81,7 @@ class Cells:
         crossed_edges: Number of grid edges between two nodes with data whose ends are on different sides.
         quad_starts: Quads before each block of words, likewise; None where nodes without data may take quads
             away.
-        quad_count: Number of quads, if so.
+        quad_count: Number of quads, before nodes without data take some away.
     """
 
     bits: Any
@@ -120,7 +120,10 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     ordinary_starts, ordinary_count = starts[ORDINARY]
     special_starts, special_count = starts[SPECIAL]
     quad_starts, quad_count = starts[QUADS]
-    special_row, special_i = (device.empty(mesh_size(special_count), wp.int32) for _ in range(2))
+    if nodes.data is None:
+        mesh_size(quad_count)
+    mesh_size(ordinary_count + special_count)
+    special_row, special_i = (device.empty(special_count, wp.int32) for _ in range(2))
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
     outputs = [bits.rank, bits.special_rank, special_row, special_i]
     device.begin(number_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
@@ -130,7 +133,7 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
         special_starts=special_starts,
         special_row=special_row,
         special_i=special_i,
-        ordinary_count=mesh_size(ordinary_count),
+        ordinary_count=ordinary_count,
         special_count=special_count,
         crossed_edges=starts[CROSSED][1],
         quad_starts=quad_starts if nodes.data is None else None,

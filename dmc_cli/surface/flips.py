@@ -36,13 +36,13 @@ FEW = 256
 """Cells with suspect faces that one CPU thread goes through, class by class, while more would get ready."""
 
 
-def flip_faces(inputs: Sequence[Any], polygons: Sequence[Any], suspects: Any, device: Device) -> int:
+def flip_faces(inputs: Sequence[Any], traced: Sequence[Any], suspects: Any, device: Device) -> int:
     """Flip the faces that make non-manifold edges; return their number.
 
     Args:
         inputs: The kernel's first ones.
-        polygons: What tracing found of each special cell, which changes for the cells of a flipped face.
-        suspects: The `suspect_faces` among that, uint8; which were flipped is noted there.
+        traced: What tracing found of each special cell, which changes for the cells of a flipped face.
+        suspects: The `suspect_faces` of each special cell, uint8; which were flipped is noted there.
         device: Where to work.
     """
     host = suspects.numpy()
@@ -52,9 +52,10 @@ def flip_faces(inputs: Sequence[Any], polygons: Sequence[Any], suspects: Any, de
     cells, span, classes = len(host), device.span, 1
     if device.is_cpu and count < FEW:
         span, classes = cells, CLASSES
+    outputs = [*traced, suspects]
     for first_class in range(0, CLASSES, classes):
         rest = [first_class, classes, span]
-        device.launch(flip_faces_kernel, -(-cells // span), [*inputs, *rest], polygons, ITEMS_A_SLAB)
+        device.launch(flip_faces_kernel, -(-cells // span), [*inputs, *rest], outputs, ITEMS_A_SLAB)
     noted = suspects.numpy()
     return sum(int(np.count_nonzero(noted & (int(FLIPPED) << axis))) for axis in range(3))
 
@@ -150,10 +151,10 @@ def flip_faces_kernel(
     # In/out:
     joined_inout: wp.array(dtype=wp.uint32),
     polygons_inout: wp.array(dtype=wp.uint64),
-    suspects_inout: wp.array(dtype=wp.uint8),
     vertices_inout: wp.array(dtype=wp.uint64),
     vertex_count_inout: wp.array(dtype=wp.int64),
     tallies_inout: wp.array2d(dtype=wp.uint8),
+    suspects_inout: wp.array(dtype=wp.uint8),
 ):
     """Flip the bad faces of some classes, one after the other. One thread `span` special cells.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import ITEMS_A_SLAB, Device, mesh_size
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.fans import number_vertices, store_vertices
 from dmc_cli.surface.field import Field, cell_values
@@ -71,24 +71,25 @@ def trace_polygons(
     special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
     vertex_counts, suspects = device.empty(count, wp.int64), device.empty(count, wp.uint8)
     tallies = device.empty((TALLIES, count), wp.uint8)
+    traced = [special.joined, special.polygons, special.vertices, vertex_counts, tallies]
     inputs = [grid.struct(), cells.bits, field, special, manifold]
-    outputs = [special.joined, special.polygons, suspects, special.vertices, vertex_counts, tallies]
-    device.launch(trace_polygons_kernel, count, inputs, outputs, ITEMS_A_SLAB)
+    device.launch(trace_polygons_kernel, count, inputs, [*traced, suspects], ITEMS_A_SLAB)
     flipped_faces = 0
     if manifold:
         inputs = [grid.struct(), cells.bits, special, field.has_absent]
-        flipped_faces = flip_faces(inputs, outputs, suspects, device)
+        flipped_faces = flip_faces(inputs, traced, suspects, device)
     special.first_vertex, vertex_count = device.starts(vertex_counts)
-    return Polygons(special, count, cells.ordinary_count + vertex_count), Tallies(tallies, flipped_faces)
+    vertex_count = mesh_size(cells.ordinary_count + vertex_count)
+    return Polygons(special, count, vertex_count), Tallies(tallies, flipped_faces)
 
 
 @wp.func
-def are_inside_joined(f: CornerValues64, face: wp.int32) -> wp.bool:
+def are_inside_joined(f: CornerValues64, case: wp.int32, face: wp.int32) -> wp.bool:
     """Return whether the asymptotic decider joins the inside corners of an ambiguous face."""
-    f0 = f[FACE_CORNERS[4 * face]]
-    product = f0 * f[FACE_CORNERS[4 * face + 3]]
-    other = f[FACE_CORNERS[4 * face + 1]] * f[FACE_CORNERS[4 * face + 2]]
-    return wp.where(f0 >= wp.float64(0.0), product >= other, other >= product)
+    first = f[FACE_CORNERS[4 * face]] * f[FACE_CORNERS[4 * face + 3]]
+    second = f[FACE_CORNERS[4 * face + 1]] * f[FACE_CORNERS[4 * face + 2]]
+    is_first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
+    return wp.where(is_first_inside, first >= second, second >= first)
 
 
 @wp.kernel
@@ -103,10 +104,10 @@ def trace_polygons_kernel(
     # Out:
     joined_out: wp.array(dtype=wp.uint32),
     polygons_out: wp.array(dtype=wp.uint64),
-    suspects_out: wp.array(dtype=wp.uint8),
     vertices_out: wp.array(dtype=wp.uint64),
     vertex_count_out: wp.array(dtype=wp.int64),
     tallies_out: wp.array2d(dtype=wp.uint8),
+    suspects_out: wp.array(dtype=wp.uint8),
 ):
     """Decide the ambiguous faces, count those no lower cell shares, trace, and number the vertices.
 
@@ -126,7 +127,7 @@ def trace_polygons_kernel(
         f = cell_values(field, grid, i, j, k)
         for face in range(6):
             if is_ambiguous(case, face):
-                if are_inside_joined(f, face):
+                if are_inside_joined(f, case, face):
                     joined |= wp.uint32(1) << wp.uint32(face)
                 axis = face / 2
                 low = is_active(

@@ -12,7 +12,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device, mesh_size
+from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.grid import (
     ALL_BITS,
@@ -70,7 +70,7 @@ def connect_quads(
         inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
         device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
         starts, quad_count = device.starts(counts)
-    quads = device.empty(mesh_size(quad_count), wp.vec4i)
+    quads = device.empty(quad_count, wp.vec4i)
     inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
     device.begin(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_SLAB)
     return Quads(quads, starts)

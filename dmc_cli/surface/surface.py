@@ -100,13 +100,28 @@ def extract_surface(
         settings: Isovalue, side, topology, border, orientation.
         affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
         even_slices: Leave slice positions aside, as grid coordinates do.
-        reserve: Called with the numbers of vertices and quads before memory for them is taken; it may raise.
+        reserve: Called with the numbers of vertices and quads, of quads at most that many where nodes are
+            without data, before memory for them is taken; it may raise.
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
     """
+    volume.device.wake()
+    try:
+        return _run_stages(volume, settings, affine, even_slices, reserve)
+    finally:
+        volume.device.finish()
+
+
+def _run_stages(
+    volume: DeviceVolume,
+    settings: SurfaceSettings,
+    affine: np.ndarray[Any, Any] | None,
+    even_slices: bool,
+    reserve: Callable[[int, int], None] | None,
+) -> Surface:
+    """Extract the isosurface; the last launch may be begun only."""
     device = volume.device
-    device.wake()
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     nodes = find_inside(volume, settings, grid)
     field = make_field(volume, settings)
@@ -121,13 +136,13 @@ def extract_surface(
     depths = slice_depths(None if even_slices else volume.volume, grid, device)
     polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
-        reserve(polygons.vertex_count, min(cells.crossed_edges, 2 * polygons.vertex_count))
+        reserve(polygons.vertex_count, cells.quad_count)
     vertices = place_vertices(cells, polygons, field, grid, matrix, device, settings.placement)
     position = vertices.position
     if depths.shape[0]:
         position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
-    surface = Surface(
+    return Surface(
         vertices=position,
         vertex_cell=vertices.cell,
         vertex_local=vertices.local,
@@ -144,8 +159,6 @@ def extract_surface(
         depths=depths,
         device=device,
     )
-    device.finish()
-    return surface
 
 
 def _counts(

@@ -45,9 +45,9 @@ class Vertices:
         position: float32 vec3, millimetres in the output space.
         cell: int64, linear number of the cell's lowest node in the grid, x fastest.
         local: float32 vec3 in [0, 1].
-        fallbacks: uint8, whose sum counts, if exact, the vertices that no axis or lattice line could place in
-            their polygon's box; else those left at the mean of their polygon's crossings because the method
-            failed.
+        fallbacks: uint8, one a vertex or, if exact on CPU, a block of them; its sum counts, if exact, the
+            vertices that no axis or lattice line could place in their polygon's box; else those left at the
+            mean of their polygon's crossings because the method failed.
     """
 
     position: Any
