@@ -100,19 +100,19 @@ def find_block_cells(
     ci = IntLanes()
     cj = IntLanes()
     ck = IntLanes()
-    nodes = DoubleLanes()
     numbers = load_cells(cells, start, size)
+    nodes = load_cells(cells, start, size)  # with an open border a cell has the number of its lowest node
     for lane in range(LANES):
         row = whole_part(numbers[lane], inverse_row)
         k = whole_part(wp.float64(row), inverse_layer)
-        i = wp.int32(numbers[lane] - wp.float64(row) * a_row)
-        j = row - k * grid.ny
-        ci[lane] = i
-        cj[lane] = j
+        ci[lane] = wp.int32(numbers[lane] - wp.float64(row) * a_row)
+        cj[lane] = row - k * grid.ny
         ck[lane] = k
-        layers = wp.float64(wp.clamp(k - b, 0, nz - 2))
-        rows = layers * wp.float64(ny) + wp.float64(wp.clamp(j - b, 0, ny - 2))
-        nodes[lane] = rows * wp.float64(nx) + wp.float64(wp.clamp(i - b, 0, nx - 2))
+    if b == 1:
+        for lane in range(LANES):
+            layers = wp.float64(wp.clamp(ck[lane] - b, 0, nz - 2))
+            rows = layers * wp.float64(ny) + wp.float64(wp.clamp(cj[lane] - b, 0, ny - 2))
+            nodes[lane] = rows * wp.float64(nx) + wp.float64(wp.clamp(ci[lane] - b, 0, nx - 2))
     offsets = IntLanes()
     far = IntLanes()
     node = nodes[0]
