@@ -13,7 +13,7 @@ import warp as wp
 
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.field import DeviceVolume, node_of_volume, padding_range, stored_isovalue
-from dmc_cli.surface.grid import Grid, GridShape, low_bits, previous_node
+from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, low_bits, previous_node
 from dmc_cli.surface.stored import bits_at_least, compare_row, finite_bits
 from dmc_cli.surface.words import VECTOR_FLAGS, Plane, make_plane
 
@@ -23,9 +23,6 @@ wp.set_module_options(
 
 WORD = 32
 """Nodes a word."""
-
-ALL = 0xFFFFFFFF
-"""A word with every bit set, as a number of the host's."""
 
 NODES_A_SLAB = 1 << 17
 """Nodes a slab at least, as `ITEMS_A_SLAB` of the device."""
@@ -106,9 +103,9 @@ def _levels(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     negative = volume.volume.slope < 0
     cut = _above(dtype, isovalue) if negative else isovalue
     levels.cut, levels.cut_mask = _threshold(dtype, cut)
-    levels.inverted = ALL if negative else 0
+    levels.inverted = ALL_BITS if negative else 0
     levels.settles = int(negative or levels.cut_mask == 0)
-    levels.outside = ALL if settings.inside == "below" else 0
+    levels.outside = ALL_BITS if settings.inside == "below" else 0
     levels.checks_finite = int(dtype.kind == "f")
     low, high = padding_range(volume.volume)
     levels.checks_padding = int(low <= high)
@@ -125,15 +122,15 @@ def _above(dtype: np.dtype[Any], value: float) -> float:
     return math.floor(value) + 1
 
 
-def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, int]:
+def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, Any]:
     """Return the least number of the type at or above `value`, and its mask."""
     if dtype.kind == "f":
         rounded = dtype.type(value)
-        return float(rounded) if rounded >= value else _above(dtype, value), ALL
+        return float(rounded) if rounded >= value else _above(dtype, value), ALL_BITS
     bits = 8 * dtype.itemsize
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if dtype.kind == "i" else (0, (1 << bits) - 1)
     least = math.ceil(value)
-    return min(max(least, low), high), ALL if least <= high else 0
+    return min(max(least, low), high), ALL_BITS if least <= high else 0
 
 
 @wp.func

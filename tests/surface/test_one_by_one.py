@@ -8,6 +8,7 @@ from dmc_cli.device import select_device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
+from dmc_cli.surface.grid import kernel_matrix
 from dmc_cli.volume.volume import Volume
 
 
@@ -23,7 +24,7 @@ def test_blocks_place_what_single_threads_place(border, dtype):
     local = wp.full(count, wp.vec3(-1.0, -1.0, -1.0), dtype=wp.vec3, device="cpu")
     position = wp.empty_like(surface.vertices)
     cells, polygons = surface.cells, surface.polygons
-    inputs = [surface.grid.struct(), surface.field, wp.mat44d(*surface.affine.ravel()), 1]
+    inputs = [surface.grid.struct(), surface.field, kernel_matrix(surface.affine), 1]
     inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.vertex_cell, 1]
     outputs = [local, position, wp.full(count, 1, dtype=wp.uint8, device="cpu")]
     device.launch(place_left_vertices_kernel, count, inputs, outputs)
