@@ -11,25 +11,36 @@ export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 .DEFAULT_GOAL := help
 .PHONY: help demo setup format lint types test test-all test-gpu test-faults fuzz bench bench-gpu cov docs smoke ci clean
 
-# The first Python that is new enough, whatever it is called
-FIND_PYTHON = for name in $(PYTHON) python3 python python3.14 python3.13 python3.12 python3.11 python3.10; do \
+# The Python that was named, or the first that is new enough, whatever it is called
+FIND_PYTHON = for name in $(or $(PYTHON),python3 python python3.13 python3.12 python3.11 python3.10 python3.14); do \
 	command -v $$name >/dev/null 2>&1 && \
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 && \
 	{ echo $$name; exit 0; }; done; exit 1
+NO_PYTHON = $(if $(PYTHON),$(PYTHON) is no,no) Python 3.10 or later with venv$(if $(PYTHON),, was found); install one \
+	(on Debian and Ubuntu: python3 python3-venv) or name it: make PYTHON=/path/to/python
+
+# Where a Python is named and the environment has another version, the environment is made anew
+VERSION_OF = $(shell $(1) -c 'import sys; print(sys.version_info[:3])' 2>/dev/null || echo none)
+ifneq ($(and $(PYTHON),$(wildcard $(PY))),)
+ifneq ($(call VERSION_OF,$(PYTHON)),$(call VERSION_OF,$(PY)))
+OTHER_PYTHON := other-python
+.PHONY: other-python
+endif
+endif
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-$(PY):
-	@python=$$($(FIND_PYTHON)) || { echo "no Python 3.10 or later with venv was found; install one (on Debian and Ubuntu: python3 python3-venv) or name it: make PYTHON=/path/to/python" >&2; exit 1; }; \
-	echo "creating $(VENV) with $$python"; "$$python" -m venv $(VENV)
+$(PY): $(OTHER_PYTHON)
+	@python=$$($(FIND_PYTHON)) || { echo "$(NO_PYTHON)" >&2; exit 1; }; \
+	echo "creating $(VENV) with $$python"; "$$python" -m venv --clear $(VENV)
 
 # The stamps depend on pyproject.toml: a changed dependency is installed by the next make
-$(VENV)/.installed: pyproject.toml | $(PY)
+$(VENV)/.installed: pyproject.toml $(OTHER_PYTHON) | $(PY)
 	$(PY) -m pip install --quiet --disable-pip-version-check -e .
 	@touch $@
 
-$(VENV)/.installed-dev: pyproject.toml | $(PY)
+$(VENV)/.installed-dev: pyproject.toml $(OTHER_PYTHON) | $(PY)
 	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $@ $(VENV)/.installed
 

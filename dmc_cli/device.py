@@ -24,6 +24,7 @@ from dmc_cli.errors import DeviceError, WriteError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
+from dmc_cli.system import usable_cores
 from dmc_cli.team import Team
 
 MOST_ITEMS = 2**31 - 1
@@ -329,7 +330,7 @@ def select_device(name: str = "auto", threads: int | None = None) -> Device:
     """
     initialize_warp()
     cuda = wp.is_cuda_available()
-    count = threads or len(os.sched_getaffinity(0))
+    count = threads or usable_cores()
     if name == "cpu" or (name == "auto" and not cuda):
         return Device("cpu", count)
     if not cuda:

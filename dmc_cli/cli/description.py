@@ -1,6 +1,5 @@
 """What `dmc info` and `dmc doctor` know, as plain values that JSON can hold."""
 
-import os
 import platform
 import sys
 from dataclasses import replace
@@ -11,6 +10,7 @@ from typing import Any
 from dmc_cli.errors import AmbiguousVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
+from dmc_cli.system import usable_cores
 from dmc_cli.volume.read import list_volumes, read_volume
 from dmc_cli.volume.volume import Volume
 
@@ -72,19 +72,12 @@ def diagnose() -> dict[str, Any]:
     return {
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
         "python": f"{platform.python_version()} ({sys.executable})",
-        "cpu_cores": _core_count(),
+        "cpu_cores": usable_cores(),
         "packages": {name: _version(name) for name in _PACKAGES},
         "devices": _devices(),
         "codecs": _codecs(),
         "kernel_cache": _kernel_cache(),
     }
-
-
-def _core_count() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _version(package: str) -> str | None:

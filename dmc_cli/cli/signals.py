@@ -3,9 +3,11 @@
 import signal
 import sys
 from collections.abc import Callable
-from threading import Timer, main_thread
+from threading import Timer
 from types import FrameType
 from typing import Any
+
+from dmc_cli.system import signal_main_thread
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -53,7 +55,7 @@ def _raising_again(
             return
         number = unraisable.exc_value.number
         signal.signal(number, handle)
-        again = Timer(_LATER, signal.pthread_kill, [main_thread().ident, number])  # wakes it, too
+        again = Timer(_LATER, signal_main_thread, [number])  # wakes it, too
         again.daemon = True
         again.start()
 

@@ -1,24 +1,20 @@
 """How much memory a run took."""
 
-import resource
-import sys
-
 import warp as wp
 
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024
-"""Bytes in the unit of `ru_maxrss`: Linux counts kibibytes, macOS bytes."""
+from dmc_cli.system import peak_memory
 
 
 def measure_memory(device_name: str) -> dict[str, int | None]:
     """Return the largest resident memory of this process so far and the most that a GPU's pool gave out.
 
-    `device_bytes` is None on CPU, whose arrays are part of the process, and where the driver keeps no count.
+    The former is None where the system does not tell it, `device_bytes` on CPU, whose arrays are part of
+    the process, and where the driver keeps no count.
 
     Args:
         device_name: Warp's name of the device: cpu, cuda:0, ...
     """
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT
-    return {"peak_rss_bytes": peak, "device_bytes": _pool_peak(device_name)}
+    return {"peak_rss_bytes": peak_memory(), "device_bytes": _pool_peak(device_name)}
 
 
 def _pool_peak(device_name: str) -> int | None:

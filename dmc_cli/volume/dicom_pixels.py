@@ -1,6 +1,5 @@
 """The slices' values in one array: read or decoded in threads, straight to where they belong."""
 
-import os
 import sys
 import warnings
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
+from dmc_cli.system import usable_cores
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.dicom_decoding import UNPACKED, decode
 from dmc_cli.volume.dicom_elements import (
@@ -85,7 +85,7 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
 
 
 def _thread_count(threads: int | None) -> int:
-    return threads or os.cpu_count() or 1
+    return threads or usable_cores()
 
 
 def _stored_type(frame: Frame) -> np.dtype[Any]:

@@ -1,0 +1,41 @@
+"""What one operating system has and another lacks: each asked for here, in one place, or done without.
+
+Linux has all of it, macOS no affinity of processes, Windows neither that nor `resource`, `pthread_kill` and
+locks on files (`writers/atomic.py`).
+"""
+
+import os
+import signal
+import sys
+from _thread import interrupt_main
+from threading import main_thread
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024
+"""Bytes in the unit of `ru_maxrss`: Linux counts kibibytes, macOS bytes."""
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use, or how many there are where that is not told."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def peak_memory() -> int | None:
+    """Return the largest resident memory of this process so far, in bytes, or None where it is not told."""
+    if resource is None:
+        return None
+    return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * RSS_UNIT
+
+
+def signal_main_thread(number: int) -> None:
+    """Have the main thread's handler of a signal run, and wake that thread where the system can."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main_thread().ident or 0, number)
+    else:
+        interrupt_main(signal.Signals(number))
