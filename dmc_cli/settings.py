@@ -40,6 +40,12 @@ def check_choice(name: str, value: object, choices: object) -> None:
         raise SettingsError(f"{name} is {value!r}; expected one of {', '.join(allowed)}")
 
 
+def check_path(name: str, path: str | None) -> None:
+    """Raise SettingsError for a path that no system can have."""
+    if path is not None and "\0" in path:
+        raise SettingsError(f"{name} is {path!r}; expected a path without the character NUL")
+
+
 def check_run(device: str, threads: int | None) -> None:
     """Raise SettingsError unless a device and a number of CPU threads can be meant."""
     if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", device):
@@ -106,6 +112,7 @@ class SynthSettings:
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
         check_choice("field", self.field, SyntheticField)
+        check_path("output", self.path)
         if self.nodes < 2:
             raise SettingsError(f"nodes is {self.nodes}; expected at least 2 along each axis")
 
@@ -196,6 +203,8 @@ class OutputSettings:
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
+        for name, path in outputs.items():
+            check_path(name, path)
         streamed = [name for name, path in outputs.items() if path == STREAM]
         if len(streamed) > 1:
             raise SettingsError(
@@ -235,6 +244,7 @@ class ConvertSettings:
 
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
+        check_path("input", self.input)
         check_run(self.device, self.threads)
 
     @property
@@ -257,6 +267,8 @@ class MeasureSettings:
 
     def __post_init__(self) -> None:
         """Check every range once, at the door."""
+        check_path("mesh", self.mesh)
+        check_path("volume", self.volume)
         check_run(self.device, self.threads)
         if self.isovalue is not None and not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")

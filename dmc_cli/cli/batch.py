@@ -29,6 +29,7 @@ from dmc_cli.errors import BatchError
     section="Batch",
     type=click.IntRange(min=1),
     default=1,
+    again=None,
     help="Items at work at the same time; each has an equal share of --memory, or of the machine's.",
 )
 @options.batch_isovalue_option

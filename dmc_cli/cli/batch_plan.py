@@ -15,14 +15,15 @@ from typing import Any
 import click
 
 from dmc_cli.cli.options import gather
+from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
 from dmc_cli.settings import (
-    STREAM,
     ConvertSettings,
     MeshSettings,
     OutputSettings,
     ReadSettings,
     SurfaceSettings,
+    check_path,
 )
 
 _COMPRESSED = {".gz", ".bz2", ".zip"}
@@ -118,19 +119,15 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
         )
     templates = {name: values[name] for name in _PATHS if values.get(name)}
     for index, source in enumerate(_sources(values.get("inputs", ()), folder), 1):
-        parent = _parent(source, base)
-        beside = f"{parent}/".replace("{", "{{").replace("}", "}}")
+        named = {
+            "stem": name_part(_stem(source)),
+            "name": name_part(_name(source)),
+            "parent": _parent(source, base),
+        }
         for isovalue in values["isovalue"]:
-            fields = {
-                "stem": _stem(source),
-                "name": Path(source).name,
-                "parent": _folder_name(parent, base),
-                "isovalue": f"{isovalue:g}",
-                "index": index,
-            }
+            fields = named | {"isovalue": isovalue, "index": index}
             paths = {
-                name: _fill(name, template.replace("{parent}/", beside), fields, base)
-                for name, template in templates.items()
+                name: fill_template(name, template, fields, base) for name, template in templates.items()
             }
             files = {name: paths.get(name) for name in ("halfedges", "report")}
             output = gather(OutputSettings, values | files, path=paths["output"])
@@ -149,6 +146,7 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
 def _sources(patterns: Any, folder: Path) -> Iterator[str]:
     """Yield the inputs: patterns expanded and sorted, `synth:FIELD:N` and names as they are."""
     for pattern in patterns:
+        check_path("inputs", pattern)
         if pattern.startswith("synth:"):
             yield pattern
         elif glob.has_magic(pattern) and not (folder / pattern).exists():
@@ -164,34 +162,24 @@ def _stem(source: str) -> str:
     """Return an input's name without folder and suffixes."""
     if source.startswith("synth:"):
         return source.replace(":", "_")
-    path = Path(source)
-    if path.is_dir():
+    path = Path(_name(source))
+    if Path(source).is_dir():
         return path.name
     return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
 
 
+def _name(source: str) -> str:
+    """Return an input's name without its folder; for `.` and `..` the name of the folder that is meant."""
+    if source.startswith("synth:"):
+        return source
+    name = Path(source).name
+    return name if name not in ("", "..") else Path(source).resolve().name
+
+
 def _parent(source: str, base: Path) -> Path:
     """Return an input's folder as a template names it: relative to the outputs' folder if it lies there."""
-    parent = Path(source).parent
+    parent = Path() if source.startswith("synth:") else Path(source).parent
     return parent.relative_to(base) if parent.is_relative_to(base) else parent
-
-
-def _folder_name(parent: Path, base: Path) -> str:
-    """Return a folder as a part of a name, in which `.` and `..` would hide the file."""
-    return str(parent) if parent.name not in ("", "..") else (base / parent).resolve().name
-
-
-def _fill(name: str, template: str, fields: dict[str, Any], base: Path) -> str:
-    """Return the path that a template means for one item."""
-    if template == STREAM:
-        raise SettingsError(
-            f"{name} is -, but a batch prints its outcomes there; give a template of file names"
-        )
-    try:
-        return str(base / template.format(**fields))
-    except (KeyError, IndexError, ValueError) as error:
-        known = ", ".join(f"{{{field}}}" for field in fields)
-        raise SettingsError(f"{name} is {template!r}, which cannot be filled in; expected {known}") from error
 
 
 def _check_outputs(items: list[ConvertSettings]) -> None:

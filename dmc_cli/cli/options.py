@@ -156,8 +156,17 @@ noise_options = stack(
 
 _ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
 
+_SEVERAL_ISOVALUES = "keep one of them, or give all of them to dmc batch"
+
 isovalue_option = setting(
-    SurfaceSettings, "isovalue", "-i", "--isovalue", section="Surface", type=float, help=_ISOVALUE_HELP
+    SurfaceSettings,
+    "isovalue",
+    "-i",
+    "--isovalue",
+    section="Surface",
+    type=float,
+    again=_SEVERAL_ISOVALUES,
+    help=_ISOVALUE_HELP,
 )
 batch_isovalue_option = setting(
     SurfaceSettings,
@@ -276,6 +285,7 @@ output_options = stack(
         "require",
         section="Output",
         type=ChoiceList(get_args(Requirement)),
+        again=ChoiceList.again,
         help=f"Write no mesh and end with status 6 unless it is: {', '.join(get_args(Requirement))}.",
     ),
     setting(
@@ -295,6 +305,7 @@ device_option = setting(
     "device",
     section="Run",
     metavar="DEVICE",
+    again=None,
     help="auto (CUDA where usable), cpu, cuda or cuda:N.",
 )
 threads_option = setting(
@@ -303,6 +314,7 @@ threads_option = setting(
     section="Run",
     type=int,
     metavar="N",
+    again=None,
     help="CPU threads; all cores without it.",
 )
 memory_option = setting(
@@ -310,6 +322,7 @@ memory_option = setting(
     "memory",
     section="Run",
     type=Size(),
+    again=None,
     help="The memory that the run's arrays may take, as in 4G; Python and Warp take some 200 MiB more.",
 )
 run_options = stack(device_option, threads_option, memory_option)

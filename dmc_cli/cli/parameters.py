@@ -51,6 +51,9 @@ class ChoiceList(click.ParamType[Any]):
 
     name = "LIST"
 
+    again = "give one list, with commas between"
+    """What to do instead of giving a second list."""
+
     def __init__(self, choices: tuple[str, ...]) -> None:
         self.choices = choices
 

@@ -19,6 +19,7 @@ from dmc_cli.settings import PaperTable, ReproduceSettings
     section="Tables",
     type=ChoiceList(get_args(PaperTable)),
     metavar="LIST",
+    again=ChoiceList.again,
     help="The tables to make, as in 3,8; all without it.",
 )
 @options.setting(

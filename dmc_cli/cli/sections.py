@@ -1,20 +1,40 @@
-"""Help text with the options in sections, because convert has some forty of them."""
+"""Help text with the options in sections, because convert has some forty of them; each is given once."""
 
+from collections import Counter
 from typing import Any
 
 import click
 
 
 class SectionedOption(click.Option):
-    """An option that knows the heading it stands under in the help text."""
+    """An option that knows the heading it stands under in the help text, and how often it may be given.
 
-    def __init__(self, *args: Any, section: str = "General", **kwargs: Any) -> None:
+    Of flags, and where `again` is None, the last one counts, as shells' aliases have it. Any other option
+    decides what is made: a second one is refused, and `again` is the advice.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        section: str = "General",
+        again: str | None = "keep one of them",
+        **kwargs: Any,
+    ) -> None:
         super().__init__(*args, **kwargs)
         self.section = section
+        self.again = None if self.multiple or self.count or self.is_flag else again
 
 
 class SectionedCommand(click.Command):
     """A command whose help lists its options section by section, in the order of declaration."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse as usual, once no option is found that was given too often."""
+        if not ctx.resilient_parsing:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+            if not any(parameter.is_eager for parameter in given):  # as --help is
+                _refuse_repeated(given, ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one definition list a section."""
@@ -28,3 +48,12 @@ class SectionedCommand(click.Command):
             if records:
                 with formatter.section(heading):
                     formatter.write_dl(records)
+
+
+def _refuse_repeated(given: list[click.Parameter], ctx: click.Context) -> None:
+    """Raise if one of the parameters, as they were given, is an option that was given too often."""
+    for parameter, count in Counter(given).items():
+        again = getattr(parameter, "again", None)
+        if count > 1 and again is not None:
+            hint = parameter.get_error_hint(ctx)
+            raise click.UsageError(f"{hint} was given {count} times; expected once; {again}", ctx)

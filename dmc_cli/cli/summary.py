@@ -32,7 +32,8 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
         yield f"warning: {warning}"
     yield f"volume    {volume_line(report['input'])}"
     yield f"surface   {_surface_line(report['surface'])}"
-    yield f"mesh      {_mesh_line(report['mesh'])}"
+    in_voxels = report["settings"]["space"] == "voxel"
+    yield f"mesh      {_mesh_line(report['mesh'], '' if in_voxels else ' mm')}, {_output_space(report)}"
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
     if deviation := report.get("deviation"):
@@ -71,8 +72,7 @@ def volume_line(volume: dict[str, Any]) -> str:
     """Size, type, spacing and space of a volume in one line."""
     size = " x ".join(str(count) for count in volume["shape"])
     spacing = " x ".join(f"{length:.4g}" for length in volume["spacing_mm"])
-    space = "no space" if volume["space"] == "none" else volume["space"]
-    return f"{size} nodes of {volume['dtype']}, {spacing} mm, {space}"
+    return f"{size} nodes of {volume['dtype']}, {spacing} mm, {_space_name(volume['space'])}"
 
 
 def info_lines(description: dict[str, Any]) -> Iterator[str]:
@@ -124,13 +124,25 @@ def _surface_line(surface: dict[str, Any]) -> str:
     return text
 
 
-def _mesh_line(mesh: dict[str, Any]) -> str:
+def _mesh_line(mesh: dict[str, Any], unit: str = " mm") -> str:
     text = f"{mesh['vertices']} vertices, {mesh['quads']} quads"
     if mesh.get("area") is not None:
-        text += f", area {mesh['area']:.6g} mm²"
+        text += f", area {mesh['area']:.6g}{unit and unit + '²'}"
     if mesh.get("volume") is not None:
-        text += f", volume {mesh['volume']:.6g} mm³"
+        text += f", volume {mesh['volume']:.6g}{unit and unit + '³'}"
     return text
+
+
+def _output_space(report: dict[str, Any]) -> str:
+    """Name the axes of the mesh's coordinates."""
+    asked = report["settings"]["space"]
+    if asked == "voxel":
+        return "grid indices"
+    return _space_name(report["input"]["space"] if asked == "native" else asked.upper())
+
+
+def _space_name(space: str) -> str:
+    return "no space" if space == "none" else space
 
 
 def _topology_line(topology: dict[str, Any]) -> str:

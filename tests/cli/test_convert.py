@@ -27,6 +27,32 @@ def test_the_summary_is_on_standard_error(run, tmp_path):
     assert run(*TORUS, tmp_path / "quiet.ply", "-i", 0, "--quiet").stderr == ""
 
 
+@pytest.mark.parametrize(
+    ("volume_space", "asked", "named"),
+    [
+        ("right-anterior-superior", "native", (" mm, RAS", ", RAS")),
+        ("right-anterior-superior", "lps", (" mm, RAS", ", LPS")),
+        ("left-posterior-superior", "ras", (" mm, LPS", ", RAS")),
+        ("left-posterior-superior", "voxel", (" mm, LPS", ", grid indices")),
+        (None, "native", (" mm, no space", ", no space")),
+    ],
+)
+def test_the_summary_names_the_spaces_of_volume_and_mesh(run, tmp_path, volume_space, asked, named):
+    space = f"space: {volume_space}" if volume_space else "space dimension: 3"
+    header = f"NRRD0005\ntype: uchar\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n{space}\n"
+    header += "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\n\n"
+    values = np.zeros((4, 4, 4), np.uint8)
+    values[1:3, 1:3, 1:3] = 200
+    (tmp_path / "cube.nrrd").write_bytes(header.encode() + values.tobytes())
+    words = ["convert", tmp_path / "cube.nrrd", tmp_path / "a.ply", "-i", 100, "--space", asked]
+    result = run(*words, "--require", "closed")
+    assert result.exit_code == 0, result.output
+    volume, mesh = (line for line in result.stderr.splitlines() if line.startswith(("volume", "mesh")))
+    assert volume.endswith(named[0])
+    assert mesh.endswith(named[1])
+    assert ("mm²" in mesh) == ("mm³" in mesh) == (asked != "voxel")
+
+
 def test_standard_output_carries_only_the_report(run_process, tmp_path):
     result = run_process(*TORUS, tmp_path / "torus.ply", "-i", 0, "--report", "-")
     report = json.loads(result.stdout)
@@ -140,6 +166,20 @@ def test_the_forecast_counts_halfedges_whatever_they_are_built_for(run, tmp_path
     result = run(*words, *options)
     assert result.exit_code == 7, result.output
     assert "a mesh of 1136 quads need 0." in result.stderr
+
+
+@pytest.mark.parametrize("asked", ["ras", "lps"])
+@pytest.mark.parametrize("name", ["a.npy", "a.raw"])
+def test_a_file_without_a_space_has_none_to_convert(run, tmp_path, name, asked):
+    values = np.zeros((4, 4, 4), np.uint8)
+    values[1:3, 1:3, 1:3] = 200
+    np.save(tmp_path / "a.npy", values)
+    (tmp_path / "a.raw").write_bytes(values.tobytes())
+    words = ["convert", tmp_path / name, tmp_path / "a.ply", "-i", 100, "--space", asked]
+    result = run(*words, "--shape", "4,4,4", "--dtype", "uint8")
+    assert result.exit_code == 2
+    assert f"--space {asked} was asked for, but {tmp_path / name} does not say" in result.stderr
+    assert not (tmp_path / "a.ply").exists()
 
 
 def test_grid_coordinates_on_request(run, tmp_path):
