@@ -116,6 +116,13 @@ read_options = stack(
     setting(
         ReadSettings, "volume_index", section="Input", type=int, help="Which volume of a 4-D file, from 0."
     ),
+    setting(
+        ReadSettings,
+        "allow_outside",
+        section="Input",
+        is_flag=True,
+        help="Read files outside the input's folder, too, that a header names or a link leads to.",
+    ),
     setting(ReadSettings, "shape", section="Raw input", type=Triple(int), help="Number of nodes."),
     setting(
         ReadSettings,

@@ -12,8 +12,8 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.layout import Layout, check_file, check_shape, chosen_index, scale_affine
-from dmc_cli.volume.pair import is_gzip, pair_files, read_start
+from dmc_cli.volume.layout import Layout, check_shape, chosen_index, scale_affine
+from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
 
 HEADER_BYTES = 348
 
@@ -31,8 +31,7 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         DamagedVolumeError: The header contradicts itself.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    header_path, data_path = pair_files(path)
-    check_file(header_path, name)
+    header_path, data_path = checked_pair(path, name, settings.allow_outside)
     start = read_start(header_path, name)
     order = next((o for o in "<>" if start[:4] == struct.pack(f"{o}i", HEADER_BYTES)), None)
     if order is None or len(start) < HEADER_BYTES:

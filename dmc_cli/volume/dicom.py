@@ -68,7 +68,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     )
 
 
-def dicom_entries(path: Path, name: str) -> list[VolumeEntry]:
+def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """Every volume that `--series` can choose, in the order of their numbers.
 
     Raises:

@@ -166,6 +166,15 @@ def check_affine(name: str, affine: np.ndarray[Any, np.dtype[np.float64]]) -> No
         )
 
 
+def check_lengths(name: str, spacing: Triple) -> None:
+    """Raise DamagedVolumeError unless three distances that a file tells are positive and finite."""
+    if not all(math.isfinite(length) and length > 0 for length in spacing):
+        raise DamagedVolumeError(
+            f"{name}: distances of {' x '.join(f'{length:g}' for length in spacing)} mm between the nodes "
+            "found; expected positive lengths; its metadata are damaged; correct them"
+        )
+
+
 def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The type itself if a volume can hold it: integers of 8 to 64 bits, float32, float64.
 

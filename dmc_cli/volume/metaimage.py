@@ -69,7 +69,7 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         raise DamagedVolumeError(f"{name}: {components} channels found; expected one or some")
     volumes = math.prod(sizes[3:])
     chosen = chosen_index(name, components * volumes, settings.volume_index, "channels or volumes")
-    files = _data_files(path, fields, trailing, dimension, name)
+    files = _data_files(path, fields, trailing, dimension, name, settings.allow_outside)
     attached = files == (path,)
     encoding: Encoding = "raw"
     if not _flag(fields, ("BinaryData",), True):
@@ -192,7 +192,12 @@ def _scaled(numbers: list[float], unit: float) -> Triple | None:
 
 
 def _data_files(
-    path: Path, fields: dict[str, str], trailing: list[str], dimension: int, name: str
+    path: Path,
+    fields: dict[str, str],
+    trailing: list[str],
+    dimension: int,
+    name: str,
+    allow_outside: bool,
 ) -> tuple[Path, ...]:
     """The files with the values, in order; the file itself where they are attached."""
     words = fields["ElementDataFile"].split()
@@ -207,7 +212,7 @@ def _data_files(
             raise UnsupportedFormatError(
                 f"{name}: ElementDataFile = {' '.join(words)[:60]} found; expected a list of slices"
             )
-        return listed_files(path, trailing, name)
+        return listed_files(path, trailing, name, allow_outside)
     if "%" in words[0] and len(words) == 4:
-        return pattern_files(path, words[0], words[1:4], name)
-    return (named_file(path, fields["ElementDataFile"], name),)
+        return pattern_files(path, words[0], words[1:4], name, allow_outside)
+    return (named_file(path, fields["ElementDataFile"], name, allow_outside),)

@@ -14,13 +14,12 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.layout import (
     Encoding,
     Layout,
-    check_file,
     check_shape,
     chosen_index,
     scale_affine,
 )
 from dmc_cli.volume.nifti_header import Matrix, NiftiHeader, parse_nifti
-from dmc_cli.volume.pair import is_gzip, pair_files, read_start
+from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
 from dmc_cli.volume.volume import Space
 
 UNITS = {0: 1.0, 1: 1e3, 2: 1.0, 3: 1e-3}
@@ -39,8 +38,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         DamagedVolumeError: The header contradicts itself.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    header_path, data_path = pair_files(path)
-    check_file(header_path, name)
+    header_path, data_path = checked_pair(path, name, settings.allow_outside)
     header = parse_nifti(read_start(header_path, name), name)
     shape, volumes = _grid(header, name)
     affine, space, notes = _affine(header, name)

@@ -99,7 +99,7 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         raise UnsupportedFormatError(
             f"{name}: encoding {fields['encoding']!r} found; expected one of {known}"
         )
-    files = _data_files(path, fields, trailing, len(sizes), name)
+    files = _data_files(path, fields, trailing, len(sizes), name, settings.allow_outside)
     return Layout(
         name=name,
         shape=(shape[0], shape[1], shape[2]),
@@ -203,7 +203,12 @@ def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
 
 
 def _data_files(
-    path: Path, fields: dict[str, str], trailing: list[str], dimension: int, name: str
+    path: Path,
+    fields: dict[str, str],
+    trailing: list[str],
+    dimension: int,
+    name: str,
+    allow_outside: bool,
 ) -> tuple[Path, ...]:
     """The files with the values, in order; the file itself where they are attached."""
     if "data file" not in fields:
@@ -219,7 +224,7 @@ def _data_files(
             raise UnsupportedFormatError(
                 f"{name}: data file LIST {subdim} found; expected slices of {dimension - 1} axes"
             )
-        return listed_files(path, trailing, name)
+        return listed_files(path, trailing, name, allow_outside)
     if "%" in words[0] and len(words) in (4, 5):
-        return pattern_files(path, words[0], words[1:4], name)
-    return (named_file(path, fields["data file"], name),)
+        return pattern_files(path, words[0], words[1:4], name, allow_outside)
+    return (named_file(path, fields["data file"], name, allow_outside),)

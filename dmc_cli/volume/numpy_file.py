@@ -7,6 +7,7 @@ stays as it is. A leading fourth axis counts volumes, as do the arrays of an .np
 import io
 import math
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -72,13 +73,13 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     )
 
 
-def numpy_entries(path: Path, name: str) -> list[VolumeEntry]:
+def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """The volumes of the file, without their values.
 
     Raises:
         UnsupportedFormatError: No numeric array with three axes.
     """
-    volume = numpy_volume(path, name, ReadSettings(volume_index=0))
+    volume = numpy_volume(path, name, replace(settings, volume_index=0))
     return [VolumeEntry(description="numpy", size=volume.shape)]
 
 

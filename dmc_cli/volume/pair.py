@@ -6,6 +6,7 @@ from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume.layout import check_file, exists
+from dmc_cli.volume.within import check_beside
 
 
 def pair_files(path: Path) -> tuple[Path, Path]:
@@ -22,6 +23,21 @@ def pair_files(path: Path) -> tuple[Path, Path]:
             )
             return (sibling, path) if mine == ".img" else (path, sibling)
     return path, path
+
+
+def checked_pair(path: Path, name: str, allow_outside: bool) -> tuple[Path, Path]:
+    """Header and data file of `path`.
+
+    Raises:
+        VolumeError: There is no header, or the other one lies elsewhere and `allow_outside` is not set.
+        DamagedVolumeError: The header is empty.
+    """
+    header, data = pair_files(path)
+    for file in (header, data):
+        if file != path and exists(file):
+            check_beside(path, file, file.name, name, allow_outside)
+    check_file(header, name)
+    return header, data
 
 
 def is_gzip(path: Path, name: str) -> bool:

@@ -9,11 +9,12 @@ import shutil
 import sys
 import tempfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from dmc_cli.errors import UnsupportedFormatError, VolumeError
+from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.analyze import analyze_layout
@@ -45,7 +46,7 @@ VOLUME_READERS: dict[
     str,
     tuple[
         Callable[[Path, str, ReadSettings, Progress], Volume],
-        Callable[[Path, str], list[VolumeEntry]],
+        Callable[[Path, str, ReadSettings], list[VolumeEntry]],
     ],
 ] = {
     "dicom": (dicom_volume, dicom_entries),
@@ -107,9 +108,10 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
     """
     if path.startswith(PREFIX):
         return _warned(synthetic_volume(path, settings, progress), "synthetic", settings)
-    if path == STREAM:
-        return _read_stream(settings, progress)
-    return _read_path(Path(path), path, settings, progress)
+    with _told_errors(path):
+        if path == STREAM:
+            return _read_stream(settings, progress)
+        return _read_path(Path(path), path, settings, progress)
 
 
 def check_input(path: str, settings: ReadSettings) -> None:
@@ -122,7 +124,8 @@ def check_input(path: str, settings: ReadSettings) -> None:
     if path.startswith(PREFIX):
         parse_synthetic(path)
     elif path != STREAM:
-        input_format(Path(path), path, settings)
+        with _told_errors(path):
+            input_format(Path(path), path, settings)
 
 
 def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
@@ -137,10 +140,16 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
     if path.startswith(PREFIX):
         field, count = parse_synthetic(path)
         return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
-    format_name = input_format(Path(path), path, settings)
+    with _told_errors(path):
+        return _entries(Path(path), path, settings)
+
+
+def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """The entries of a file or folder."""
+    format_name = input_format(path, name, settings)
     if format_name in VOLUME_READERS:
-        return VOLUME_READERS[format_name][1](Path(path), path)
-    layout = LAYOUT_READERS[format_name](Path(path), path, replace(settings, volume_index=0))
+        return VOLUME_READERS[format_name][1](path, name, settings)
+    layout = LAYOUT_READERS[format_name](path, name, replace(settings, volume_index=0))
     count = layout.components * layout.volumes
     several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
     return [VolumeEntry(description=format_name + several, size=layout.shape)]
@@ -153,8 +162,8 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
         VolumeError: There is no such path, or it is empty.
         UnsupportedFormatError: No reader knows it.
     """
-    if not name:
-        raise VolumeError("an empty path found; expected a file, a folder or synth:FIELD:N")
+    if not name or "\0" in name:
+        raise VolumeError(f"the path {name!r} found; expected a file, a folder or synth:FIELD:N; check it")
     if settings.input_format is not None:
         return settings.input_format
     if exists(path) and path.is_dir():
@@ -164,7 +173,9 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
     suffix = next((s for s in sorted(SUFFIXES, key=len, reverse=True) if lower.endswith(s)), None)
     if suffix is not None:
         return SUFFIXES[suffix]
-    found = _format_of_content(pair_files(path)[0], name)
+    header, _ = pair_files(path)
+    check_file(header, name)
+    found = _format_of_content(header, name)
     if found is None:
         raise UnsupportedFormatError(
             f"{name}: neither its suffix nor its content is one that is known; expected one of "
@@ -172,6 +183,21 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
             "(raw needs --shape and --dtype too)"
         )
     return found
+
+
+@contextmanager
+def _told_errors(name: str) -> Iterator[None]:
+    """Tell in one message what the system refuses while an input is read, wherever a reader meets it."""
+    try:
+        yield
+    except (DmcError, BrokenPipeError):
+        raise
+    except (OSError, UnicodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise VolumeError(
+            f"{name}: cannot be read ({reason}); expected files that can be read to their end; check the "
+            "path, the disk and the access rights"
+        ) from error
 
 
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:

@@ -7,6 +7,7 @@ else from the settings; space none.
 import logging
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
@@ -101,13 +102,13 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     )
 
 
-def tiff_entries(path: Path, name: str) -> list[VolumeEntry]:
+def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """The volume of the stack as one entry.
 
     Raises:
         VolumeError: As `tiff_volume`.
     """
-    volume = tiff_volume(path, name, ReadSettings(volume_index=0))
+    volume = tiff_volume(path, name, replace(settings, volume_index=0))
     return [VolumeEntry(description="tiff", size=volume.shape)]
 
 

@@ -8,6 +8,7 @@ from dmc_cli.volume.layout import without_effect
 _RAW = ("raw",)
 _DICOM = ("dicom",)
 _PLACED = ("meta", "nrrd", "numpy", "raw", "tiff", "zarr")
+_MANY_FILES = ("analyze", "dicom", "meta", "nifti", "nrrd", "tiff", "zarr")
 _SEVERAL = ("analyze", "meta", "nifti", "nrrd", "numpy", "tiff", "zarr")
 
 USED_BY: dict[str, tuple[str, ...]] = {
@@ -15,6 +16,7 @@ USED_BY: dict[str, tuple[str, ...]] = {
     "slice_gaps": _DICOM,
     "duplicates": _DICOM,
     "volume_index": _SEVERAL,
+    "allow_outside": _MANY_FILES,
     "shape": _RAW,
     "dtype": _RAW,
     "byte_order": _RAW,

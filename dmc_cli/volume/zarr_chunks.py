@@ -1,25 +1,27 @@
-"""The chunks of a Zarr array are looked at before zarr unpacks them: it unpacks whatever they hold.
+"""The chunks of a Zarr array: found in its folder, looked at, unpacked side by side into the volume.
 
-The metadata are those of the specifications of Zarr version 2 (.zarray) and version 3 (zarr.json), and of
-the codec sharding_indexed, whose files hold many chunks and a table of their places.
+Files are looked at and not the grid: an array may promise any number of chunks that are not there.
 """
 
-import json
 import math
-import mmap
 import os
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from dmc_cli.errors import DamagedVolumeError
-from dmc_cli.volume.unpacked_size import SLACK, passes
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, DmcError, VolumeError
+from dmc_cli.progress import Progress
+from dmc_cli.volume.unpacked_size import SLACK
+from dmc_cli.volume.within import Bounds, Walk
+from dmc_cli.volume.zarr_metadata import Sharding, ZarrArray
+
+_Array = np.ndarray[Any, np.dtype[Any]]
 
 METADATA = ("zarr.json", ".zarray", ".zattrs", ".zgroup", ".zmetadata")
-
-RUNS_CODE = "pickle"
-"""The codec of numcodecs that runs whatever code a chunk holds."""
 
 LEAST_FILES = 1 / 1000
 """Files a promised chunk, at least: chunks that hold nothing but the fill value may be left out."""
@@ -30,114 +32,174 @@ LARGEST_RATIO = 100_000
 LARGEST_CHUNK = 64
 """Times the array's own bytes that a chunk may have: what passes the array's border is stored, too."""
 
+ABSENT = (1 << 64) - 1
+"""Offset and size, in the table of a file with many chunks, of one that is not there."""
+
 
 @dataclass(frozen=True)
-class Packing:
-    """How the chunks of an array are stored.
+class ChunkFile:
+    """A file with a chunk, or with many.
 
     Attributes:
-        codecs: Names of what packs a chunk.
-        chunk: Nodes of a chunk along each axis.
-        inner: Of a file with many chunks, nodes of each of these along each axis; else None.
-        index_first: Whether the table of their places is at the start of such a file, not at its end.
+        key: Its name below the array's folder.
+        place: Its place in the grid of files.
+        size: Its bytes.
     """
 
-    codecs: tuple[str, ...]
-    chunk: tuple[int, ...]
-    inner: tuple[int, ...] | None = None
-    index_first: bool = False
+    key: str
+    place: tuple[int, ...]
+    size: int
 
 
-def check_chunks(folder: Path, shape: tuple[int, ...], itemsize: int, name: str) -> None:
-    """Refuse an array whose files cannot hold, or unpack to far more than, what its metadata promise.
+def chunk_files(folder: Path, array: ZarrArray, bounds: Bounds, name: str) -> list[ChunkFile]:
+    """The array's chunk files in the order of their places.
 
     Args:
         folder: The array's own folder.
-        shape: Its nodes along each axis.
-        itemsize: Bytes of a value.
+        array: Its metadata.
+        bounds: Where the store's files may lie.
         name: The input, for messages.
 
     Raises:
-        DamagedVolumeError: It is such an array, or unpacking it would run code.
+        VolumeError: Something in the folder is not to be read, or cannot be.
+        DamagedVolumeError: The files cannot hold what the metadata promise.
     """
-    packing = _packing(folder)
-    if RUNS_CODE in packing.codecs:
-        raise DamagedVolumeError(
-            f"{name}: chunks of the codec {RUNS_CODE} found, which would run code; expected data only"
-        )
-    files = list(_chunk_files(folder))
-    _check_promise(packing, files, shape, itemsize, name)
-    expected = math.prod(packing.inner or packing.chunk) * itemsize
-    for path in files:
-        for piece in _pieces(path, packing):
-            if any(passes(codec, piece, expected) for codec in packing.codecs):
-                raise DamagedVolumeError(
-                    f"{name}: chunk {path.relative_to(folder)} unpacks to more than the {expected} bytes that"
-                    " are expected; get the store again"
-                )
+    walk = Walk(folder, bounds)
+    found = [(key, status.st_size) for key, status in walk.files()]
+    if walk.skipped:
+        key, reason = walk.skipped[0]
+        raise VolumeError(f"{name}: {key} is not read: {reason}; expected chunks in the store's own folder")
+    placed = ((key, array.place_of(key), size) for key, size in found)
+    files = [ChunkFile(key, place, size) for key, place, size in placed if place is not None]
+    _check_promise(array, files, name)
+    return sorted(files, key=lambda file: file.place)
 
 
-def _check_promise(
-    packing: Packing, files: list[Path], shape: tuple[int, ...], itemsize: int, name: str
-) -> None:
+def _check_promise(array: ZarrArray, files: list[ChunkFile], name: str) -> None:
     """Refuse chunks that are far larger than the array, and an array far larger than what is stored."""
-    size = math.prod(shape) * itemsize
-    chunk = math.prod(packing.chunk) * itemsize
-    stored = sum(path.stat().st_size for path in files)
-    count = math.prod(-(-n // max(m, 1)) for n, m in zip(shape, packing.chunk, strict=True))
+    itemsize = array.packing.dtype.itemsize
+    size = math.prod(array.shape) * itemsize
+    chunk = math.prod(array.chunk) * itemsize
+    stored = sum(file.size for file in files)
+    count = math.prod(array.grid)
     if (
         chunk > LARGEST_CHUNK * size + SLACK
         or size > LARGEST_RATIO * stored + SLACK
         or len(files) + 1 < count * LEAST_FILES
     ):
         raise DamagedVolumeError(
-            f"{name}: {stored} bytes in {len(files)} chunk file(s) found for an array of {shape} in {count} "
-            f"chunk(s) of {packing.chunk}; the store is incomplete or its metadata are damaged; get it again"
+            f"{name}: {stored} bytes in {len(files)} chunk file(s) found for an array of {array.shape} in "
+            f"{count} chunk(s) of {array.chunk}; the store is incomplete or its metadata are damaged; get it "
+            "again"
         )
 
 
-def _packing(folder: Path) -> Packing:
-    """What the metadata say; zarr has found them valid."""
-    if (folder / ".zarray").is_file():
-        old = json.loads((folder / ".zarray").read_bytes())
-        packers = [old.get("compressor"), *(old.get("filters") or [])]
-        return Packing(tuple(str(c["id"]) for c in packers if c), tuple(old["chunks"]))
-    new = json.loads((folder / "zarr.json").read_bytes())
-    chunk = tuple(new["chunk_grid"]["configuration"]["chunk_shape"])
-    names, sharding = _codec_names(new["codecs"])
-    if sharding is None:
-        return Packing(names, chunk)
-    inner_names, _ = _codec_names(sharding["codecs"])
-    return Packing(
-        inner_names, chunk, tuple(sharding["chunk_shape"]), sharding.get("index_location") == "start"
-    )
+@dataclass(frozen=True)
+class ChunkReader:
+    """What unpacks the chunks of one volume of an array.
+
+    Attributes:
+        folder: The array's own folder.
+        array: Its metadata.
+        where: The volume's place along the axes before the last three.
+        values: The volume, shape (nz, ny, nx), filled here.
+        name: The input, for messages.
+    """
+
+    folder: Path
+    array: ZarrArray
+    where: tuple[int, ...]
+    values: _Array
+    name: str
+
+    def read(self, files: list[ChunkFile], threads: int | None, progress: Progress) -> None:
+        """Fill the volume: with the chunks of these files that belong to it, else with the fill value.
+
+        Raises:
+            DamagedVolumeError: A chunk cannot be unpacked.
+        """
+        self.values[...] = self.array.fill
+        count = len(self.where)
+        own = tuple(w // n for w, n in zip(self.where, self.array.chunk, strict=False))
+        wanted = [file for file in files if file.place[:count] == own]
+        with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+            futures = [pool.submit(self._read_file, file) for file in wanted]
+            try:
+                # in the files' order, so that of several errors always the same one is told
+                for done, future in enumerate(futures, 1):
+                    future.result()
+                    progress.advance(done / len(futures))
+            except BaseException:
+                pool.shutdown(wait=True, cancel_futures=True)
+                raise
+
+    def _read_file(self, file: ChunkFile) -> None:
+        try:
+            with (self.folder / file.key).open("rb") as stream:
+                if self.array.sharding is None:
+                    self._put(file.place, self.array.chunk, self._piece(stream, 0, file.size))
+                    return
+                for place, offset, size in self._table(stream, file, self.array.sharding):
+                    self._put(place, self.array.sharding.chunk, self._piece(stream, offset, size))
+        except DmcError:
+            raise
+        except Exception as error:
+            # each codec has errors of its own
+            told = " ".join(str(error).split())[:200]
+            raise DamagedVolumeError(
+                f"{self.name}: chunk {file.key} cannot be read ({told}); get the store again"
+            ) from error
+
+    def _piece(self, stream: BinaryIO, offset: int, size: int) -> bytes:
+        """The bytes of a chunk, which cannot be far more than its values."""
+        chunk = self.array.sharding.chunk if self.array.sharding else self.array.chunk
+        expected = math.prod(chunk) * self.array.packing.dtype.itemsize
+        if size > 2 * expected + SLACK:
+            raise ValueError(f"{size} bytes for the {expected} of its values")
+        stream.seek(offset)
+        return stream.read(size)
+
+    def _table(
+        self, stream: BinaryIO, file: ChunkFile, sharding: Sharding
+    ) -> Iterator[tuple[tuple[int, ...], int, int]]:
+        """Place, offset and size of each chunk of a file that is there and in the volume."""
+        counts = [n // m for n, m in zip(self.array.chunk, sharding.chunk, strict=True)]
+        length = 16 * math.prod(counts)
+        whole = length + (4 if sharding.has_checksum else 0)
+        if whole > file.size:
+            raise ValueError(f"{file.size} bytes for a table of {whole}")
+        stream.seek(0 if sharding.index_first else file.size - whole)
+        content = stream.read(whole)
+        if sharding.has_checksum:
+            _check_table(content)
+        order = "<" if sharding.index_order == "little" else ">"
+        table = np.frombuffer(content[:length], f"{order}u8").reshape(-1, 2)
+        for number in np.flatnonzero((table != ABSENT).any(axis=1)):
+            inner = np.unravel_index(int(number), counts)
+            place = tuple(int(p * n + i) for p, n, i in zip(file.place, counts, inner, strict=True))
+            offset, size = (int(n) for n in table[number])
+            if offset + size > file.size:
+                raise ValueError(f"{offset + size} bytes promised, {file.size} found")
+            if self._is_wanted(place, sharding.chunk):
+                yield place, offset, size
+
+    def _is_wanted(self, place: tuple[int, ...], chunk: tuple[int, ...]) -> bool:
+        """Whether a chunk holds a part of the volume."""
+        own = all(w // n == p for w, n, p in zip(self.where, chunk, place, strict=False))
+        return own and all(p * n < m for p, n, m in zip(place, chunk, self.array.shape, strict=True))
+
+    def _put(self, place: tuple[int, ...], chunk: tuple[int, ...], content: bytes) -> None:
+        """Unpack a chunk to its place; what passes the array's border is dropped."""
+        values = self.array.packing.unpack(content, chunk)
+        count = len(self.where)
+        picked = values[tuple(w % n for w, n in zip(self.where, chunk, strict=False))]
+        begins = [p * n for p, n in zip(place[count:], chunk[count:], strict=True)]
+        target = self.values[tuple(slice(b, b + n) for b, n in zip(begins, chunk[count:], strict=True))]
+        target[...] = picked[tuple(slice(0, n) for n in target.shape)]
 
 
-def _codec_names(codecs: list[Any]) -> tuple[tuple[str, ...], dict[str, Any] | None]:
-    """Names of codecs without their prefix, and the configuration of the sharding codec."""
-    found = [codec if isinstance(codec, dict) else {"name": codec} for codec in codecs]
-    names = tuple(str(codec["name"]).removeprefix("numcodecs.") for codec in found)
-    sharding = next((c["configuration"] for c in found if c["name"] == "sharding_indexed"), None)
-    return names, sharding
+def _check_table(content: bytes) -> None:
+    import google_crc32c
 
-
-def _chunk_files(folder: Path) -> Iterator[Path]:
-    for parent, _, names in os.walk(folder):
-        yield from (Path(parent, name) for name in names if name not in METADATA)
-
-
-def _pieces(path: Path, packing: Packing) -> Iterator[memoryview]:
-    """The packed chunks of a file, mapped: of most only the header is looked at."""
-    if not path.stat().st_size:
-        return
-    with path.open("rb") as file:
-        content = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-    if packing.inner is None:
-        yield content
-        return
-    count = math.prod(n // max(m, 1) for n, m in zip(packing.chunk, packing.inner, strict=True))
-    # places of 16 bytes each and, as written by every program that is known, a checksum of 4
-    begin = 0 if packing.index_first else max(len(content) - 16 * count - 4, 0)
-    for entry in range(begin, min(begin + 16 * count, len(content) - 15), 16):
-        offset, size = (int.from_bytes(content[entry + k : entry + k + 8], "little") for k in (0, 8))
-        yield content[offset : offset + size]
+    if google_crc32c.value(content[:-4]) != int.from_bytes(content[-4:], "little"):
+        raise ValueError("a wrong checksum of its table")

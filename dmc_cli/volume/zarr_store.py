@@ -1,16 +1,18 @@
-"""Zarr arrays and OME-Zarr images: a folder, read through zarr, an extra; space none.
+"""Zarr arrays and OME-Zarr images: a folder, unpacked by numcodecs, an extra; space none.
 
 Of an OME-Zarr image the finest level is read, with the scale and the units of its metadata. Axes before
 the last three count volumes.
 """
 
 import math
+import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
@@ -18,6 +20,7 @@ from dmc_cli.volume.layout import (
     MILLIMETRES,
     ZARR_MARKERS,
     Triple,
+    check_lengths,
     check_shape,
     chosen_index,
     chosen_origin,
@@ -26,9 +29,9 @@ from dmc_cli.volume.layout import (
     storable_type,
 )
 from dmc_cli.volume.volume import Volume, VolumeEntry
-from dmc_cli.volume.zarr_chunks import check_chunks
-
-MISSING = 'zarr is not installed; pip install "dmc-cli[zarr]" or pip install zarr'
+from dmc_cli.volume.within import Bounds
+from dmc_cli.volume.zarr_chunks import ChunkReader, chunk_files
+from dmc_cli.volume.zarr_metadata import ZarrArray, read_node
 
 
 def is_zarr(path: Path) -> bool:
@@ -40,34 +43,22 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     """The volume of an array, or of the finest level of an OME-Zarr image.
 
     Raises:
-        UnsupportedFormatError: zarr is missing, or there is no numeric array with three axes.
+        UnsupportedFormatError: A package is missing, or there is no numeric array with three axes.
         DamagedVolumeError: The store cannot be read.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    array, folder, told_spacing, told_origin = _opened(path, name)
-    shape = tuple(int(n) for n in array.shape)
-    if len(shape) < 3:
-        raise UnsupportedFormatError(f"{name}: an array of shape {shape} found; expected axes z, y, x")
-    nodes = shape[:-4:-1]
+    found = _opened(path, name, settings)
+    array, shape = found.array, found.array.shape
+    nodes = found.nodes(name)
     check_shape(name, nodes)
-    dtype = storable_type(name, np.dtype(array.dtype))
+    dtype = storable_type(name, array.packing.dtype)
     index = chosen_index(name, math.prod(shape[:-3]), settings.volume_index)
-    where = np.unravel_index(index, shape[:-3]) if shape[:-3] else ()
-    depth = array.chunks[-3]
-    try:
-        check_chunks(folder, shape, dtype.itemsize, name)
-        values = allocate_values(name, (nodes[0], nodes[1], nodes[2]), dtype)
-        for k in range(0, nodes[2], depth):
-            values[k : k + depth] = array[(*(int(n) for n in where), slice(k, k + depth))]
-            progress.advance(min(1.0, (k + depth) / nodes[2]))
-    except DmcError:
-        raise
-    except Exception as error:
-        # codecs raise what they like
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(f"{name}: a chunk cannot be read ({told}); get the data again") from error
-    spacing, warnings = chosen_spacing(told_spacing, settings, "the store")
-    origin, unused = chosen_origin(told_origin, settings, "the store")
+    where = tuple(int(n) for n in np.unravel_index(index, shape[:-3])) if shape[:-3] else ()
+    files = chunk_files(found.folder, array, found.bounds, name)
+    values = allocate_values(name, nodes, dtype)
+    ChunkReader(found.folder, array, where, values, name).read(files, settings.threads, progress)
+    spacing, warnings = chosen_spacing(found.spacing, settings, "the store")
+    origin, unused = chosen_origin(found.origin, settings, "the store")
     return Volume(
         values=values,
         affine=scale_affine(spacing, origin),
@@ -79,50 +70,68 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     )
 
 
-def zarr_entries(path: Path, name: str) -> list[VolumeEntry]:
+def zarr_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """The volume of the store as one entry, without its values.
 
     Raises:
         VolumeError: As `zarr_volume`.
     """
-    array, *_ = _opened(path, name)
-    if len(array.shape) < 3:
-        raise UnsupportedFormatError(f"{name}: an array of shape {array.shape} found; expected axes z, y, x")
-    nx, ny, nz = (int(n) for n in array.shape[:-4:-1])
-    return [VolumeEntry(description="zarr", size=(nx, ny, nz))]
+    return [VolumeEntry(description="zarr", size=_opened(path, name, settings).nodes(name))]
 
 
-def _opened(path: Path, name: str) -> tuple[Any, Path, Triple | None, Triple | None]:
-    """The array, its folder, spacing and origin along x, y, z in mm, None where the store tells none."""
-    try:
-        import zarr
-    except ImportError as error:
-        raise UnsupportedFormatError(f"{name}: a Zarr store found, but {MISSING}") from error
-    try:
-        node: Any = zarr.open(str(path), mode="r")
-        if hasattr(node, "shape"):
-            return node, path, None, None
-        attributes = dict(node.attrs)
-        images = attributes.get("ome", attributes).get("multiscales")
-        if not images:
+@dataclass(frozen=True)
+class _Opened:
+    """An array, its folder, where files may lie; spacing and origin in mm along x, y, z, None if not told."""
+
+    array: ZarrArray
+    folder: Path
+    bounds: Bounds
+    spacing: Triple | None = None
+    origin: Triple | None = None
+
+    def nodes(self, name: str) -> tuple[int, int, int]:
+        """Nodes along x, y, z."""
+        if len(self.array.shape) < 3:
             raise UnsupportedFormatError(
-                f"{name}: a Zarr group without an OME image found, with {', '.join(sorted(node))[:200]}; "
+                f"{name}: an array of shape {self.array.shape} found; expected axes z, y, x"
+            )
+        nx, ny, nz = self.array.shape[:-4:-1]
+        return nx, ny, nz
+
+
+def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
+    """The array of a store: itself, or the finest level of its image."""
+    bounds = Bounds(path, allow_outside=settings.allow_outside)
+    try:
+        node = read_node(path, bounds, name)
+        if isinstance(node, ZarrArray):
+            return _Opened(node, path, bounds)
+        images = ((node or {}).get("ome") or node or {}).get("multiscales")
+        if not images:
+            inner = sorted(entry.name for entry in os.scandir(path) if entry.is_dir())
+            raise UnsupportedFormatError(
+                f"{name}: a Zarr group without an OME image found, with {', '.join(inner)[:200]}; "
                 "give the path of one of its arrays"
             )
         level = images[0]["datasets"][0]
         spacing, origin = _placed(images[0], level)
-        array = node[level["path"]]
-        if not hasattr(array, "shape"):
+        words = [word for word in str(level["path"]).split("/") if word not in ("", ".")]
+        if ".." in words or any("\\" in word for word in words):
+            raise VolumeError(f"{name}: level {level['path']!r} leads out of the store; expected one in it")
+        folder = path.joinpath(*words)
+        array = read_node(folder, bounds, name)
+        if not isinstance(array, ZarrArray):
             raise DamagedVolumeError(
                 f"{name}: level {level['path']!r} of the image is no array; get the data again"
             )
-        return array, path / str(level["path"]), spacing, origin
     except DmcError:
         raise
     except Exception as error:
-        # zarr raises KeyError, ValueError, JSON's errors and its own
-        told = " ".join(str(error).split())[:200]
+        # what metadata that are not as specified run into: KeyError, TypeError, JSON's errors, ...
+        told = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise DamagedVolumeError(f"{name}: the Zarr store cannot be read ({told}); get it again") from error
+    check_lengths(name, spacing)
+    return _Opened(array, folder, bounds, spacing, origin)
 
 
 def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:

@@ -48,7 +48,8 @@ def target_of(path, reader):
 def try_file(path, reader):
     """Read a damaged file and check what comes of it; returns the name of the error, or `read`.
 
-    A file that took long is tried again: on a busy machine any process may stand still for seconds.
+    Seconds are the processor's: on a busy machine any process may stand still for a while. A file that took
+    long is tried again all the same.
     """
     for last in (False, False, True):
         outcome, seconds, taken = attempt(path, reader)
@@ -64,7 +65,7 @@ def attempt(path, reader):
     """Outcome, seconds and bytes of one reading."""
     target, settings = target_of(path, reader), settings_for(reader)
     reset_peak()
-    before, start = peak_bytes(), time.perf_counter()
+    before, start = peak_bytes(), time.process_time()
     outcome = "read"
     try:
         list_volumes(str(target), settings)
@@ -78,4 +79,4 @@ def attempt(path, reader):
             ) from error
     except Exception as error:
         raise BrokenPromiseError(f"{reader}: {type(error).__name__}: {error}") from error
-    return outcome, time.perf_counter() - start, peak_bytes() - before
+    return outcome, time.process_time() - start, peak_bytes() - before
