@@ -5,6 +5,8 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
 TESTS := $(PY) -m pytest
+# Side by side on the cores there are; kernels share them
+PARALLEL := --numprocesses auto --maxprocesses 4
 SECONDS ?= 60
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
@@ -65,10 +67,10 @@ types: $(VENV)/.installed-dev ## mypy, strict on host code
 	$(BIN)/mypy
 
 test: $(VENV)/.installed-dev ## the tests on CPU, without the slow ones
-	$(TESTS) -m "not slow and not gpu"
+	$(TESTS) $(PARALLEL) -m "not slow and not gpu"
 
 test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length
-	$(TESTS) -m "not gpu" --hypothesis-profile=thorough
+	$(TESTS) $(PARALLEL) -m "not gpu" --hypothesis-profile=thorough
 
 test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no device
 	$(TESTS) -m gpu --require-cuda
