@@ -1,8 +1,10 @@
 """Host memory that is kept for the next array of its size.
 
 The system clears memory before it hands it out, page by page as it is touched; for a mesh that takes as long
-as making its quads. So what an array leaves is kept and given to the next one, in the stages that follow and
-for the next item of a batch.
+as making its quads. So what an array leaves is kept and given to the next one, in the stages that follow.
+
+What is kept never makes the whole much larger than what was in use at some moment: a run takes as much memory
+as its largest stage needs, whatever the stages before it left (`memory.py` relies on it).
 """
 
 from collections import deque
@@ -15,6 +17,12 @@ SMALLEST_KEPT = 1 << 12
 
 MOST_KEPT = 1 << 30
 """Bytes kept at most."""
+
+SMALL_WHOLE = 1 << 25
+"""Bytes, in use and kept, that are never too much: to fetch small blocks anew costs more than it saves."""
+
+SPARE_SHARE = 16
+"""What is in use and kept may be more than what was in use at most by one part in so many."""
 
 
 class Block:
@@ -41,12 +49,14 @@ class Lease:
 
 
 class HostMemory:
-    """The blocks that are kept, by their size."""
+    """The blocks that are kept, by their size, those that came back last at the end."""
 
     def __init__(self) -> None:
         self._returned: deque[Block] = deque()
         self._kept: dict[int, list[Block]] = {}
         self._total = 0
+        self._in_use = 0
+        self._most_in_use = 0
         self._lock = Lock()
 
     def take(self, size: int) -> Lease:
@@ -56,22 +66,51 @@ class HostMemory:
         rounded = block_size(size)
         with self._lock:
             self._collect()
-            blocks = self._kept.get(rounded)
-            if blocks:
-                self._total -= rounded
-                return Lease(blocks.pop(), self._returned)
-        return Lease(Block(rounded), self._returned)
+            block = self._kept_block(rounded) or self._new_block(rounded)
+            self._in_use += rounded
+            self._most_in_use = max(self._most_in_use, self._in_use)
+        return Lease(block, self._returned)
 
     def _collect(self) -> None:
-        """Keep what came back since; let the largest go where that is too much."""
+        """Keep what came back since."""
         while self._returned:
             block = self._returned.popleft()
-            self._kept.setdefault(len(block.memory), []).append(block)
-            self._total += len(block.memory)
-        if self._total > MOST_KEPT:
-            for size in sorted(self._kept, reverse=True):
-                while self._total > MOST_KEPT and self._kept[size]:
-                    self._total -= len(self._kept[size].pop().memory)
+            size = len(block.memory)
+            blocks = self._kept.pop(size, [])
+            blocks.append(block)
+            self._kept[size] = blocks  # at the end
+            self._total += size
+            self._in_use -= size
+        self._keep_at_most(MOST_KEPT)
+
+    def _kept_block(self, size: int) -> Block | None:
+        """Return a block of this size if one is kept."""
+        blocks = self._kept.get(size)
+        if not blocks:
+            return None
+        self._total -= size
+        return blocks.pop()
+
+    def _new_block(self, size: int) -> Block:
+        """Return new memory, after letting go of so much that the whole is not too large with it."""
+        in_use = self._in_use + size
+        most = max(in_use, self._most_in_use)
+        self._keep_at_most(max(most + most // SPARE_SHARE, SMALL_WHOLE) - in_use)
+        try:
+            return Block(size)
+        except MemoryError:
+            self._keep_at_most(0)
+            return Block(size)
+
+    def _keep_at_most(self, limit: int) -> None:
+        """Let go of what came back first until no more than so many bytes are kept."""
+        while self._total > limit:
+            size = next(iter(self._kept))
+            blocks = self._kept[size]
+            while self._total > limit and blocks:
+                self._total -= len(blocks.pop().memory)
+            if not blocks:
+                del self._kept[size]
 
 
 def block_size(size: int) -> int:

@@ -15,8 +15,6 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
-import numpy as np
-
 from dmc_cli import desk, scan
 from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
@@ -35,7 +33,7 @@ from dmc_cli.surface import kernel_modules as surface_kernels
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
 from dmc_cli.writers.atomic import check_output, write_output
-from dmc_cli.writers.halfedge_dump import HalfedgeDump, check_dump_name, halfedge_rows, write_halfedges
+from dmc_cli.writers.halfedge_dump import HalfedgeDump, check_dump_name, write_halfedges
 from dmc_cli.writers.mesh_file import MeshFile
 from dmc_cli.writers.write import choose_format, write_mesh
 
@@ -286,14 +284,12 @@ def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
     surface, halfedges = connected.surface, connected.halfedges
     assert halfedges is not None and connected.color is not None and connected.color24 is not None
-    quads = surface.quads.numpy()
     return HalfedgeDump(
         vertices=surface.vertices.numpy(),
         normals=normals.numpy(),
-        quads=quads,
-        halfedges=halfedge_rows(quads, halfedges.twin.numpy()),
+        quads=surface.quads.numpy(),
+        twin=halfedges.twin.numpy(),
         vertex_halfedge=halfedges.vertex_halfedge.numpy(),
-        face_halfedge=np.arange(0, 4 * len(quads), 4, dtype=np.int32),
         face_color=connected.color.numpy(),
         face_color24=connected.color24.numpy(),
         vertex_color=connected.vertex_color.numpy(),

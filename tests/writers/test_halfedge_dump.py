@@ -1,11 +1,14 @@
 """The halfedge dump: every table of the command line's page, the same bytes each time, the same in text."""
 
+import io
 import json
+import zipfile
 
 import numpy as np
 import pytest
 
 from dmc_cli.mesh.check_halfedges import check_halfedges
+from dmc_cli.writers import halfedge_dump
 
 SHAPES = {
     "vertices": ("V", 3),
@@ -85,6 +88,23 @@ def test_the_text_holds_the_same_numbers(run, tmp_path):
 def test_the_same_mesh_gives_the_same_bytes(run, tmp_path):
     first = dump(run, tmp_path, ".npz", "--simplify", "all").read_bytes()
     assert dump(run, tmp_path, ".npz", "--simplify", "all", "--threads", 1).read_bytes() == first
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".txt"])
+def test_the_pieces_that_it_is_written_in_do_not_show(run, tmp_path, monkeypatch, suffix):
+    whole = dump(run, tmp_path, suffix).read_bytes()
+    monkeypatch.setattr(halfedge_dump, "CHUNK_ROWS", 1000)
+    assert dump(run, tmp_path, suffix).read_bytes() == whole
+
+
+def test_the_archive_is_what_numpy_writes(run, tmp_path):
+    path = dump(run, tmp_path, ".npz")
+    with zipfile.ZipFile(path) as archive, np.load(path) as file:
+        for name in file:
+            stream = io.BytesIO()
+            np.save(stream, file[name])
+            assert archive.read(f"{name}.npy") == stream.getvalue()
+            assert archive.getinfo(f"{name}.npy").date_time == (1980, 1, 1, 0, 0, 0)
 
 
 def test_the_dump_of_an_empty_surface_has_empty_tables(run, tmp_path):
