@@ -8,10 +8,13 @@ TESTS := $(PY) -m pytest
 # Side by side on the cores there are; kernels share them
 PARALLEL := --numprocesses auto --maxprocesses 4
 SECONDS ?= 60
+AREA ?= mesh
+COUNT ?= 60
+SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup format lint types test test-all test-gpu test-faults fuzz bench bench-gpu cov docs smoke ci clean
+.PHONY: help demo setup format lint types test test-all test-gpu test-faults fuzz mutants bench bench-gpu cov docs smoke ci clean
 
 # The Python that was named, or the first that is new enough, whatever it is called
 FIND_PYTHON = for name in $(or $(PYTHON),python3 python python3.13 python3.12 python3.11 python3.10 python3.14); do \
@@ -80,6 +83,9 @@ test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: ou
 
 fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
+
+mutants: $(VENV)/.installed-dev ## put COUNT (60) faults into AREA (mesh), chosen by SEED (0), and see which the tests notice
+	$(PY) -m tests.mutants --area $(AREA) --count $(COUNT) --seed $(SEED)
 
 bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a whole convert beside its floor, DICOM beside plain reading
 	$(PY) benchmarks/surface.py --out surface

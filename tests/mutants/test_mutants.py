@@ -1,0 +1,133 @@
+"""The sampler puts faults where code is, all of them, and chooses the tests that can notice them."""
+
+import ast
+
+import pytest
+
+from tests.mutants.areas import AREAS, files_of, files_with_tests_of
+from tests.mutants.coverage_map import Choice
+from tests.mutants.mutant import CONSTANTS, PACKAGE, ROOT, SHARE_OF_CONSTANTS, sample
+from tests.mutants.python_faults import faults_of
+from tests.mutants.tree import run_tests, write_module
+
+MODULE = '''"""Docstring with 3 < 4."""
+
+import warp as wp
+
+wp.set_module_options({"max_unroll": 0})
+
+LEAST: int = 5
+"""A constant; 6 + 7 is text."""
+
+
+@wp.func_native(
+    """
+    // a comment with a < b
+    if (a < 3) return b;
+    """
+)
+def native(a: wp.int32, b: wp.int32) -> wp.int32:
+    ...
+
+
+def host(é, b, limit=2):
+    """Docstring: 1 + 1."""
+    if b < limit and é:
+        raise ValueError(f"{b} is below {limit + 1}")
+    total = min(é, b) + LEAST
+    total = total * 2
+    return total
+'''
+
+
+def found():
+    return {(m.line, m.kind, m.old, m.new) for m in faults_of("module.py", MODULE)}
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        (7, CONSTANTS, "5", "6"),
+        (14, "C++ comparison", " < ", " <= "),
+        (14, "C++ number", "3", "4"),
+        (14, "C++ condition", "a < 3", "true"),
+        (21, CONSTANTS, "2", "3"),
+        (23, "comparison", "<", "<="),
+        (23, "logic", "and", "or"),
+        (23, "logic", "b < limit and é", "(é)"),
+        (23, "condition", "b < limit and é", "not (b < limit and é)"),
+        (24, "refusal", 'raise ValueError(f"{b} is below {limit + 1}")', "pass"),
+        (25, "call", "min", "max"),
+        (25, "call", "é, b", "b, é"),
+        (25, "arithmetic", "+", "-"),
+        (26, "statement", "total = total * 2", "pass"),
+    ],
+)
+def test_faults_of_every_kind_are_found(fault):
+    assert fault in found()
+
+
+def test_texts_options_and_messages_are_left_alone():
+    lines = {line for line, *_ in found()}
+    assert lines.isdisjoint({1, 3, 5, 8, 13, 16, 17, 22})
+    assert not any("limit + 1" in old and kind == "arithmetic" for _, kind, old, _ in found())
+
+
+@pytest.mark.parametrize("area", AREAS)
+def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
+    assert files_with_tests_of(area)
+    mutants = [f for file in files_of(area) for f in faults_of(file, (ROOT / PACKAGE / file).read_text())]
+    for mutant in sample(mutants, 40, seed=1):
+        text = (ROOT / PACKAGE / mutant.file).read_text()
+        changed = mutant.put_into(text)
+        assert changed != text
+        ast.parse(changed)
+        assert text[mutant.start : mutant.end] == mutant.old
+
+
+def test_a_sample_is_the_same_for_a_seed_and_not_full_of_constants():
+    mutants = faults_of("mesh/more_sweep.py", (ROOT / PACKAGE / "mesh/more_sweep.py").read_text())
+    first, again, other = sample(mutants, 40, 1), sample(mutants[::-1], 40, 1), sample(mutants, 40, 2)
+    assert first == again != other
+    assert len(first) == len({(m.start, m.end) for m in first}) == 40
+    assert sum(m.kind == CONSTANTS for m in first) <= SHARE_OF_CONSTANTS * 40
+
+
+RECORDED = {
+    "tests/mesh/test_other.py": {
+        "tests/mesh/test_other.py::slow": {"seconds": 50.0, "functions": ["mesh/simplify.py::_safe_3x3y"]},
+        "tests/mesh/test_other.py::fast": {"seconds": 1.0, "functions": ["mesh/simplify.py::_safe_3x3y"]},
+        "tests/mesh/test_other.py::elsewhere": {"seconds": 0.1, "functions": ["mesh/check.py::check_mesh"]},
+    },
+    "tests/mesh/test_simplify.py": {
+        "tests/mesh/test_simplify.py::same_name": {
+            "seconds": 5.0,
+            "functions": ["mesh/simplify_3x3y.py::judge_topology"],
+        },
+    },
+}
+
+
+def test_a_fault_in_a_kernel_is_shown_to_the_tests_that_launch_it():
+    choice = Choice(RECORDED)
+    chosen, seconds = choice.tests_for("mesh/simplify_3x3y.py", "safe_cut", list(RECORDED), 60)
+    assert chosen == ["tests/mesh/test_simplify.py::same_name"]
+    assert seconds == 5
+    chosen, _ = choice.tests_for("mesh/simplify.py", "_safe_3x3y", list(RECORDED), 60)
+    assert [c.split("::")[1] for c in chosen] == ["fast", "slow"]
+    assert choice.tests_for("mesh/simplify.py", "_safe_3x3y", list(RECORDED), 2)[1] == 1
+
+
+def test_a_fault_that_a_test_notices_is_killed(tmp_path):
+    (tmp_path / PACKAGE).mkdir()
+    (tmp_path / PACKAGE / "__init__.py").touch()
+    (tmp_path / "tests").symlink_to(ROOT / "tests")
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\nmarkers = ['slow', 'gpu']\n")
+    text = "LEAST = 5\n"
+    test = tmp_path / "test_it.py"
+    test.write_text(f"from {PACKAGE} import it\ndef test(): assert it.LEAST >= 5\n")
+    outcomes = []
+    for fault in ("4", "6"):
+        write_module(tmp_path, "it.py", text.replace("5", fault))
+        outcomes.append(run_tests(tmp_path, [], [], ["test_it.py"], 60)[0])
+    assert outcomes == ["killed", "survived"]
