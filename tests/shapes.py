@@ -108,6 +108,40 @@ def patch_3x3y(x=5, y=5):
     return _ring_patch(corners, sides)
 
 
+def split_vertex(shape, v):
+    """The shape with a quad of valences 3, X, 3, Y, the last, in place of an inner vertex of valence 4.
+
+    Its corners are v, a neighbour of v, a new vertex at the place of v, and the neighbour opposite.
+    """
+    points, quads = shape
+    ring = {}
+    for q, quad in enumerate(quads.tolist()):
+        if v in quad:
+            c = quad.index(v)
+            ring[quad[(c + 1) % 4]] = (quad[c - 1], q)
+    x = min(ring)
+    first, second = ring[x][0], ring[ring[x][0]][0]
+    fresh, quads = len(points), quads.copy()
+    for start in (x, first):
+        q = ring[start][1]
+        quads[q] = np.where(quads[q] == v, fresh, quads[q])
+    quads = np.vstack([quads, [[v, x, fresh, second]]]).astype(np.int32)
+    return np.vstack([points, points[v : v + 1]]), quads
+
+
+def shared_tip():
+    """A sphere whose quad 0 has valences 3, 5, 3, 5, and one vertex, 4, beyond both its vertices 0 and 2."""
+    v1, x, v2, y, p, s1, s2, t1, t2 = range(9)
+    quads = [[v1, x, v2, y], [x, v1, p, s1], [v1, y, t1, p], [v2, x, s2, p], [y, v2, p, t2]]
+    for n, hole in enumerate(([x, s1, p, s2], [y, t2, p, t1])):
+        inner = [9 + 4 * n + c for c in range(4)]
+        quads.append(inner)
+        quads += [[hole[c], hole[(c + 1) % 4], inner[(c + 1) % 4], inner[c]] for c in range(4)]
+    turns = np.arange(17)
+    points = np.stack([np.cos(turns), np.sin(turns), np.cos(2.1 * turns)], axis=1)
+    return points, np.array(quads, dtype=np.int32)
+
+
 def patch_3333():
     """A quad whose four corners all have valence 3, with its four neighbours: a square in a square."""
     inner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)

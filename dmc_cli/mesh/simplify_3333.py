@@ -12,8 +12,8 @@ r"""Removal of quads with the valence pattern 3-3-3-3 (Grosso & Zint 2021, secti
 vertices); quads at a boundary or at a crowded vertex pair, and their neighbours, are skipped. Two such quads
 may share an outer vertex, which then is left with valence 2.
 
-`safe`: moreover the outer vertices are four, none of the quads beyond has all of them, the quad's normal does
-not turn by 90 degrees, and of quads that share an outer vertex one goes at a time.
+`safe`: moreover the quad's normal does not turn by 90 degrees, and of quads that share an outer vertex one
+goes at a time.
 """
 
 from typing import Any
@@ -100,34 +100,21 @@ def outer_side(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
 
 
 @wp.func
-def is_among(v: wp.int32, o: wp.vec4i) -> wp.bool:
-    """Return whether a vertex is one of four."""
-    return v == o[0] or v == o[1] or v == o[2] or v == o[3]
-
-
-@wp.func
-def breaks_mesh(
-    corners: wp.array(dtype=wp.int32),
-    twin: wp.array(dtype=wp.int32),
-    position: wp.array(dtype=wp.vec3),
-    q: wp.int32,
-    o: wp.vec4i,
+def turns_over(
+    corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32, o: wp.vec4i
 ) -> wp.bool:
-    """Return whether stretching a quad over its neighbours makes a quad twice, or turns it over."""
-    broken = o[0] == o[1] or o[0] == o[2] or o[0] == o[3] or o[1] == o[2] or o[1] == o[3] or o[2] == o[3]
-    for c in range(4):
-        beyond = twin[outer_side(twin, 4 * q + c)]
-        if beyond >= 0:
-            r = beyond & ~3
-            same = is_among(corners[r], o) and is_among(corners[r + 1], o)
-            if same and is_among(corners[r + 2], o) and is_among(corners[r + 3], o):
-                broken = bool(True)
+    """Return whether a quad's normal turns by 90 degrees or more if it takes the outer vertices.
+
+    They are four, and no quad has all of them: two at opposite corners that are one would leave the one
+    between them with valence 2, or on a crowded vertex pair; a quad with all four would have sides on crowded
+    vertex pairs, or be what closes a mesh of six quads, where the outer vertices have valence 3.
+    """
     before = wp.cross(
         position[corners[4 * q + 2]] - position[corners[4 * q]],
         position[corners[4 * q + 3]] - position[corners[4 * q + 1]],
     )
     after = wp.cross(position[o[2]] - position[o[0]], position[o[3]] - position[o[1]])
-    return broken or (wp.dot(before, after) <= 0.0 and wp.length_sq(before) > 0.0)
+    return wp.dot(before, after) <= 0.0 and wp.length_sq(before) > 0.0
 
 
 @wp.kernel
@@ -156,7 +143,7 @@ def judge_3333_kernel(
             all_four = all_four and mesh.valence[o[c]] == 4
         eligible = not some_three and not all_four
         if eligible and safe:
-            refused = breaks_mesh(mesh.corners, mesh.twin, mesh.position, q, o)
+            refused = turns_over(mesh.corners, mesh.position, q, o)
             eligible = not refused
     eligible_out[n] = wp.int64(wp.where(eligible, 1, 0))
     refused_out[n] = wp.int64(wp.where(refused, 1, 0))
