@@ -227,6 +227,7 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
             color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
     if not wanted:
         return ConnectedMesh(surface, halfedges, color, color24)
+    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.simplify import simplify
     from dmc_cli.mesh.valences import irregular_percent
 
@@ -235,7 +236,7 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
     with watch.stage("simplify", "simplifying"):
         more = settings.mesh.simplify == "more"
         patterns = replace(settings.mesh, simplify="all") if more else settings.mesh
-        result = simplify(surface, halfedges, patterns, color, color24)
+        result = simplify(in_near_frame(surface), halfedges, patterns, color, color24)
     found = {
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
@@ -244,8 +245,9 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
         "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
         "before": None if before is None else measured_sections(before),
     }
+    simplified = in_frame_of(surface, result.surface)
     connected = ConnectedMesh(
-        result.surface, result.halfedges, result.color, result.color24, simplification=found
+        simplified, result.halfedges, result.color, result.color24, simplification=found
     )
     return _simplified_more(connected, settings, watch) if more else connected
 
@@ -253,16 +255,19 @@ def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch:
 def _simplified_more(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
     """Remove irregular vertices that the papers' patterns leave."""
     from dmc_cli.mesh.more import simplify_more
+    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.valences import irregular_percent
 
     rounds, colors = settings.mesh.rounds, (connected.color, connected.color24)
     with watch.stage("simplify_more", "simplifying further"):
-        result = simplify_more(connected.surface, connected.halfedges, rounds, *colors, watch.progress)
+        near = in_near_frame(connected.surface)
+        result = simplify_more(near, connected.halfedges, rounds, *colors, watch.progress)
+        surface = in_frame_of(connected.surface, result.surface)
     found = dict(connected.simplification or {})
     found["irregular_percent_patterns"] = found["irregular_percent_after"]
     found["irregular_percent_after"] = irregular_percent(result.surface.device, result.halfedges.valence)
     found |= {"rounds": rounds, "operations": result.operations}
-    return ConnectedMesh(result.surface, result.halfedges, result.color, result.color24, simplification=found)
+    return ConnectedMesh(surface, result.halfedges, result.color, result.color24, simplification=found)
 
 
 def _relaxed(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
@@ -273,11 +278,13 @@ def _relaxed(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwat
         connected = replace(connected, vertex_color=color_vertices(connected.surface))
     if not settings.mesh.relax:
         return connected
+    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.relax import relax
 
     with watch.stage("relax", "relaxing"):
-        surface = relax(connected.surface, connected.halfedges, settings.mesh.relax, watch.progress)
-    return replace(connected, surface=surface)
+        near = in_near_frame(connected.surface)
+        surface = relax(near, connected.halfedges, settings.mesh.relax, watch.progress)
+    return replace(connected, surface=in_frame_of(connected.surface, surface))
 
 
 def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:

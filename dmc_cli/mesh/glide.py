@@ -23,6 +23,9 @@ LONGEST_MOVE = wp.constant(wp.float64(0.5))
 """In cells along each axis, before and after the way back to the surface: further off the tangent plane says
 little of it."""
 
+LEAST_SIZE, LARGEST_SIZE = wp.constant(2.0**-63), wp.constant(2.0**63)
+"""Of a vector whose square float32 holds with all its digits."""
+
 
 @wp.struct
 class Scene:
@@ -68,7 +71,11 @@ def surface_normal(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
     f = single_precision(cell_values(scene.field, scene.grid, cell[0], cell[1], cell[2]))
     gradient = trilinear_gradient(f, local)
     gradient[2] = gradient[2] / wp.float32(slice_distance(scene.depths, cell[2]))
-    return wp.normalize(scene.normal_to_output * gradient)
+    normal = scene.normal_to_output * gradient
+    size = wp.max(wp.abs(normal))
+    if size > 0.0 and (size < LEAST_SIZE or size > LARGEST_SIZE):
+        normal = normal / size
+    return wp.normalize(normal)
 
 
 @wp.func

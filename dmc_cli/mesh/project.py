@@ -11,8 +11,14 @@ import warp as wp
 
 from dmc_cli.surface.field import Field, cell_values, is_data, node_of_volume, stored_value
 from dmc_cli.surface.grid import Grid
-from dmc_cli.surface.placement import solve_along
-from dmc_cli.surface.trilinear import CornerValues, single_precision, trilinear_gradient, trilinear_value
+from dmc_cli.surface.placement import is_in_cell, solve_along
+from dmc_cli.surface.trilinear import (
+    CornerValues,
+    newton_step,
+    single_precision,
+    trilinear_gradient,
+    trilinear_value,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -80,12 +86,6 @@ def point_at(grid: Grid, x: wp.vec3d) -> GridPoint:
 
 
 @wp.func
-def is_in_cell(p: wp.vec3) -> wp.bool:
-    """Return whether local coordinates are in the cell; a NaN is not."""
-    return wp.min(p) >= 0.0 and wp.max(p) <= 1.0 and wp.isfinite(p)
-
-
-@wp.func
 def cell_exists(field: Field, grid: Grid, cell: wp.vec3i) -> wp.bool:
     """Return whether all corners of a cell on the grid have data; under a closed border all cells exist."""
     exists = bool(True)
@@ -101,15 +101,12 @@ def cell_exists(field: Field, grid: Grid, cell: wp.vec3i) -> wp.bool:
 def descend(f: CornerValues, p: wp.vec3) -> wp.vec3:
     """Follow the gradient of a cell's interpolant towards its zero, a little out of the cell at most."""
     gradient = trilinear_gradient(f, p)
-    square = wp.length_sq(gradient)
-    if square > 0.0:
-        p -= (trilinear_value(f, p[0], p[1], p[2]) / square) * gradient
-        p = wp.vec3(
-            wp.clamp(p[0], -OVERSHOOT, 1.0 + OVERSHOOT),
-            wp.clamp(p[1], -OVERSHOOT, 1.0 + OVERSHOOT),
-            wp.clamp(p[2], -OVERSHOOT, 1.0 + OVERSHOOT),
-        )
-    return p
+    p -= newton_step(trilinear_value(f, p[0], p[1], p[2]), gradient)
+    return wp.vec3(
+        wp.clamp(p[0], -OVERSHOOT, 1.0 + OVERSHOOT),
+        wp.clamp(p[1], -OVERSHOOT, 1.0 + OVERSHOOT),
+        wp.clamp(p[2], -OVERSHOOT, 1.0 + OVERSHOOT),
+    )
 
 
 @wp.func

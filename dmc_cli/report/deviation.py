@@ -67,11 +67,12 @@ def measure_deviation_kernel(
     depths: wp.array[wp.float64],
     cells: wp.array[wp.int64],
     locals: wp.array[wp.vec3f],
+    unit: wp.float64,
     # Out:
     sums_out: wp.array2d[wp.float64],
     peaks_out: wp.array2d[wp.float64],
 ) -> None:
-    """Sum the deviations of a block of vertices, in stored values. One thread a block.
+    """Sum the deviations of a block of vertices, in a unit of stored values. One thread a block.
 
     `to_world` turns a gradient by local coordinates into one by millimetres. Sums: deviation, its square,
     its distance, vertices with a distance. Peaks: deviation, distance.
@@ -82,7 +83,7 @@ def measure_deviation_kernel(
     for vertex in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
         row = wp.int32(cells[vertex] / wp.int64(grid.nx))
         i = wp.int32(cells[vertex] % wp.int64(grid.nx))
-        f = cell_values(field, grid, i, row % grid.ny, row / grid.ny)
+        f = cell_values(field, grid, i, row % grid.ny, row / grid.ny) / unit
         p = locals[vertex]
         u = wp.float64(p[0])
         v = wp.float64(p[1])
@@ -132,17 +133,27 @@ def measure_deviation(
     sums = device.empty((blocks, int(SUMS)), wp.float64)
     peaks = device.empty((blocks, int(PEAKS)), wp.float64)
     to_world = wp.mat33d(*np.linalg.inv(volume.affine[:3, :3]).T.ravel())
-    inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device), cells, locals]
+    extent = value_range[1] - value_range[0] if value_range else 0.0
+    power = _unit(volume, value_range, field.isovalue)
+    inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device), cells, locals, power]
     device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
     total, squares, distance, distances = sums.numpy().sum(axis=0).tolist()
     most, farthest = peaks.numpy().max(axis=0).tolist()
-    unit = abs(volume.slope)
-    extent = value_range[1] - value_range[0] if value_range else 0.0
+    unit = abs(volume.slope) * power
     return Deviation(
         mean=unit * total / count,
         rms=unit * math.sqrt(squares / count),
         max=unit * most,
-        max_relative=unit * most / extent if extent else None,
+        max_relative=unit * most / extent if 0.0 < extent < math.inf else None,
         mean_mm=distance / distances if distances else None,
         max_mm=farthest if distances else None,
     )
+
+
+def _unit(volume: Volume, value_range: tuple[float, float] | None, isovalue: float) -> float:
+    """Return a power of two near the largest |F|: a unit that keeps squares in reach and costs no digit."""
+    stored = [(end - volume.intercept) / volume.slope for end in value_range or ()]
+    largest = max((abs(value - isovalue) for value in stored), default=1.0)
+    if not (largest > 0.0 and math.isfinite(largest)):
+        return 1.0 if largest == 0.0 else 2.0**1000
+    return 2.0 ** min(max(math.frexp(largest)[1], -1000), 1000)

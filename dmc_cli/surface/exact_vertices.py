@@ -9,7 +9,7 @@ from dmc_cli.surface.crossings import crossed_edges, edge_set
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, bit_index, world_position
 from dmc_cli.surface.marks import ANY, marked
-from dmc_cli.surface.placement import place_vertex
+from dmc_cli.surface.placement import LOST, is_in_cell, place_vertex
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
 from dmc_cli.surface.trilinear import single_precision
 
@@ -36,7 +36,8 @@ def place_left_vertices_kernel(
 ):
     """Place the vertices that have no place yet: local coordinates below 0.
 
-    One thread `span` blocks of `size`: `left` says which have any, and then how many of each took a fallback.
+    One thread `span` blocks of `size`: `left` says which have any, and then how many of each took a fallback,
+    or `LOST` if one is not in its cell.
     The fans of one polygon share its position: each vertex is placed from the whole polygon's edges.
     """
     start = span * (first + wp.tid())
@@ -45,6 +46,7 @@ def place_left_vertices_kernel(
         block = start + bit_index(left)
         left &= left - wp.uint32(1)
         fallbacks = int(0)
+        is_lost = bool(False)
         for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
             if local_inout[v][0] < 0.0:
                 s = int(-1)
@@ -65,4 +67,5 @@ def place_left_vertices_kernel(
                 local_inout[v] = local
                 position_inout[v] = world_position(matrix, i, j, k, local)
                 fallbacks += int(p[3])
-        left_inout[block] = wp.uint8(fallbacks)
+                is_lost = is_lost or not is_in_cell(local)
+        left_inout[block] = wp.uint8(wp.where(is_lost, LOST, fallbacks))

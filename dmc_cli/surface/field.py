@@ -10,6 +10,7 @@ Conventions:
       flat and lie half a cell outside the last nodes. The virtual layer is never part of the object.
     - No data (NaN, infinity, padding): with an open border a cell with such a corner does not exist; with
       a closed border such a node is not part of the object and has the volume's extreme value.
+    - Beyond `FARTHEST` F stays there, so that differences of F are numbers whatever the values are.
 """
 
 import math
@@ -29,6 +30,9 @@ from dmc_cli.surface.trilinear import CornerValues64
 from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+FARTHEST = 2.0**1020
+"""Largest |F|: an eighth of what float64 holds."""
 
 
 @wp.struct
@@ -127,18 +131,18 @@ def stored_isovalue(volume: Volume, isovalue: float) -> float:
         EmptySurfaceError: It is not a finite number of the values' type.
     """
     stored = (isovalue - volume.intercept) / volume.slope
-    if volume.values.dtype.kind in "iu":
-        if stored == math.floor(stored):
-            stored += 0.5 if volume.slope < 0 else -0.5
-        return stored
-    with np.errstate(over="ignore"):
-        rounded = float(volume.values.dtype.type(stored))
-    if not math.isfinite(rounded):
+    dtype = volume.values.dtype
+    if dtype.kind == "f":
+        with np.errstate(over="ignore"):
+            stored = float(dtype.type(stored))
+    if not math.isfinite(stored):
         raise EmptySurfaceError(
-            f"there is no surface at isovalue {isovalue:g}: it is beyond every {volume.values.dtype.name}"
+            f"there is no surface at isovalue {isovalue:g}: it is beyond every {dtype.name}"
             " number; choose an isovalue in the range that `dmc info` tells"
         )
-    return rounded
+    if dtype.kind in "iu" and stored == math.floor(stored):
+        stored += 0.5 if volume.slope < 0 else -0.5
+    return stored
 
 
 def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
@@ -155,10 +159,14 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
 
 
 def _step_below(isovalue: float, dtype: np.dtype[Any]) -> float:
-    """Return the distance from the isovalue to the next lower number of the type (float64 for integers)."""
-    if dtype == np.float32:
-        return isovalue - float(np.nextafter(np.float32(isovalue), np.float32(-np.inf)))
-    return isovalue - math.nextafter(isovalue, -math.inf)
+    """Return the distance from the isovalue to the next lower number of the type (float64 for integers).
+
+    The lowest number has the distance of the next higher one.
+    """
+    number = np.float32 if dtype == np.float32 else np.float64
+    is_lowest = isovalue == float(np.finfo(number).min)
+    following = np.nextafter(number(isovalue), number(math.inf if is_lowest else -math.inf))
+    return abs(isovalue - float(following))
 
 
 def padding_range(volume: Volume) -> tuple[float, float]:
@@ -173,7 +181,8 @@ def absent_value(volume: Volume, field: Any) -> float:
         return float(field.outside)
     physical = ends[0] if field.outside < 0 else ends[1]
     stored = (physical - volume.intercept) / volume.slope
-    return float(field.outside * max(abs(stored - field.isovalue), field.least))
+    distance = min(abs(stored - field.isovalue), FARTHEST)  # a physical value may be beyond every number
+    return float(field.outside * max(distance, field.least))
 
 
 @wp.func
@@ -196,13 +205,21 @@ def is_data(field: Field, value: wp.float64) -> wp.bool:
 
 
 @wp.func
+def distance_to_isovalue(field: Field, value: wp.float64) -> wp.float64:
+    """Return F of a stored value; a NaN stays one."""
+    f = field.sign * (value - field.isovalue)
+    f = wp.where(f > wp.float64(FARTHEST), wp.float64(FARTHEST), f)
+    return wp.where(f < wp.float64(-FARTHEST), wp.float64(-FARTHEST), f)
+
+
+@wp.func
 def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.float64:
     """Return F at a node of the grid, virtual nodes and nodes without data included."""
     vx = wp.clamp(i - grid.border, 0, grid.nx - 1 - 2 * grid.border)
     vy = wp.clamp(j - grid.border, 0, grid.ny - 1 - 2 * grid.border)
     vz = wp.clamp(k - grid.border, 0, grid.nz - 1 - 2 * grid.border)
     value = stored_value(field, node_of_volume(grid, vx, vy, vz))
-    f = field.sign * (value - field.isovalue)
+    f = distance_to_isovalue(field, value)
     if field.has_absent == 1 and grid.border == 1:
         if not is_data(field, value):
             f = field.absent
@@ -240,5 +257,5 @@ def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32)
         layer = row * wp.int64(grid.ny - 2 * b)
         stored = cell_at(field.values, field.kind, node_of_volume(grid, i - b, j - b, k - b), row, layer)
         for c in range(8):
-            f[c] = field.sign * (stored[c] - field.isovalue)
+            f[c] = distance_to_isovalue(field, stored[c])
     return f

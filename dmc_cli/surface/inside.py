@@ -125,7 +125,8 @@ def _above(dtype: np.dtype[Any], value: float) -> float:
 def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, Any]:
     """Return the least number of the type at or above `value`, and its mask."""
     if dtype.kind == "f":
-        rounded = dtype.type(value)
+        with np.errstate(over="ignore"):
+            rounded = dtype.type(value)
         return float(rounded) if rounded >= value else _above(dtype, value), ALL_BITS
     bits = 8 * dtype.itemsize
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if dtype.kind == "i" else (0, (1 << bits) - 1)

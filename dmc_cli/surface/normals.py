@@ -6,8 +6,12 @@ Central differences have a smaller truncation error than the interpolant's own g
 shading (Grosso & Zint 2021, section 3.1.2). At the grid's border, and beside a node without data, the
 difference is one-sided with the divisor that belongs to it. A normal goes to the output space by the
 inverse transpose of the affine and has unit length; where the gradient vanishes it is (0, 0, 1).
+
+In single precision the square of a gradient's length may be too small or too large for a number. Then the
+gradient is taken once more, in units of the largest difference.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -32,6 +36,15 @@ wp.set_module_options(
 NO_OFFSET = wp.constant(-(2**31))
 """Less than any offset of a block's cells."""
 
+LEAST_SQUARE, LARGEST_SQUARE = wp.constant(2.0**-126), wp.constant(3.0e38)
+"""Between these a square is a float32 number with all its digits."""
+
+LEAST_STEP, LARGEST_STEP = wp.constant(wp.float64(1.0e-10)), wp.constant(wp.float64(1.0e15))
+"""Differences between these need no other unit: where they cancel each other, it would change nothing."""
+
+MOST_DOUBLINGS = 100
+"""Of a matrix whose numbers float32 may not hold, by more than that many powers of two off 1."""
+
 
 def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     """Return the unit normals of a surface's vertices in the output space, float32 vec3 (V,).
@@ -41,7 +54,7 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     device = surface.device
     normals = device.empty(surface.vertices.shape[0], wp.vec3)
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"
-    to_output = np.linalg.inv(surface.affine[:3, :3]).T * (1.0 if towards_higher else -1.0)
+    to_output = _in_reach(np.linalg.inv(surface.affine[:3, :3]).T * (1.0 if towards_higher else -1.0))
     inputs = [
         surface.grid.struct(),
         surface.field,
@@ -56,6 +69,12 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     else:
         device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_SLAB)
     return normals
+
+
+def _in_reach(matrix: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return a matrix, times a power of two where its numbers are far beyond those of float32."""
+    exponent = math.frexp(float(np.abs(matrix).max()))[1]
+    return np.ldexp(matrix, -exponent) if abs(exponent) > MOST_DOUBLINGS else matrix
 
 
 @wp.func
@@ -109,18 +128,40 @@ def has_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -
 @wp.func
 def node_difference(
     field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, di: wp.int32, dj: wp.int32, dk: wp.int32
-) -> wp.float32:
+) -> wp.float64:
     """Return the derivative of F at a node along (di, dj, dk): central, one-sided, or 0."""
     back = wp.where(has_value(field, grid, i - di, j - dj, k - dk), 1, 0)
     on = wp.where(has_value(field, grid, i + di, j + dj, k + dk), 1, 0)
     low = node_value(field, grid, i - back * di, j - back * dj, k - back * dk)
     high = node_value(field, grid, i + on * di, j + on * dj, k + on * dk)
-    return wp.float32((high - low) / wp.float64(wp.max(back + on, 1)))
+    return (high - low) / wp.float64(wp.max(back + on, 1))
 
 
 @wp.func
-def careful_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, p: wp.vec3) -> wp.vec3:
-    """Return the gradient of F in a cell whose neighbours may be missing."""
+def largest_difference(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.float64:
+    """Return the size of the largest derivative of F along an axis at the corners of a cell."""
+    largest = wp.float64(0.0)
+    for c in range(8):
+        for axis in range(3):
+            step = node_difference(
+                field,
+                grid,
+                i + (c & 1),
+                j + ((c >> 1) & 1),
+                k + (c >> 2),
+                wp.where(axis == 0, 1, 0),
+                wp.where(axis == 1, 1, 0),
+                wp.where(axis == 2, 1, 0),
+            )
+            largest = wp.max(largest, wp.abs(step))
+    return largest
+
+
+@wp.func
+def careful_gradient(
+    field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, p: wp.vec3, unit: wp.float64
+) -> wp.vec3:
+    """Return the gradient of F, in a unit, in a cell whose neighbours may be missing."""
     gradient = wp.vec3(0.0, 0.0, 0.0)
     for c in range(8):
         ci = c & 1
@@ -130,9 +171,9 @@ def careful_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.i
         weight *= wp.where(cj == 1, p[1], 1.0 - p[1])
         weight *= wp.where(ck == 1, p[2], 1.0 - p[2])
         gradient += weight * wp.vec3(
-            node_difference(field, grid, i + ci, j + cj, k + ck, 1, 0, 0),
-            node_difference(field, grid, i + ci, j + cj, k + ck, 0, 1, 0),
-            node_difference(field, grid, i + ci, j + cj, k + ck, 0, 0, 1),
+            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 1, 0, 0) / unit),
+            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 0, 1, 0) / unit),
+            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 0, 0, 1) / unit),
         )
     return gradient
 
@@ -162,23 +203,80 @@ def field_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int
             slope(field, node, z, x, y, p[0], p[1], p[2]),
         )
     else:
-        gradient = careful_gradient(field, grid, i, j, k, p)
+        gradient = careful_gradient(field, grid, i, j, k, p, wp.float64(1.0))
     return gradient
 
 
 @wp.func
-def unit_normal(to_output: wp.mat33, gradient: wp.vec3) -> wp.vec3:
-    """Return a gradient's direction in the output space."""
+def output_gradient(to_output: wp.mat33, gradient: wp.vec3) -> wp.vec3:
+    """Return a gradient in the output space."""
     x = to_output[0, 0] * gradient[0] + to_output[0, 1] * gradient[1] + to_output[0, 2] * gradient[2]
     y = to_output[1, 0] * gradient[0] + to_output[1, 1] * gradient[1] + to_output[1, 2] * gradient[2]
     z = to_output[2, 0] * gradient[0] + to_output[2, 1] * gradient[1] + to_output[2, 2] * gradient[2]
-    length = wp.sqrt(x * x + y * y + z * z)
+    return wp.vec3(x, y, z)
+
+
+@wp.func
+def square_of(g: wp.vec3) -> wp.float32:
+    """Return the square of a gradient's length."""
+    return g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+
+
+@wp.func
+def unit_normal(g: wp.vec3) -> wp.vec3:
+    """Return a gradient's direction."""
+    length = wp.sqrt(square_of(g))
     is_long = length > 0.0
     return wp.vec3(
-        wp.where(is_long, x / length, 0.0),
-        wp.where(is_long, y / length, 0.0),
-        wp.where(is_long, z / length, 1.0),
+        wp.where(is_long, g[0] / length, 0.0),
+        wp.where(is_long, g[1] / length, 0.0),
+        wp.where(is_long, g[2] / length, 1.0),
     )
+
+
+@wp.func
+def is_out_of_reach(square: wp.float32) -> wp.int32:
+    """Return 1 if a square is no float32 number with all its digits, else 0."""
+    return wp.where(square >= LEAST_SQUARE, wp.where(square <= LARGEST_SQUARE, 0, 1), 1)
+
+
+@wp.func
+def slice_step(depths: wp.array(dtype=wp.float64), k: wp.int32, w: wp.float32) -> wp.float32:
+    """Return what one step of k means in a cell of layer k, between its slices; 1 where they are even."""
+    step = float(1.0)
+    if depths.shape[0] > 0:
+        low = wp.float32(node_distance(depths, k))
+        step = low + w * (wp.float32(node_distance(depths, k + 1)) - low)
+    return step
+
+
+@wp.func
+def normal_at(
+    field: Field,
+    grid: Grid,
+    to_output: wp.mat33,
+    depths: wp.array(dtype=wp.float64),
+    i: wp.int32,
+    j: wp.int32,
+    k: wp.int32,
+    p: wp.vec3,
+) -> wp.vec3:
+    """Return the normal at local coordinates p of cell (i, j, k)."""
+    step = slice_step(depths, k, p[2])
+    gradient = field_gradient(field, grid, i, j, k, p)
+    gradient[2] = gradient[2] / step
+    found = output_gradient(to_output, gradient)
+    if is_out_of_reach(square_of(found)) == 1:
+        unit = largest_difference(field, grid, i, j, k)
+        entry = wp.max(
+            wp.max(wp.abs(to_output[0])), wp.max(wp.max(wp.abs(to_output[1])), wp.max(wp.abs(to_output[2])))
+        )
+        size = unit * wp.float64(entry)
+        if unit > wp.float64(0.0) and (size < LEAST_STEP or size > LARGEST_STEP):
+            gradient = careful_gradient(field, grid, i, j, k, p, unit)
+            gradient[2] = gradient[2] / step
+            found = output_gradient((1.0 / entry) * to_output, gradient)
+    return unit_normal(found)
 
 
 @wp.kernel
@@ -199,11 +297,7 @@ def compute_normals_kernel(
     row = wp.int32(cells[v] / wp.int64(grid.nx))
     i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
     k = row // grid.ny
-    gradient = field_gradient(field, grid, i, row % grid.ny, k, locals[v])
-    if depths.shape[0] > 0:
-        low = wp.float32(node_distance(depths, k))
-        gradient[2] = gradient[2] / (low + locals[v][2] * (wp.float32(node_distance(depths, k + 1)) - low))
-    normals_out[v] = unit_normal(to_output, gradient)
+    normals_out[v] = normal_at(field, grid, to_output, depths, i, row % grid.ny, k, locals[v])
 
 
 @wp.kernel
@@ -250,7 +344,10 @@ def normal_block_kernel(
         sign = wp.float32(field.sign)
         for lane in range(LANES):
             slope_here = wp.vec3(slopes[lane], slopes[LANES + lane], slopes[2 * LANES + lane])
-            normal = unit_normal(to_output, sign * slope_here)
+            gradient = output_gradient(to_output, sign * slope_here)
+            care[lane] |= is_out_of_reach(square_of(gradient))
+            some_care |= care[lane]
+            normal = unit_normal(gradient)
             u[lane] = normal[0]
             v[lane] = normal[1]
             w[lane] = normal[2]
@@ -258,8 +355,7 @@ def normal_block_kernel(
         for lane in range(LANES):
             if care[lane] == 1:
                 local = wp.vec3(points[lane], points[LANES + lane], points[2 * LANES + lane])
-                gradient = field_gradient(field, grid, i[lane], j[lane], k[lane], local)
-                normal = unit_normal(to_output, gradient)
+                normal = normal_at(field, grid, to_output, depths, i[lane], j[lane], k[lane], local)
                 u[lane] = normal[0]
                 v[lane] = normal[1]
                 w[lane] = normal[2]

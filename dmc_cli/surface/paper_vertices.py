@@ -9,6 +9,7 @@ import warp as wp
 from dmc_cli.surface.crossings import EdgeSet, crossed_edges, edge_set
 from dmc_cli.surface.field import Field, cell_values
 from dmc_cli.surface.grid import Grid, world_position
+from dmc_cli.surface.placement import LOST, is_in_cell
 from dmc_cli.surface.placement_iterative import place_at_mean, place_by_steps
 from dmc_cli.surface.placement_sampled import place_by_samples
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex, special_cell_of
@@ -72,4 +73,4 @@ def place_paper_vertices_kernel(
     local = wp.vec3(p[0], p[1], p[2])
     local_out[v] = local
     position_out[v] = world_position(matrix, i, j, k, local)
-    fallback_out[v] = wp.uint8(p[3])
+    fallback_out[v] = wp.uint8(wp.where(is_in_cell(local), int(p[3]), LOST))

@@ -40,6 +40,17 @@ BISECTIONS = 30
 NOWHERE = wp.constant(wp.vec3(-1.0, -1.0, -1.0))
 """A point outside every cell: no solution."""
 
+LOST = wp.constant(255)
+"""What marks, among counts of fallbacks, a vertex outside its cell: there are none, but we look."""
+
+
+@wp.func
+def is_in_cell(p: wp.vec3) -> wp.bool:
+    """Return whether local coordinates lie in the cell; a NaN does not."""
+    in_x = p[0] >= 0.0 and p[0] <= 1.0
+    in_y = p[1] >= 0.0 and p[1] <= 1.0
+    return in_x and in_y and p[2] >= 0.0 and p[2] <= 1.0
+
 
 @wp.func
 def chosen(is_y: wp.bool, is_z: wp.bool, x: wp.float32, y: wp.float32, z: wp.float32) -> wp.float32:

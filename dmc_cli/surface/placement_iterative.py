@@ -9,19 +9,14 @@ if its F is smaller than the mean's. Four halvings leave about a sixteenth of th
 import warp as wp
 
 from dmc_cli.surface.crossings import EdgeSet, find_crossings, mean_crossing
-from dmc_cli.surface.trilinear import CornerValues, trilinear_gradient, trilinear_value
+from dmc_cli.surface.placement import is_in_cell
+from dmc_cli.surface.trilinear import CornerValues, newton_step, trilinear_gradient, trilinear_value
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 DAMPING = wp.constant(0.5)
 STEPS = 4
 """The code's numbers; the paper's are 0.25 and 5."""
-
-
-@wp.func
-def is_in_cell(p: wp.vec3) -> wp.bool:
-    """Return whether local coordinates lie in the cell; a NaN does not."""
-    return wp.min(wp.min(p[0], p[1]), p[2]) >= 0.0 and wp.max(wp.max(p[0], p[1]), p[2]) <= 1.0
 
 
 @wp.func
@@ -41,9 +36,8 @@ def place_by_steps(f: CornerValues, edges: EdgeSet) -> wp.vec4:
     for _step in range(STEPS):
         if not is_over:
             gradient = trilinear_gradient(f, p)
-            length = wp.dot(gradient, gradient)
-            following = p - (DAMPING * trilinear_value(f, p[0], p[1], p[2]) / length) * gradient
-            if length > 0.0 and is_in_cell(following):
+            following = p - DAMPING * newton_step(trilinear_value(f, p[0], p[1], p[2]), gradient)
+            if is_in_cell(following):
                 p = following
             else:
                 is_over = bool(True)

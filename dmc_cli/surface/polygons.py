@@ -23,6 +23,10 @@ from dmc_cli.surface.trilinear import CornerValues64
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
+LEAST_FACTOR, LIFT = wp.constant(wp.float64(2.0**-500)), wp.constant(wp.float64(2.0**600))
+LARGEST_FACTOR, SINK = wp.constant(wp.float64(2.0**500)), wp.constant(wp.float64(2.0**-600))
+"""Distances beyond which products are made of scaled ones; powers of two cost no digit."""
+
 
 @dataclass(frozen=True)
 class Polygons:
@@ -85,9 +89,18 @@ def trace_polygons(
 
 @wp.func
 def are_inside_joined(f: CornerValues64, case: wp.int32, face: wp.int32) -> wp.bool:
-    """Return whether the asymptotic decider joins the inside corners of an ambiguous face."""
-    first = f[FACE_CORNERS[4 * face]] * f[FACE_CORNERS[4 * face + 3]]
-    second = f[FACE_CORNERS[4 * face + 1]] * f[FACE_CORNERS[4 * face + 2]]
+    """Return whether the asymptotic decider joins the inside corners of an ambiguous face.
+
+    Where float64 could not hold the products, all four values are scaled, alike in both cells of the face.
+    """
+    a = f[FACE_CORNERS[4 * face]]
+    b = f[FACE_CORNERS[4 * face + 1]]
+    c = f[FACE_CORNERS[4 * face + 2]]
+    d = f[FACE_CORNERS[4 * face + 3]]
+    largest = wp.max(wp.max(wp.abs(a), wp.abs(b)), wp.max(wp.abs(c), wp.abs(d)))
+    scale = wp.where(largest < LEAST_FACTOR, LIFT, wp.where(largest > LARGEST_FACTOR, SINK, wp.float64(1.0)))
+    first = (scale * a) * (scale * d)
+    second = (scale * b) * (scale * c)
     is_first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
     return wp.where(is_first_inside, first >= second, second >= first)
 

@@ -19,7 +19,7 @@ from dmc_cli.surface.inside import InsideBits, find_inside
 from dmc_cli.surface.polygons import Polygons, Tallies, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
-from dmc_cli.surface.vertices import Vertices, place_vertices
+from dmc_cli.surface.vertices import Vertices, count_fallbacks, place_vertices
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def _counts(
         multi_polygon_cells=multi,
         ambiguous_faces=ambiguous,
         flipped_faces=tallies.flipped_faces,
-        fallback_vertices=device.total(vertices.fallbacks),
+        fallback_vertices=count_fallbacks(vertices, device),
         no_data_nodes=nodes.no_data_count,
     )
 

@@ -21,37 +21,53 @@ SMALL = wp.float64(1.0e-15)
 LARGE = wp.float64(1.0e15)
 """Between these a cell's largest value leaves room in float32 for products and for small neighbours."""
 
+LEAST_INVERTIBLE = wp.float64(2.0**-1000)
+LIFT = wp.float64(2.0**100)
+"""Numbers below have no finite inverse, or nearly none: they are lifted before."""
+
+FLAT = wp.constant(2.0**-100)
+UNFLATTENED = wp.constant(2.0**60)
+"""A gradient whose square is less is made longer before it is squared, by a factor that costs no digit."""
+
 LEAST_NEGATIVE = wp.float32(-1.0e-30)
 """What stands for a negative number too small for float32, so that no corner changes its side."""
 
 
 @wp.func
+def keep_side(scaled: wp.float64, f: wp.float64) -> wp.float32:
+    """Return a scaled f in single precision, below zero if f is, also where it becomes zero."""
+    rounded = wp.float32(scaled)
+    return wp.where(f < wp.float64(0.0), wp.min(rounded, LEAST_NEGATIVE), rounded)
+
+
+@wp.func
 def below_zero(f: wp.float64) -> wp.float32:
     """Return f in single precision, below zero if f is, also where f rounds to zero."""
-    rounded = wp.float32(f)
-    return wp.where(f < wp.float64(0.0), wp.min(rounded, LEAST_NEGATIVE), rounded)
+    return keep_side(f, f)
 
 
 @wp.func
 def single_precision(f: CornerValues64) -> CornerValues:
     """Return corner values in single precision: harmless once the isovalue is subtracted.
 
-    Only ratios count, so values that float32 could not hold are scaled by the largest; signs are kept.
+    Only ratios count, so values that float32 could not hold are scaled by the largest; signs are kept. The
+    largest is finite.
     """
     a = wp.max(wp.max(wp.abs(f[0]), wp.abs(f[1])), wp.max(wp.abs(f[2]), wp.abs(f[3])))
     b = wp.max(wp.max(wp.abs(f[4]), wp.abs(f[5])), wp.max(wp.abs(f[6]), wp.abs(f[7])))
     largest = wp.max(a, b)
-    in_reach = largest > SMALL and largest < LARGE
-    scale = wp.where(in_reach, wp.float64(1.0), wp.float64(1.0) / largest)
+    lift = wp.where(largest < LEAST_INVERTIBLE, LIFT, wp.float64(1.0))
+    in_reach = (largest > SMALL and largest < LARGE) or largest == wp.float64(0.0)
+    scale = wp.where(in_reach, wp.float64(1.0), wp.float64(1.0) / (lift * largest))
     return CornerValues(
-        below_zero(scale * f[0]),
-        below_zero(scale * f[1]),
-        below_zero(scale * f[2]),
-        below_zero(scale * f[3]),
-        below_zero(scale * f[4]),
-        below_zero(scale * f[5]),
-        below_zero(scale * f[6]),
-        below_zero(scale * f[7]),
+        keep_side(scale * (lift * f[0]), f[0]),
+        keep_side(scale * (lift * f[1]), f[1]),
+        keep_side(scale * (lift * f[2]), f[2]),
+        keep_side(scale * (lift * f[3]), f[3]),
+        keep_side(scale * (lift * f[4]), f[4]),
+        keep_side(scale * (lift * f[5]), f[5]),
+        keep_side(scale * (lift * f[6]), f[6]),
+        keep_side(scale * (lift * f[7]), f[7]),
     )
 
 
@@ -106,3 +122,15 @@ def trilinear_gradient(f: CornerValues, p: wp.vec3) -> wp.vec3:
     return wp.vec3(
         trilinear_slope_u(f, p[1], p[2]), trilinear_slope_v(f, p[0], p[2]), trilinear_slope_w(f, p[0], p[1])
     )
+
+
+@wp.func
+def newton_step(value: wp.float32, gradient: wp.vec3) -> wp.vec3:
+    """Return the way against a gradient along which it makes up for a value; none if it is zero."""
+    scale = wp.where(wp.dot(gradient, gradient) < FLAT, UNFLATTENED, 1.0)
+    longer = scale * gradient
+    square = wp.dot(longer, longer)
+    step = wp.vec3(0.0, 0.0, 0.0)
+    if square > 0.0:
+        step = (scale * value / square) * longer
+    return step

@@ -8,9 +8,11 @@ in double precision and are rounded to float32 once. Vertices of ordinary cells 
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.device import FLAGS_A_SLAB, Device
+from dmc_cli.errors import MeshInvariantError
 from dmc_cli.settings import Placement
 from dmc_cli.surface.bit_lists import LIST_BITS, ON_GPU
 from dmc_cli.surface.blocks import place_block_kernel
@@ -19,6 +21,7 @@ from dmc_cli.surface.crossings import ALL_EDGES
 from dmc_cli.surface.exact_vertices import place_left_vertices_kernel
 from dmc_cli.surface.grid import Grid, GridShape
 from dmc_cli.surface.paper_vertices import METHODS, place_paper_vertices_kernel
+from dmc_cli.surface.placement import LOST
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.surface.tracing import has_several
@@ -47,7 +50,7 @@ class Vertices:
         local: float32 vec3 in [0, 1].
         fallbacks: uint8, one a vertex or, if exact on CPU, a block of them; its sum counts, if exact, the
             vertices that no axis or lattice line could place in their polygon's box; else those left at the
-            mean of their polygon's crossings because the method failed.
+            mean of their polygon's crossings because the method failed. `LOST` where one is not in its cell.
     """
 
     position: Any
@@ -117,6 +120,30 @@ def _place_exactly(
     inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell, device.span]
     outputs = [vertices.local, vertices.position, left]
     device.begin(place_left_vertices_kernel, threads, inputs, outputs, 1)
+
+
+def count_fallbacks(vertices: Vertices, device: Device) -> int:
+    """Return how many vertices took a fallback.
+
+    Raises:
+        MeshInvariantError: A vertex is not in its cell.
+    """
+    count = device.total(vertices.fallbacks)
+    if count >= int(LOST) and (vertices.fallbacks.numpy() == int(LOST)).any():
+        refuse_lost(vertices.local.numpy())
+    return count
+
+
+def refuse_lost(local: np.ndarray[Any, Any]) -> None:
+    """Raise MeshInvariantError with the first vertex whose local coordinates, (V, 3), are not in [0, 1]."""
+    is_lost = ~((local >= 0) & (local <= 1)).all(axis=1)
+    if is_lost.any():
+        first = int(np.argmax(is_lost))
+        found = ", ".join(f"{x:g}" for x in local[first].tolist())
+        raise MeshInvariantError(
+            f"vertex {first} lies at ({found}) of its cell, one of {int(is_lost.sum())} outside theirs;"
+            " expected local coordinates from 0 to 1; please report this"
+        )
 
 
 @wp.func_native(

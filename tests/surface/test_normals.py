@@ -65,6 +65,57 @@ def test_normals_of_any_type(find_normals, dtype, slope):
     assert_normals_agree(find_normals, volume_of(values, slope=slope), slope * 50.0)
 
 
+@pytest.mark.parametrize("border", ["open", "closed"])
+@pytest.mark.parametrize(
+    "make", [lambda: smooth_noise(14, sigma=1.5), missing_nodes], ids=["whole", "missing"]
+)
+@pytest.mark.parametrize("exponent", [-1000, -140, -74, -60, 62, 66, 120, 1000])
+def test_values_of_any_size_have_the_same_normals(find_normals, exponent, make, border):
+    values = make().values.astype(float)
+    plain, expected = find_normals(volume_of(values), border=border)
+    scaled, normals = find_normals(volume_of(np.ldexp(values, exponent)), border=border)
+    still = np.abs(scaled.vertex_local.numpy() - plain.vertex_local.numpy()).max(axis=1) < 1e-4
+    assert still.mean() > 0.99
+    np.testing.assert_allclose(normals[still], expected[still], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("exponent", [-140, -74, 66, 100])
+@pytest.mark.parametrize("dtype", FLOAT_TYPES)
+def test_normals_of_a_sphere_of_any_size_of_values_point_outwards(find_normals, dtype, exponent):
+    values = np.ldexp(sphere(nodes=24).values.astype(float), exponent).astype(dtype)
+    surface, normals = find_normals(volume_of(values))
+    radial = surface.vertices.numpy() - 11.5
+    radial /= np.linalg.norm(radial, axis=1, keepdims=True)
+    assert np.sum(normals * radial, axis=1).min() > 0.99
+
+
+@pytest.mark.parametrize("spacing", [1e-42, 1e-30, 1e-20, 1e20, 1e30, 1e36])
+def test_normals_in_any_spacing_are_the_same(find_normals, spacing):
+    _, expected = find_normals(smooth_noise(14, sigma=1.5))
+    affine = np.diag([spacing, spacing, spacing, 1.0])
+    _, normals = find_normals(volume_of(smooth_noise(14, sigma=1.5).values, affine=affine))
+    np.testing.assert_allclose(normals, expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-25, 1.0, 1e25])
+def test_normals_between_uneven_slices_are_the_same_for_values_of_any_size(find_normals, size):
+    positions = np.cumsum(np.random.default_rng(2).uniform(0.5, 2.5, 14))
+    values = smooth_noise(14, sigma=1.5).values.astype(float)
+    uneven = {"slice_positions": positions - positions[0]}
+    _, expected = find_normals(volume_of(values, **uneven))
+    _, normals = find_normals(volume_of(size * values, **uneven))
+    assert np.mean(np.abs(normals - expected).max(axis=1) < 1e-3) > 0.99
+
+
+def test_where_the_gradient_vanishes_the_normal_is_along_z(find_normals):
+    thin = np.zeros((3, 5, 5), np.float32)
+    thin[:, :, 2] = 1.0  # central differences along x are 0 in the middle of the sheet
+    surface, normals = find_normals(volume_of(thin), 1.0)
+    middle = surface.vertex_local.numpy()[:, 0] % 1.0 == 0.0
+    assert middle.all()
+    np.testing.assert_array_equal(normals, np.broadcast_to([0, 0, 1], normals.shape))
+
+
 def test_normals_of_a_plane_are_exact_up_to_the_border(find_normals):
     _, normals = find_normals(plane())
     np.testing.assert_array_equal(normals, np.broadcast_to([0, 0, 1], normals.shape))

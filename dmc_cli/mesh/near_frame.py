@@ -1,0 +1,52 @@
+"""The frame in which a mesh is changed: near its origin, in a unit near its spacing.
+
+Shapes, areas and steps are reckoned in float32 from positions in the output space. Far from the origin
+these are too coarse for that, and with a spacing of a millionth or a million of a millimetre powers of
+lengths leave float32. Such a mesh is changed in a frame of its own; a vertex is its cell and local
+coordinates, from which its position follows in any frame.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.surface import Surface
+from dmc_cli.surface.grid import kernel_matrix
+from dmc_cli.surface.slices import map_vertices
+
+LEAST_SPACING, LARGEST_SPACING = 1e-6, 1e6
+"""Between these the fourth power of a length, times another, is a float32 number."""
+
+COARSE = 1e-3
+"""Largest rounding of a position, in cells, that shapes are reckoned with."""
+
+HALF_STEP = 2.0**-24
+"""Largest rounding of a float32, as a share of the number."""
+
+
+def in_near_frame(surface: Surface) -> Surface:
+    """Return the surface itself where its positions can be reckoned with, else in a frame of its own."""
+    linear, origin = surface.affine[:3, :3], surface.affine[:3, 3]
+    spacing = np.linalg.norm(linear, axis=0)
+    rounding = HALF_STEP * np.abs(np.linalg.inv(linear)) @ np.abs(origin)
+    is_handy = LEAST_SPACING <= spacing.min() and spacing.max() <= LARGEST_SPACING
+    if is_handy and rounding.max() <= COARSE:
+        return surface
+    near = np.eye(4)
+    near[:3, :3] = linear if is_handy else np.ldexp(linear, -int(np.frexp(spacing.min())[1]))
+    return _mapped(surface, near)
+
+
+def in_frame_of(original: Surface, changed: Surface) -> Surface:
+    """Return a changed surface in the frame that it had at first."""
+    if changed.affine is original.affine:
+        return changed
+    return _mapped(changed, original.affine)
+
+
+def _mapped(surface: Surface, affine: np.ndarray[Any, Any]) -> Surface:
+    """Return the surface with another map from its grid to the output space."""
+    place = (surface.vertex_cell, surface.vertex_local, surface.depths)
+    vertices = map_vertices(*place, surface.grid, kernel_matrix(affine), surface.device)
+    return replace(surface, vertices=vertices, affine=affine)
