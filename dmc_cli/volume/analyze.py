@@ -12,7 +12,8 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.layout import Layout, check_shape, chosen_index, scale_affine
+from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.layout import Layout, chosen_index, scale_affine
 from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
 
 HEADER_BYTES = 348

@@ -10,13 +10,14 @@ from pathlib import Path, PurePosixPath
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_affine, check_shape
 from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
 from dmc_cli.volume.dicom_geometry import slice_geometry
 from dmc_cli.volume.dicom_header import read_header
 from dmc_cli.volume.dicom_pixels import read_slices
 from dmc_cli.volume.dicom_series import Stack, choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume.dicom_source import DicomFile, dicom_files
-from dmc_cli.volume.layout import ZARR_MARKERS, check_affine, check_shape
+from dmc_cli.volume.layout import ZARR_MARKERS
 from dmc_cli.volume.left_out import MOST_NAMED, shortened
 from dmc_cli.volume.volume import Volume, VolumeEntry
 

@@ -17,7 +17,6 @@ from dmc_cli.errors import (
     AmbiguousVolumeError,
     DamagedVolumeError,
     SettingsError,
-    UnsupportedFormatError,
     VolumeError,
 )
 from dmc_cli.settings import ReadSettings
@@ -134,38 +133,6 @@ def check_file(path: Path, name: str) -> int:
     return status.st_size
 
 
-def check_shape(name: str, shape: tuple[int, ...]) -> None:
-    """Raise VolumeError unless there are three axes with at least two nodes each."""
-    nodes = " x ".join(str(n) for n in shape)
-    if len(shape) != 3:
-        raise UnsupportedFormatError(f"{name}: {nodes} nodes found; expected a volume with three axes")
-    if any(n < 1 for n in shape):
-        raise DamagedVolumeError(
-            f"{name}: {nodes} nodes found; expected positive numbers; the header is damaged"
-        )
-    if any(n < 2 for n in shape):
-        raise VolumeError(
-            f"{name}: {nodes} nodes found; a surface needs at least two along each axis; "
-            "give the whole volume, not a single slice"
-        )
-
-
-def check_affine(name: str, affine: np.ndarray[Any, np.dtype[np.float64]]) -> None:
-    """Raise DamagedVolumeError unless the affine is finite and its three axes span the space."""
-    if not np.isfinite(affine).all():
-        raise DamagedVolumeError(
-            f"{name}: the header's geometry is not finite; expected spacing, axes and origin"
-        )
-    with np.errstate(all="ignore"):
-        lengths = np.linalg.norm(affine[:3, :3], axis=0)
-        volume = abs(np.linalg.det(affine[:3, :3] / lengths)) if lengths.all() else 0.0
-    if not np.isfinite(lengths).all() or not volume > 1e-6:
-        raise DamagedVolumeError(
-            f"{name}: the header's axes do not span the space (spacings "
-            f"{', '.join(f'{length:g}' for length in lengths)} mm); expected three independent axes"
-        )
-
-
 def check_lengths(name: str, spacing: Triple) -> None:
     """Raise DamagedVolumeError unless three distances that a file tells are positive and finite."""
     if not all(math.isfinite(length) and length > 0 for length in spacing):
@@ -173,20 +140,6 @@ def check_lengths(name: str, spacing: Triple) -> None:
             f"{name}: distances of {' x '.join(f'{length:g}' for length in spacing)} mm between the nodes "
             "found; expected positive lengths; its metadata are damaged; correct them"
         )
-
-
-def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The type itself if a volume can hold it: integers of 8 to 64 bits, float32, float64.
-
-    Raises:
-        UnsupportedFormatError: Complex, colour and other types.
-    """
-    if dtype.kind in "iu" or (dtype.kind == "f" and dtype.itemsize in (4, 8)):
-        return dtype
-    raise UnsupportedFormatError(
-        f"{name}: values of type {dtype} found; expected integers of 8 to 64 bits, float32 or float64; "
-        "convert the volume to one of these"
-    )
 
 
 def chosen_index(name: str, count: int, volume_index: int | None, what: str = "volumes") -> int:

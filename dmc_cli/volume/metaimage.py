@@ -12,6 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_shape
 from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume.layout import (
     MILLIMETRES,
@@ -19,7 +20,6 @@ from dmc_cli.volume.layout import (
     Layout,
     Triple,
     check_file,
-    check_shape,
     chosen_index,
     chosen_origin,
     chosen_spacing,

@@ -11,13 +11,8 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.layout import (
-    Encoding,
-    Layout,
-    check_shape,
-    chosen_index,
-    scale_affine,
-)
+from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.layout import Encoding, Layout, chosen_index, scale_affine
 from dmc_cli.volume.nifti_header import Matrix, NiftiHeader, parse_nifti
 from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
 from dmc_cli.volume.volume import Space

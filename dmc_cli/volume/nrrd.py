@@ -15,15 +15,9 @@ import numpy as np
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_shape
 from dmc_cli.volume.data_files import listed_files, named_file, pattern_files
-from dmc_cli.volume.layout import (
-    FROM_END,
-    Encoding,
-    Layout,
-    check_file,
-    check_shape,
-    chosen_index,
-)
+from dmc_cli.volume.layout import FROM_END, Encoding, Layout, check_file, chosen_index
 from dmc_cli.volume.nrrd_geometry import nrrd_geometry
 from dmc_cli.volume.nrrd_header import numbers, per_axis, read_header, vector
 

@@ -17,15 +17,8 @@ from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, U
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.layout import (
-    check_file,
-    check_shape,
-    chosen_index,
-    chosen_origin,
-    chosen_spacing,
-    scale_affine,
-    storable_type,
-)
+from dmc_cli.volume.checks import WIDENED, check_shape, storable_type
+from dmc_cli.volume.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -35,9 +28,6 @@ MAX_HEADER = 10_000
 
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
-
-NARROW = {"e": "f4", "?": "u1"}
-"""Type characters that are widened: half floats and truth values."""
 
 
 def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -102,7 +92,7 @@ def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtyp
             f"{name}: an array of type {dtype} with {len(shape)} axes found; expected numbers with axes z, "
             "y, x"
         )
-    if dtype.char not in NARROW:
+    if dtype.char not in WIDENED:
         storable_type(name, dtype)
     return shape, fortran, dtype
 
@@ -122,7 +112,7 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
         )
     mapped: _Array = np.memmap(path, dtype, "r", start, shape, "F" if fortran else "C").view(np.ndarray)
     chosen: _Array = mapped[index] if len(shape) == 4 else mapped
-    if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in NARROW:
+    if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in WIDENED:
         return chosen
     return _copied(chosen, name)
 
@@ -130,7 +120,7 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
 def _copied(stored: _Array, name: str) -> _Array:
     """The values in native byte order, x fastest, in a type that a volume holds."""
     nz, ny, nx = stored.shape
-    values = allocate_values(name, (nx, ny, nz), np.dtype(NARROW.get(stored.dtype.char, stored.dtype)))
+    values = allocate_values(name, (nx, ny, nz), np.dtype(WIDENED.get(stored.dtype.char, stored.dtype)))
     values[...] = stored
     return values
 
@@ -165,7 +155,7 @@ def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
         stored.byteswap(inplace=True)
     if fortran:
         stored = stored.reshape(-1).reshape(shape, order="F")
-    return _copied(stored, name) if fortran or dtype.char in NARROW else stored
+    return _copied(stored, name) if fortran or dtype.char in WIDENED else stored
 
 
 def _has_volume(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str) -> bool:

@@ -13,7 +13,8 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.layout import check_shape, scale_affine
+from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.layout import scale_affine
 from dmc_cli.volume.volume import Volume
 
 Array = Any

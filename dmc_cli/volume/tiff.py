@@ -18,16 +18,15 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError,
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.checks import check_shape, storable_type
 from dmc_cli.volume.layout import (
     MILLIMETRES,
     check_file,
-    check_shape,
     chosen_index,
     chosen_origin,
     chosen_spacing,
     exists,
     scale_affine,
-    storable_type,
 )
 from dmc_cli.volume.unpacked_size import passes
 from dmc_cli.volume.volume import Volume, VolumeEntry

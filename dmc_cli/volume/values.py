@@ -17,8 +17,9 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.checks import check_affine, check_shape, storable_type
 from dmc_cli.volume.decoding import LARGEST_RATIO, DecodedStream
-from dmc_cli.volume.layout import FROM_END, Layout, check_affine, check_file, check_shape, storable_type
+from dmc_cli.volume.layout import FROM_END, Layout, check_file
 from dmc_cli.volume.volume import Volume
 
 MAX_LINE = 1 << 20

@@ -6,9 +6,12 @@ x fastest. Values stay as they were stored: physical value = slope * stored valu
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
+
+from dmc_cli.errors import VolumeError
+from dmc_cli.volume.checks import check_meaning, checked_affine, checked_positions, checked_values
 
 Space = Literal["RAS", "LPS", "none"]
 
@@ -39,11 +42,13 @@ class VolumeEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class Volume:
-    """A scan or field as it was stored, with the map to the world.
+    """A scan or field as it was stored, with the map to the world; checked when it is made.
 
     Attributes:
         values: Stored values, shape (nz, ny, nx), C-contiguous, native byte order, an integer type of
-            8 to 64 bits or float32 or float64; a read-only memory map where the file allows it.
+            8 to 64 bits or float32 or float64; a read-only view of the array that was given, which is to
+            stay as it is while the volume is used, or of a memory map where the file allows it. An array of
+            other byte order, strides, half floats or truth values is copied into one of these.
         affine: Shape (4, 4), float64: node index (i, j, k, 1) to millimetres in `space`.
         space: The world's axes: RAS, LPS, or none where the format tells no orientation.
         slope: Physical value a stored unit; never 0.
@@ -71,6 +76,27 @@ class Volume:
     files: tuple[Path, ...] = ()
     format: str = ""
     warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Convert or refuse, once, at the door.
+
+        Raises:
+            VolumeError: What is given is no volume.
+        """
+        name = self.path or "the volume"
+        if self.space not in get_args(Space):
+            raise VolumeError(
+                f"{name}: space {self.space!r} found; expected one of {', '.join(get_args(Space))}"
+            )
+        check_meaning(name, self.slope, self.intercept, self.padding)
+        held = {
+            "values": checked_values(name, self.values),
+            "affine": checked_affine(name, self.affine),
+        }
+        if self.slice_positions is not None:
+            held["slice_positions"] = checked_positions(name, self.slice_positions, len(held["values"]))
+        for attribute, value in held.items():
+            object.__setattr__(self, attribute, value)
 
     @property
     def shape(self) -> tuple[int, int, int]:

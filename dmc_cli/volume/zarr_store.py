@@ -16,17 +16,16 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError,
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.checks import check_shape, storable_type
 from dmc_cli.volume.layout import (
     MILLIMETRES,
     ZARR_MARKERS,
     Triple,
     check_lengths,
-    check_shape,
     chosen_index,
     chosen_origin,
     chosen_spacing,
     scale_affine,
-    storable_type,
 )
 from dmc_cli.volume.volume import Volume, VolumeEntry
 from dmc_cli.volume.within import Bounds
