@@ -5,6 +5,7 @@ The data flow is the package. Whoever reads the files in this order meets the me
     settings     every choice there is, with its default
     errors       every error that is raised on purpose
     system       what one operating system has and another lacks
+    printable    texts from outside without what a terminal would obey
     progress     who is told how far a run is
     volume       values on a grid and where they lie in the world; readers for each format
     read_ahead   the volume is read while kernels are loaded

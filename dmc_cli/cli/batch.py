@@ -1,6 +1,5 @@
 """`dmc batch`: many inputs and isovalues in one run."""
 
-import json
 from dataclasses import asdict
 from typing import Any
 
@@ -10,6 +9,7 @@ from dmc_cli.cli import options
 from dmc_cli.cli.progress import echo_data, shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.errors import BatchError
+from dmc_cli.printable import json_text
 
 
 @click.command(cls=SectionedCommand, short_help="Convert many inputs in one run.")
@@ -65,7 +65,7 @@ def batch(
         with progress.stage("loading"):
             from dmc_cli.batch import convert_all
         for outcome in convert_all(items, jobs, progress):
-            echo_data(json.dumps(asdict(outcome), allow_nan=False), progress)
+            echo_data(json_text(asdict(outcome)), progress)
             failed += outcome.status != 0
     if failed:
         raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")

@@ -1,13 +1,13 @@
 """`dmc doctor`: what this installation can do."""
 
-import json
-
 import click
 
 from dmc_cli.cli import options
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import doctor_lines
+from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.printable import json_text
 
 
 @click.command(cls=SectionedCommand, short_help="Tell versions, devices, codecs and the kernel cache.")
@@ -30,4 +30,7 @@ def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:
         with shown_progress(quiet=quiet, verbose=verbose) as progress:
             compile_kernels(progress)
     diagnosis = diagnose()
-    click.echo(json.dumps(diagnosis, indent=2) if as_json else "\n".join(doctor_lines(diagnosis)))
+    if as_json:
+        click.echo(json_text(diagnosis, indent=2))
+    else:
+        echo_lines(doctor_lines(diagnosis))

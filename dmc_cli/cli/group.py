@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import sys
 import traceback
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import click
 
 from dmc_cli.cli.signals import Stopped
+from dmc_cli.cli.terminal import escape_streams
 from dmc_cli.errors import DeviceError, DmcError, WriteError
 from dmc_cli.settings import STREAM
 from dmc_cli.writers.atomic import write_error
@@ -27,12 +29,22 @@ class Failure(click.ClickException):
     """A failed run: one message on standard error and the exit status of its error class."""
 
     def __init__(self, message: str, exit_status: int) -> None:
-        super().__init__(message)
+        # lines of ours are indented; another break comes from a name, and would begin a forged message
+        super().__init__(re.sub(r"\n(?! )", r"\\n", message))
         self.exit_code = exit_status  # type: ignore[misc]
 
 
 class DmcGroup(click.Group):
     """A group that turns the package's errors into messages; all others keep their traceback."""
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Run as click does, once nothing unprintable can be printed any more."""
+        escape_streams()
+        return super().main(*args, **extra)
+
+    def make_context(self, *args: Any, **extra: Any) -> click.Context:
+        """Make a context in which click takes no sequences out of texts: escaped, they show what is there."""
+        return super().make_context(*args, **{"color": True} | extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a bug of ours passes through and ends with status 1."""

@@ -1,6 +1,5 @@
 """`dmc info`: what a volume is."""
 
-import json
 from typing import Any
 
 import click
@@ -9,6 +8,8 @@ from dmc_cli.cli import options
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import info_lines
+from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.printable import json_text
 from dmc_cli.settings import ReadSettings
 
 
@@ -33,6 +34,6 @@ def info(input: str, as_json: bool, quiet: bool, verbose: int, **values: Any) ->
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         description = describe(input, settings, progress)
     if as_json:
-        click.echo(json.dumps(description, indent=2, allow_nan=False))
+        click.echo(json_text(description, indent=2))
     else:
-        click.echo("\n".join(info_lines(description)))
+        echo_lines(info_lines(description))

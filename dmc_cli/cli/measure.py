@@ -1,6 +1,5 @@
 """`dmc measure`: topology, quality and deviation of a mesh file."""
 
-import json
 from typing import Any
 
 import click
@@ -10,6 +9,8 @@ from dmc_cli.cli.convert import missing_isovalue
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import measure_lines
+from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.printable import json_text
 from dmc_cli.settings import MeasureSettings, ReadSettings
 
 
@@ -57,6 +58,6 @@ def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
             from dmc_cli.report.measure import measure_file
         report = measure_file(settings, progress)
     if as_json:
-        click.echo(json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False))
+        click.echo(json_text(report, indent=2))
     else:
-        click.echo("\n".join(measure_lines(report)))
+        echo_lines(measure_lines(report))

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dmc_cli.cli.terminal import echo_lines, unescaped
+from dmc_cli.printable import printable
 from dmc_cli.progress import SILENT, Progress
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ class LineProgress:
 
     def note(self, text: str) -> None:
         """Print a line."""
-        click.echo(text, err=True)
+        echo_lines([text], err=True)
 
 
 class BarProgress:
@@ -56,7 +58,7 @@ class BarProgress:
     def stage(self, name: str) -> Iterator[None]:
         """Show the stage's bar, pulsing until `advance` tells how far it is."""
         start = time.perf_counter()
-        task = self._bar.add_task(name, total=None)
+        task = self._bar.add_task(printable(name, keep=""), total=None)
         self._stages.append(task)
         try:
             yield
@@ -73,7 +75,7 @@ class BarProgress:
     def note(self, text: str) -> None:
         """Print a line above the bars."""
         if self._verbose:
-            self._bar.console.print(text, markup=False, highlight=False)
+            self._bar.console.print(printable(text, keep=""), markup=False, highlight=False)
 
     @contextmanager
     def hidden(self) -> Iterator[None]:
@@ -103,6 +105,9 @@ def _opened_bar() -> "rich.progress.Progress":
         TextColumn("{task.description:<24}", markup=False),
         BarColumn(),
         TimeElapsedColumn(),
-        console=Console(stderr=True),
+        console=Console(file=unescaped(sys.stderr)),
         transient=True,
+        # rich would put streams of its own there, which escape nothing
+        redirect_stdout=False,
+        redirect_stderr=False,
     )

@@ -1,6 +1,5 @@
 """`dmc reproduce`: the papers' tables, ours beside them."""
 
-import json
 from typing import Any, get_args
 
 import click
@@ -9,6 +8,8 @@ from dmc_cli.cli import options
 from dmc_cli.cli.parameters import ChoiceList
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.printable import json_text
 from dmc_cli.settings import PaperTable, ReproduceSettings
 
 
@@ -54,4 +55,7 @@ def reproduce(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
             from dmc_cli.report.reproduce import rows_as_json, rows_as_text
             from dmc_cli.report.reproduce_run import reproduce_tables
         rows = reproduce_tables(settings, progress)
-    click.echo(json.dumps(rows_as_json(rows), indent=2) if as_json else "\n".join(rows_as_text(rows)))
+    if as_json:
+        click.echo(json_text(rows_as_json(rows), indent=2))
+    else:
+        echo_lines(rows_as_text(rows))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-import click
+from dmc_cli.cli.terminal import echo_lines
 
 _SLOW_STAGES = (
     "compile",
@@ -22,8 +22,7 @@ _SLOW_STAGES = (
 
 def echo_summary(report: dict[str, Any]) -> None:
     """Print what a conversion did to standard error: warnings, mesh, quality, time."""
-    for line in summary_lines(report):
-        click.echo(line, err=True)
+    echo_lines(summary_lines(report), err=True)
 
 
 def summary_lines(report: dict[str, Any]) -> Iterator[str]:

@@ -7,6 +7,7 @@ import click
 from dmc_cli.cli import options
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
+from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.settings import ReadSettings, SyntheticField, SynthSettings
 
 
@@ -46,4 +47,5 @@ def synth(quiet: bool, verbose: int, **values: Any) -> None:
             write_volume(settings.path, volume, output_format=settings.output_format, force=settings.force)
     if not quiet:
         low, high = volume.value_range() or (0.0, 0.0)
-        click.echo(f"{settings.path}: {settings.nodes}^3 nodes, values {low:g} to {high:g}", err=True)
+        told = f"{settings.path}: {settings.nodes}^3 nodes, values {low:g} to {high:g}"
+        echo_lines([told], err=True)

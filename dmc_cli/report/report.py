@@ -5,11 +5,11 @@ The order of the keys is fixed, no value is NaN or infinity, and a section that 
 """
 
 import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from dmc_cli.printable import json_text
 from dmc_cli.report.plain_values import plain
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface.surface import SurfaceCounts
@@ -92,7 +92,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
 
 def report_text(report: Mapping[str, Any]) -> str:
     """Return a report as JSON, indented, with a newline at its end."""
-    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(report, indent=2) + "\n"
 
 
 def measured_sections(measures: Measures | None) -> dict[str, Any]:

@@ -1,0 +1,63 @@
+"""Standard output and standard error, through which nothing goes that no terminal prints.
+
+All text passes here: messages, summaries, tables, usage errors that repeat an argument, warnings of
+libraries, tracebacks. JSON has its own escapes (`printable.json_text`), bars their own codes (`unescaped`),
+and bytes of a mesh go to the stream's buffer.
+"""
+
+import io
+import sys
+from collections.abc import Iterable
+from typing import Any, TextIO
+
+import click
+
+from dmc_cli.printable import printable
+
+
+class PrintableStream:
+    """A text stream that escapes what is not printed; all else is the stream's own."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.unescaped = stream
+
+    def write(self, text: str) -> int:
+        """Write the text with its escapes."""
+        self.unescaped.write(printable(text))
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write each of the lines."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.unescaped, name)
+
+
+def escape_streams() -> None:
+    """From now on escape what is not printed on standard output and standard error.
+
+    A stream that cannot hold a character shows its escape, too; one that says it is ASCII, as most do only
+    because nobody told them a language, is written as UTF-8.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None or isinstance(stream, PrintableStream):
+            continue
+        if isinstance(stream, io.TextIOWrapper):
+            is_ascii = stream.encoding.lower().replace("_", "-") in ("ascii", "us-ascii", "ansi-x3.4-1968")
+            stream.reconfigure(encoding="utf-8" if is_ascii else None, errors="backslashreplace")
+        setattr(sys, name, PrintableStream(stream))
+
+
+def unescaped(stream: Any) -> TextIO:
+    """Return a stream as it was before `escape_streams`, for whoever draws on a terminal."""
+    found: TextIO = getattr(stream, "unescaped", stream)
+    return found
+
+
+def echo_lines(lines: Iterable[str], *, err: bool = False) -> None:
+    """Print lines that people read; a line break within one is escaped, too, as it can only be forged."""
+    for line in lines:
+        click.echo(printable(line, keep=""), err=err)
