@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import given
 
 from dmc_cli.mesh.coloring import color_vertices, repair_colors
 from dmc_cli.mesh.halfedges import NO_TWIN
 from dmc_cli.settings import SurfaceSettings
+from tests import shapes
 from tests.fields import one_inside_node, paper_field, white_noise
+from tests.mesh.hand_made import working
 from tests.mesh.meshes import colored
 from tests.oracle.coloring import grid_color
 from tests.oracle.coloring import reduce_colors as reduce_by_oracle
@@ -63,9 +66,42 @@ def test_repair_makes_any_coloring_proper(device):
     mesh = colored(extract_on(device, white_noise(16), SurfaceSettings(isovalue=0.0), threads=2))
     twin, color = mesh.halfedges.twin, mesh.color
     color.zero_()
-    import warp as wp
-
     seams = wp.array(np.arange(twin.shape[0], dtype=np.int32), device=device)
     repair_colors(mesh.surface.device, twin, color, seams)
     assert color.numpy().max() < 5
     assert_proper(color.numpy(), twin.numpy())
+
+
+def repaired(shape, color, gone=(), seams=None):
+    """The colours of a hand-made mesh after repair."""
+    mesh = working(shape)
+    colors = wp.array(np.array(color, dtype=np.uint8), dtype=wp.uint8)
+    halfedges = np.arange(4 * mesh.quad_count) if seams is None else seams
+    mesh.arrays.quad_gone.numpy()[list(gone)] = 1
+    listed = wp.array(np.array(halfedges, dtype=np.int32), dtype=wp.int32)
+    repair_colors(mesh.device, mesh.arrays.twin, colors, listed, gone=mesh.arrays.quad_gone)
+    return colors.numpy().tolist()
+
+
+def test_of_two_in_a_clash_the_lower_key_takes_another_color_and_the_other_keeps_its_own():
+    keys = [q * 2654435769 % 2**32 for q in range(4)]
+    assert keys[0] < keys[2] < keys[1] < keys[3]
+    pair, four = shapes.open_strip(2), shapes.open_strip(4)
+    assert repaired(pair, [0, 0]) == [1, 0]
+    assert repaired(pair, [3, 3]) == [0, 3]
+    # 0 and 2 wait for nobody; then no quad is left in a clash
+    assert repaired(four, [0, 0, 0, 0]) == [1, 0, 1, 0]
+    assert repaired(four, [2, 1, 1, 2]) == [2, 1, 0, 2]
+    assert repaired(four, [0, 1, 1, 0]) == [0, 1, 2, 0], "the lowest colour that no neighbour has"
+
+
+def test_only_the_quads_that_are_there_and_the_listed_sides_are_looked_at():
+    pair = shapes.open_strip(2)
+    assert repaired(pair, [0, 0], gone=[0, 1]) == [0, 0]
+    assert repaired(pair, [0, 0], seams=[-1, 0, 2, 3]) == [0, 0]
+    assert repaired(pair, [0, 0], seams=[-1, 1]) == [1, 0]
+    assert repaired(pair, [0, 1]) == [0, 1]
+
+
+def test_the_fifth_color_is_taken_where_the_neighbors_have_four():
+    assert repaired(shapes.grid(3, 3), [4, 0, 4, 1, 0, 2, 4, 3, 4]) == [4, 0, 4, 1, 4, 2, 4, 3, 4]

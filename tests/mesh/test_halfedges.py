@@ -162,6 +162,60 @@ def test_the_checker_names_a_twin_that_is_not_there(box):
         check_halfedges(*box)
 
 
+@pytest.mark.parametrize("twin", [-2, 24, 10**9])
+def test_the_checker_names_twins_out_of_range(box, twin):
+    box[1][3] = twin
+    with pytest.raises(MeshInvariantError, match=f"halfedge 3 has twin {twin}; expected -1 to 23; please"):
+        check_halfedges(*box)
+
+
+def test_the_checker_counts_twins(box):
+    box[1] = box[1][:-1]
+    with pytest.raises(MeshInvariantError, match="24 halfedges have 23 twins"):
+        check_halfedges(*box)
+
+
+def test_the_checker_names_one_end_askew(box):
+    """Twins with one vertex in common are none; either end is looked at."""
+    quads = np.array([[0, 1, 2, 3], [1, 4, 5, 6]])
+    for other in ([1, 4, 5, 6], [4, 0, 5, 6]):
+        twin = np.full(8, NO_TWIN)
+        twin[[0, 4]] = 4, 0
+        quads[1] = other
+        with pytest.raises(MeshInvariantError, match=r"halfedge 0 \(0 to 1\) and its twin 4"):
+            check_halfedges(quads, twin, np.arange(7))
+
+
+def test_the_checker_names_a_vertex_that_is_too_many():
+    with pytest.raises(MeshInvariantError, match="a quad has vertex 4; expected 0 to 3"):
+        check_halfedges(np.array([[0, 1, 2, 4]]), np.full(4, NO_TWIN), np.array([0, 1, 2, 3]))
+    check_halfedges(np.array([[0, 1, 2, 3]]), np.full(4, NO_TWIN), np.array([0, 1, 2, 3]))
+
+
+@pytest.mark.parametrize("off", [-1, 24])
+def test_the_checker_names_a_vertex_whose_halfedge_is_not_there(box, off):
+    box[2][6] = off
+    with pytest.raises(MeshInvariantError, match=f"vertex 6 has halfedge {off}; expected 0 to 23"):
+        check_halfedges(*box)
+
+
+def test_the_checker_names_a_halfedge_that_is_met_twice(box):
+    """Two halfedges that wait for each other: their vertex's walk never comes home."""
+    with pytest.raises(MeshInvariantError, match=r"halfedge \d+ is met twice on the way round its vertex"):
+        count_fans(*with_a_loop(box))
+
+
+def with_a_loop(box):
+    quads, twin, start = box
+    v = quads.ravel()[start[0]]
+    ring = [start[0]]
+    for _step in range(2):
+        ring.append(twin[(ring[-1] & ~3) | ((ring[-1] + 3) & 3)])
+    twin[(ring[2] & ~3) | ((ring[2] + 3) & 3)] = ring[1]
+    assert v == quads.ravel()[ring[1]]
+    return quads, twin, start
+
+
 def test_the_checker_names_a_vertex_whose_halfedge_starts_elsewhere(box):
     vertex = box[0].ravel()[9]
     box[2][vertex] = 10

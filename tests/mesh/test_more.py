@@ -6,7 +6,9 @@ import warp as wp
 from hypothesis import given, settings
 from scipy.spatial import cKDTree
 
+from dmc_cli.device import Device
 from dmc_cli.errors import SettingsError
+from dmc_cli.mesh import more
 from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
 from dmc_cli.mesh.glide import Scene, make_scene
 from dmc_cli.mesh.guests import FARTHEST, lodge_vertices
@@ -18,7 +20,7 @@ from dmc_cli.mesh.simplify import simplify
 from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.topology import measure_topology
-from dmc_cli.settings import MeshSettings, ReadSettings
+from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
 from dmc_cli.surface.field import cell_values
 from dmc_cli.surface.trilinear import single_precision, trilinear_value
 from dmc_cli.volume.read import read_volume
@@ -263,6 +265,35 @@ def test_colors_stay_proper(extract):
     assert color.max() < 5
     assert (color != color[twin]).all()
     assert result.color24.shape == result.color.shape
+
+
+def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings(monkeypatch):
+    told = []
+
+    def mend(mesh, guests, high, surface, scene, turn):
+        told.append(turn)
+        return mend_once(mesh, guests, high, surface, scene, turn)
+
+    def launch(self, kernel, dim, inputs, outputs, grain=64):
+        if kernel.key == "mend_kernel":
+            told.append(("may fold", inputs[-1].may_fold, round(inputs[-1].height, 6)))
+        return launch_once(self, kernel, dim, inputs, outputs, grain)
+
+    mend_once, launch_once = more._mend, Device.launch
+    monkeypatch.setattr(more, "_mend", mend)
+    monkeypatch.setattr(Device, "launch", launch)
+    monkeypatch.setattr(
+        more, "mark_high", lambda mesh, scene, device: wp.full(mesh.vertex_count, 1, wp.uint8)
+    )
+    simplify_more(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
+    assert told[::2] == list(range(8))
+    assert told[1::2] == [("may fold", int(turn >= 3), 0.35) for turn in range(8)]
+    told.clear()
+    monkeypatch.setattr(
+        more, "mark_high", lambda mesh, scene, device: device.zeros(mesh.vertex_count, wp.uint8)
+    )
+    simplify_more(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
+    assert told[::2] == [0, 1, 2]
 
 
 SMALL = {
