@@ -13,6 +13,7 @@ The data flow is the package. Whoever reads the files in this order meets the me
     desk         where CPU threads meet: the few steps that are native code
     team         the CPU threads that share a launch
     scan         the prefix sum of a long array, by all threads
+    kernel_cache compiled kernels on disk; damaged ones are compiled anew
     device       where kernels run, and the one way to launch them
     surface      from the volume to vertices and quads: inside, cells, polygons, vertices, quads, normals
     mesh         halfedges, colours, simplification, smoothing, checks

@@ -6,12 +6,10 @@ first argument, so that on CPU a launch can be cut into slabs, which threads sha
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import prod
-from pathlib import Path
 from threading import Lock
 from types import ModuleType
 from typing import Any
@@ -20,8 +18,9 @@ import numpy as np
 import warp as wp
 
 from dmc_cli import desk, scan
-from dmc_cli.errors import DeviceError, WriteError
+from dmc_cli.errors import DeviceError
 from dmc_cli.host_memory import HostMemory
+from dmc_cli.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
 from dmc_cli.system import usable_cores
@@ -256,7 +255,7 @@ def size_of(dtype: Any) -> int:
 
 
 def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progress = SILENT) -> None:
-    """Load the kernels of modules, compiling those that the cache does not hold, and say so.
+    """Load the kernels of modules, compiling those that the cache does not hold whole, and say so.
 
     Args:
         device: Where they will run.
@@ -265,39 +264,17 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
 
     Raises:
         WriteError: Kernels have to be compiled, and the cache cannot be written.
+        MemoryError: There is no memory for them.
     """
     block_dim = 1 if device.is_cpu else None
     needed = dict.fromkeys([desk, scan, *modules] if device.is_cpu else modules)
     names = [wp.get_module(module.__name__) for module in needed]
-    missing = [module for module in names if not _is_compiled(module, block_dim)]
-    with _kernel_cache():
-        wp.force_load(device.name, [m for m in names if m not in missing], block_dim=block_dim)
+    with usable_cache():
+        missing = load_compiled(device.name, names, block_dim)
     if missing:
         shown = f"compiling {len(missing)} kernel modules, once for this version"
-        with progress.stage(shown), _kernel_cache():
-            wp.force_load(device.name, missing, block_dim=block_dim, max_workers=device.threads)
-
-
-def _is_compiled(module: Any, block_dim: int | None) -> bool:
-    """Return whether the kernel cache holds a module, for whichever device.
-
-    `block_dim` is part of the hash in its name; Warp keeps the hash, which is most of the work of loading.
-    """
-    name: str = module.get_module_identifier(block_dim)
-    return (Path(wp.config.kernel_cache_dir) / name).is_dir()
-
-
-@contextmanager
-def _kernel_cache() -> Iterator[None]:
-    """Tell what is wrong with the folder of the compiled kernels."""
-    try:
-        yield
-    except OSError as error:
-        raise WriteError(
-            f"the kernel cache {wp.config.kernel_cache_dir or error.filename} cannot be used:"
-            f" {error.strerror or error}; expected a folder that can be written; make it so, or name another"
-            " in the environment variable WARP_CACHE_PATH"
-        ) from error
+        with progress.stage(shown), usable_cache():
+            compile_modules(device.name, missing, block_dim, device.threads)
 
 
 def initialize_warp() -> None:
@@ -312,7 +289,7 @@ def initialize_warp() -> None:
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 2)  # the remark comes from native code
     try:
-        with _kernel_cache():
+        with usable_cache():
             wp.init()
     finally:
         os.dup2(kept, 2)
