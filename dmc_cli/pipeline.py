@@ -26,6 +26,7 @@ from dmc_cli.report import kernel_modules as report_kernels
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
 from dmc_cli.report.requirements import check_requirements
+from dmc_cli.report.rounding import may_be_coarse, rounding_warning
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
@@ -331,12 +332,24 @@ def _make_report(
         vertex_count=surface.vertices.shape[0],
         quad_count=surface.quads.shape[0],
         measures=measures,
+        warnings=_rounding_warnings(surface, volume),
         simplification=connected.simplification,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),
     )
     return build_report(facts)
+
+
+def _rounding_warnings(surface: Surface, volume: Volume) -> tuple[str, ...]:
+    """Return what is to be told of coordinates that float32 rounds too coarsely."""
+    if not may_be_coarse(surface):
+        return ()
+    from dmc_cli.report import measure_rounding
+
+    load_kernels(surface.device, [measure_rounding])
+    warning = rounding_warning(measure_rounding.measure_rounding(surface, volume))
+    return () if warning is None else (warning,)
 
 
 def _finish(

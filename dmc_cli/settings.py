@@ -258,11 +258,15 @@ class ConvertSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureSettings:
-    """Which mesh file to measure; `volume` and `isovalue`, both or neither, are what it is held against."""
+    """Which mesh file to measure; `volume` and `isovalue`, both or neither, are what it is held against.
+
+    `inside` is the side that was the object when the mesh was made with a closed border.
+    """
 
     mesh: str
     volume: str | None = None
     isovalue: float | None = None
+    inside: Inside = "above"
     read: ReadSettings = field(default_factory=ReadSettings)
     device: str = "auto"
     threads: int | None = None
@@ -272,6 +276,7 @@ class MeasureSettings:
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
         check_run(self.device, self.threads)
+        check_choice("inside", self.inside, Inside)
         if self.isovalue is not None and not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
         if self.isovalue is not None and self.volume is None:

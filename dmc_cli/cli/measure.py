@@ -32,6 +32,12 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
     type=float,
     help="The level of the isosurface, in the volume's physical values.",
 )
+@options.setting(
+    MeasureSettings,
+    "inside",
+    section="Deviation",
+    help="The side that was the object, if the border was closed.",
+)
 @options.read_options
 @options.noise_options
 @options.json_option

@@ -36,6 +36,7 @@ more_blocks      who works where in a round
 more_sweep       operations tried at irregular vertices
 more_mend        high quads made lower, the worst better
 more             the rounds in order
+near_frame       the frame in which a mesh is changed
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
 """

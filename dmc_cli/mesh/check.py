@@ -7,6 +7,7 @@ import numpy as np
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.mesh.near_frame import COARSE
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface import Surface
 
@@ -59,9 +60,11 @@ def _check_geometry(
     if normals is not None:
         length = np.linalg.norm(normals.numpy(), axis=1)
         _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE)
-    deviation = (report["deviation"] or {}).get("max_relative")
+    measured = report["deviation"] or {}
+    deviation, rounding = measured.get("max_relative"), measured.get("rounding_relative") or 0.0
     is_exact = settings.surface.placement == "exact"
     is_exact = is_exact and (settings.mesh.project or settings.mesh.simplify in ("none", "3333"))
+    is_exact = is_exact and rounding <= COARSE  # else it is that of the file's coordinates
     if is_exact and deviation is not None and deviation > DEVIATION_TOLERANCE:
         raise MeshInvariantError(
             f"a vertex deviates by {deviation:.3g} of the value range from the surface; expected at most"

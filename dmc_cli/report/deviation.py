@@ -3,9 +3,10 @@
 """How far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
 
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the
-stored values at the vertex's cell-local coordinates, in double precision: the rounding of the file's
-coordinates has no part in it. Divided by the length of T's gradient it is, to first order, a distance in
-millimetres; vertices without a gradient have none.
+stored values at the vertex's cell-local coordinates, in double precision. The rounding of the file's
+coordinates has a part in it only where it counts (`rounding.py`). Divided by the length of T's gradient it
+is, to first order, a distance in millimetres; vertices without a gradient have none. Where T has no value,
+beside a node without data, there is nothing to measure.
 """
 
 import math
@@ -32,13 +33,17 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 BLOCK = wp.constant(256)
 """Vertices that one thread sums over: many threads on a GPU, few partial sums."""
 
-SUMS = wp.constant(4)
+SUMS = wp.constant(5)
 PEAKS = wp.constant(2)
+
+Sums = wp.types.vector(length=5, dtype=wp.float64)
+
+UNKNOWN = {"mean": None, "rms": None, "max": None, "max_relative": None, "mean_mm": None, "max_mm": None}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Deviation:
-    """Distances of the vertices from the isosurface; None without vertices.
+    """Distances of the vertices from the isosurface; None without vertices to measure.
 
     Attributes:
         mean: Mean of |T - stored isovalue|, in physical values.
@@ -47,6 +52,8 @@ class Deviation:
         max_relative: Largest, as a share of the volume's value range; None if the range is empty.
         mean_mm: Mean distance in millimetres over the vertices that have a gradient; None if none has.
         max_mm: Largest of them.
+        rounding_mm: How far rounding to float32 moves a vertex at most, in millimetres; None if not known.
+        rounding_relative: The same along an axis, as a share of the spacing.
     """
 
     mean: float | None
@@ -55,6 +62,8 @@ class Deviation:
     max_relative: float | None
     mean_mm: float | None
     max_mm: float | None
+    rounding_mm: float | None = None
+    rounding_relative: float | None = None
 
 
 @wp.kernel
@@ -75,10 +84,10 @@ def measure_deviation_kernel(
     """Sum the deviations of a block of vertices, in a unit of stored values. One thread a block.
 
     `to_world` turns a gradient by local coordinates into one by millimetres. Sums: deviation, its square,
-    its distance, vertices with a distance. Peaks: deviation, distance.
+    its distance, vertices with a distance, vertices. Peaks: deviation, distance.
     """
     block = first + wp.tid()
-    total = wp.vec4d()
+    total = Sums()
     peaks = wp.vec2d()
     for vertex in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
         row = wp.int32(cells[vertex] / wp.int64(grid.nx))
@@ -91,8 +100,11 @@ def measure_deviation_kernel(
         deviation = wp.abs(trilinear_value(f, u, v, w))
         slope = wp.vec3d(trilinear_slope_u(f, v, w), trilinear_slope_v(f, u, w), trilinear_slope_w(f, u, v))
         slope[2] = slope[2] / slice_distance(depths, row / grid.ny)
+        if wp.isnan(deviation):
+            continue
         total[0] += deviation
         total[1] += deviation * deviation
+        total[4] += wp.float64(1.0)
         peaks[0] = wp.max(peaks[0], deviation)
         gradient = wp.length(to_world * slope)
         if gradient > wp.float64(0.0):
@@ -128,7 +140,7 @@ def measure_deviation(
     """
     count = cells.shape[0]
     if not count:
-        return Deviation(mean=None, rms=None, max=None, max_relative=None, mean_mm=None, max_mm=None)
+        return Deviation(**UNKNOWN)
     blocks = -(-count // int(BLOCK))
     sums = device.empty((blocks, int(SUMS)), wp.float64)
     peaks = device.empty((blocks, int(PEAKS)), wp.float64)
@@ -137,7 +149,9 @@ def measure_deviation(
     power = _unit(volume, value_range, field.isovalue)
     inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device), cells, locals, power]
     device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
-    total, squares, distance, distances = sums.numpy().sum(axis=0).tolist()
+    total, squares, distance, distances, count = sums.numpy().sum(axis=0).tolist()
+    if not count:
+        return Deviation(**UNKNOWN)
     most, farthest = peaks.numpy().max(axis=0).tolist()
     unit = abs(volume.slope) * power
     return Deviation(

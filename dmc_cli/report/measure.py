@@ -4,7 +4,7 @@ A file has no twins and no cells. Twins are paired by vertices (`twins.py`); a v
 coordinates, so its deviation contains the rounding of the file's coordinates.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,17 +14,19 @@ from dmc_cli.device import Device, load_kernels, select_device
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import kernel_modules
 from dmc_cli.report.deviation import Deviation, measure_deviation
+from dmc_cli.report.locate import locate
 from dmc_cli.report.mesh_files.mesh_input import MeshInput
 from dmc_cli.report.mesh_files.read import read_mesh
 from dmc_cli.report.plain_values import plain
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
+from dmc_cli.report.rounding import file_rounding, rounding_warning
 from dmc_cli.report.topology import measure_topology
 from dmc_cli.report.twins import find_twins
 from dmc_cli.report.versions import collect_versions
-from dmc_cli.settings import MeasureSettings, SurfaceSettings
+from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
 from dmc_cli.surface.field import absent_value, make_field, upload_volume
-from dmc_cli.surface.grid import grid_of
+from dmc_cli.surface.grid import grid_affine, grid_of
 from dmc_cli.surface.slices import slice_depths
 from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.volume import Volume
@@ -34,10 +36,14 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class VolumeReference:
-    """The volume and level that a mesh is held against; `isovalue` is in physical values."""
+    """The volume and level that a mesh is held against; `isovalue` is in physical values.
+
+    `inside` says which side is the object, outside which virtual nodes and nodes without data lie.
+    """
 
     volume: Volume
     isovalue: float
+    inside: Inside = "above"
 
 
 def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict[str, Any]:
@@ -55,7 +61,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         reference = None
         if settings.volume is not None and settings.isovalue is not None:
             volume = read_volume(settings.volume, settings.read, progress)
-            reference = VolumeReference(volume=volume, isovalue=settings.isovalue)
+            reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
     with progress.stage("measuring"):
         return measure_mesh(device, mesh, settings.mesh, reference)
 
@@ -83,7 +89,14 @@ def measure_mesh(
         cells, locals, outside = locate_points(mesh, reference.volume)
         if outside:
             warnings.append(f"{outside} vertices lie outside the volume; they are measured at its border")
-        deviation = _deviation(device, reference, cells, locals)
+        rounding = file_rounding(mesh.points, reference.volume)
+        if warning := rounding_warning(rounding):
+            warnings.append(warning)
+        deviation = replace(
+            _deviation(device, reference, cells, locals),
+            rounding_mm=rounding.mm,
+            rounding_relative=rounding.relative,
+        )
     triangles = mesh.triangle_count
     return {
         "schema": SCHEMA,
@@ -116,32 +129,21 @@ def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:
     points = mesh.points
     if "none" not in (mesh.space, volume.space) and mesh.space != volume.space:
         points = points * (-1.0, -1.0, 1.0)
-    to_grid = np.linalg.inv(volume.affine)
-    at = points @ to_grid[:3, :3].T + to_grid[:3, 3] + 1.0
-    at[:, 2] = _slice_places(at[:, 2], volume)
-    nodes = np.array(volume.shape) + 2
-    lowest = np.clip(np.floor(at), 0, nodes - 2)
-    local = at - lowest
-    is_outside = ((local < 0) | (local > 1)).any(axis=1)
-    i, j, k = lowest.astype(np.int64).T
-    cells = i + nodes[0] * (j + nodes[1] * k)
-    return cells, np.clip(local, 0, 1).astype(np.float32), int(np.count_nonzero(is_outside))
-
-
-def _slice_places(depths: Array, volume: Volume) -> Array:
-    """Return coordinates along the slices of the grid with a closed border, from depths of even slices."""
-    known = slice_depths(volume, grid_of(volume.shape, border=1), Device("cpu")).numpy()
-    if not known.size:
-        return depths
-    beyond = depths - np.clip(depths, known[0], known[-1])
-    return np.asarray(np.interp(depths, known, np.arange(len(known))) + beyond)
+    grid = grid_of(volume.shape, border=1)
+    depths = slice_depths(volume, grid, Device("cpu")).numpy()
+    return locate(points, grid_affine(volume.affine, grid), grid, depths)
 
 
 def _deviation(device: Device, reference: VolumeReference, cells: Array, locals: Array) -> Deviation:
-    """Measure against the grid with a closed border: an open one's vertices never touch its virtual layer."""
+    """Measure against the grid with a closed border: an open one's vertices never touch its virtual layer.
+
+    Nor do they touch nodes without data, which lie outside the object under a closed border.
+    """
     volume = reference.volume
     uploaded = upload_volume(volume, device)
-    field = make_field(uploaded, SurfaceSettings(isovalue=reference.isovalue, border="closed"))
+    settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
+    field = make_field(uploaded, settings)
+    field.has_absent = int(_lacks_data(volume))
     field.absent = absent_value(volume, field)
     return measure_deviation(
         device,
@@ -152,3 +154,10 @@ def _deviation(device: Device, reference: VolumeReference, cells: Array, locals:
         wp.array(cells, dtype=wp.int64, device=device.name),
         wp.array(locals, dtype=wp.vec3f, device=device.name),
     )
+
+
+def _lacks_data(volume: Volume) -> bool:
+    """Return whether nodes of a volume may be without data, slice by slice to keep memory small."""
+    if volume.padding is not None:
+        return True
+    return volume.values.dtype.kind == "f" and not all(np.isfinite(plane).all() for plane in volume.values)

@@ -1,8 +1,15 @@
 """All measures of a surface in one call: topology, quality, deviation."""
 
+from dataclasses import replace
 from typing import Any
 
-from dmc_cli.report.deviation import measure_deviation
+import numpy as np
+import warp as wp
+
+from dmc_cli.mesh.near_frame import COARSE
+from dmc_cli.report.deviation import Deviation, measure_deviation
+from dmc_cli.report.locate import locate
+from dmc_cli.report.measure_rounding import measure_rounding
 from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import Measures
 from dmc_cli.report.topology import measure_topology
@@ -22,13 +29,22 @@ def measure_surface(surface: Surface, twin: Any, volume: Volume) -> Measures:
     return Measures(
         topology=measure_topology(device, surface.quads, twin, surface.vertices.shape[0]),
         quality=measure_quality(device, surface.vertices, surface.quads),
-        deviation=measure_deviation(
-            device,
-            volume,
-            volume.value_range(),
-            surface.field,
-            surface.grid,
-            surface.vertex_cell,
-            surface.vertex_local,
-        ),
+        deviation=_deviation(surface, volume),
     )
+
+
+def _deviation(surface: Surface, volume: Volume) -> Deviation:
+    """Measure the deviation, of the positions as they are written where their rounding counts."""
+    device, places = surface.device, (surface.vertex_cell, surface.vertex_local)
+    rounding = measure_rounding(surface, volume)
+    if rounding is not None and rounding.relative > COARSE:
+        points = surface.vertices.numpy().astype(np.float64)
+        cells, local, _ = locate(points, surface.affine, surface.grid, surface.depths.numpy())
+        places = (
+            wp.array(cells, dtype=wp.int64, device=device.name),
+            wp.array(local, dtype=wp.vec3f, device=device.name),
+        )
+    deviation = measure_deviation(device, volume, volume.value_range(), surface.field, surface.grid, *places)
+    if rounding is None:
+        return deviation
+    return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative)

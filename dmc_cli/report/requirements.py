@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from dmc_cli.errors import RequirementError
+from dmc_cli.mesh.near_frame import COARSE
 from dmc_cli.settings import Requirement
 
 ON_SURFACE = 1e-5
@@ -56,6 +57,14 @@ def _all_quads(report: Section) -> str | None:
 def _on_surface(report: Section) -> str | None:
     if report["deviation"] is None:
         return "on-surface: the deviation is not known; name the volume that the mesh was made from"
+    rounding = report["deviation"].get("rounding_relative")
+    if rounding is not None and rounding > COARSE:
+        return (
+            f"on-surface: float32 coordinates so far from the origin are off by {rounding:.3g} of the"
+            f" spacing; expected at most {COARSE:g} (--space voxel, or another origin)"
+        )
+    if report["deviation"].get("max", 0.0) is None and report["mesh"]["vertices"]:
+        return "on-surface: no vertex could be measured; expected cells whose corners have data"
     found = report["deviation"]["max_relative"]
     if found is None or found <= ON_SURFACE:
         return None

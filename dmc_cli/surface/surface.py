@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.device import Device
+from dmc_cli.errors import VolumeError
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.cells import Cells, find_cells
 from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
@@ -20,6 +21,8 @@ from dmc_cli.surface.polygons import Polygons, Tallies, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
 from dmc_cli.surface.vertices import Vertices, count_fallbacks, place_vertices
+
+LARGEST_COORDINATE = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,7 @@ def _run_stages(
     if depths.shape[0]:
         position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
+    _refuse_infinite(position, to_output, grid)
     return Surface(
         vertices=position,
         vertex_cell=vertices.cell,
@@ -176,6 +180,19 @@ def _counts(
         flipped_faces=tallies.flipped_faces,
         fallback_vertices=count_fallbacks(vertices, device),
         no_data_nodes=nodes.no_data_count,
+    )
+
+
+def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridShape) -> None:
+    """Raise VolumeError if a position is beyond float32; positions are only looked at where one may be."""
+    rows = to_output[:3].tolist()
+    sizes = (grid.nx, grid.ny, grid.nz, 1)
+    farthest = max(sum(abs(a) * n for a, n in zip(row, sizes, strict=True)) for row in rows)
+    if farthest < LARGEST_COORDINATE or np.isfinite(position.numpy()).all():
+        return
+    raise VolumeError(
+        f"the volume reaches as far as {farthest:g} mm; expected coordinates that float32 holds, up to"
+        f" {LARGEST_COORDINATE:.2g}; move its origin, or write grid coordinates with --space voxel"
     )
 
 

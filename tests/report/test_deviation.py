@@ -130,3 +130,35 @@ def test_threads_do_not_show(seed, border):
     one = deviation_of(volume, 0.1, indices, local, border=border, threads=1)
     assert deviation_of(volume, 0.1, indices, local, border=border, threads=3) == one
     assert one.mean <= one.rms <= one.max
+
+
+def test_between_uneven_slices_millimetres_are_those_of_the_place(device):
+    _, indices, local = random_case(8)
+    positions = np.cumsum([0.0, 0.5, 3.0, 0.25, 1.0])
+    heights = np.broadcast_to(positions[:, None, None], (5, 6, 7))
+    affine = np.diag([2.0, 3.0, 0.75, 1.0])
+    volume = Volume(values=2.0 * heights, affine=affine, space="none", slice_positions=positions)
+    found = deviation_of(volume, 4.0, indices, local, device)
+    k, w = indices[:, 2], local[:, 2].astype(float)
+    expected = np.abs(positions[k] + w * np.diff(positions)[k] - 2.0)
+    assert found.mean_mm == pytest.approx(expected.mean(), rel=1e-9)
+    assert found.max_mm == pytest.approx(expected.max(), rel=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [-1040, -600, -160, 160, 600, 1010])
+def test_values_of_any_size_have_the_same_distances(exponent):
+    rng, indices, local = random_case(9)
+    values = rng.standard_normal((5, 6, 7))
+    plain = deviation_of(make_volume(values), 0.0, indices, local)
+    found = deviation_of(make_volume(np.ldexp(values, exponent)), 0.0, indices, local)
+    assert found.max_relative == pytest.approx(plain.max_relative, rel=1e-6)
+    assert found.mean_mm == pytest.approx(plain.mean_mm, rel=1e-6)
+    assert found.rms / found.mean == pytest.approx(plain.rms / plain.mean, rel=1e-3)
+
+
+def test_a_vertex_beside_a_node_without_data_is_left_out():
+    values = np.array([[[0.0, 4.0, np.nan]] * 2] * 2)
+    found = deviation_of(make_volume(values), 1.0, [[0, 0, 0], [1, 0, 0]], [[0.5, 0.5, 0.5]] * 2)
+    assert (found.mean, found.rms, found.max, found.mean_mm) == (1.0, 1.0, 1.0, 0.25)
+    none = deviation_of(make_volume(values), 1.0, [[1, 0, 0]], [[0.5, 0.5, 0.5]])
+    assert (none.mean, none.max, none.max_mm) == (None, None, None)

@@ -1,6 +1,7 @@
 """`dmc measure`: a mesh file measured like the mesh that it was written from."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,8 +24,8 @@ def ball(n=24, space="RAS", slope=1.0):
     return Volume(values=values, affine=affine, space=space, slope=slope)
 
 
-def mesh_of(volume, isovalue, border="open", space=None):
-    settings = SurfaceSettings(isovalue=isovalue, border=border)
+def mesh_of(volume, isovalue, border="open", space=None, inside="above"):
+    settings = SurfaceSettings(isovalue=isovalue, border=border, inside=inside)
     surface = extract_surface(upload_volume(volume, DEVICE), settings)
     points, faces = surface.vertices.numpy().astype(float), surface.quads.numpy()
     return MeshInput(points=points, faces=faces, space=space or volume.space)
@@ -78,6 +79,34 @@ def test_a_mesh_of_uneven_slices_is_on_the_surface(border):
     found = measure_mesh(DEVICE, mesh, "a.ply", VolumeReference(volume=volume, isovalue=-500.0))
     assert found["warnings"] == []
     assert found["deviation"]["max_relative"] < 1e-6
+
+
+def without_some(volume, how):
+    """The volume with a twentieth of its nodes without data."""
+    values = volume.values.copy()
+    values[np.random.default_rng(3).random(values.shape) < 0.05] = 12345.0 if how == "padding" else np.nan
+    return replace(volume, values=values, padding=(12345.0, 12345.0) if how == "padding" else None)
+
+
+@pytest.mark.parametrize("slope", [1.0, -2.0])
+@pytest.mark.parametrize("inside", ["above", "below"])
+@pytest.mark.parametrize("border", ["open", "closed"])
+@pytest.mark.parametrize("how", ["padding", "NaN"])
+def test_a_mesh_beside_nodes_without_data_is_on_the_surface(how, border, inside, slope):
+    volume = without_some(ball(n=16, slope=slope), how)
+    isovalue = slope * -200.0
+    mesh = mesh_of(volume, isovalue, border, inside=inside)
+    reference = VolumeReference(volume=volume, isovalue=isovalue, inside=inside)
+    found = measure_mesh(DEVICE, mesh, "a.ply", reference)["deviation"]
+    assert found["max_relative"] < 3e-6
+    assert found["mean_mm"] < 1e-5
+
+
+def test_the_other_side_of_a_closed_border_is_another_surface():
+    volume = ball()
+    mesh = mesh_of(volume, -500.0, "closed", inside="below")
+    found = measure_mesh(DEVICE, mesh, "a.ply", VolumeReference(volume=volume, isovalue=-500.0))
+    assert found["deviation"]["max_relative"] > 0.01
 
 
 def test_points_outside_the_volume_are_told():

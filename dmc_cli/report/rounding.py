@@ -1,0 +1,53 @@
+"""What the rounding of coordinates to float32 costs.
+
+A vertex is exact where it is a cell and local coordinates; a file holds float32 numbers, whose steps grow
+with the distance from the origin. Up to `COARSE` of a spacing nobody sees it. Beyond, vertices lie beside the
+surface, at last on few positions, so it is told, and what is measured are the positions as they are written.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.mesh.near_frame import COARSE, HALF_STEP
+from dmc_cli.surface import Surface
+from dmc_cli.volume.volume import Volume
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rounding:
+    """How far rounding moves vertices at most: in mm, and along an axis as a share of the spacing."""
+
+    mm: float
+    relative: float
+
+
+def may_be_coarse(surface: Surface) -> bool:
+    """Return whether coordinates of the grid are so large that rounding may count; costs nothing."""
+    linear, origin = surface.affine[:3, :3], surface.affine[:3, 3]
+    farthest = np.abs(linear) @ (surface.grid.nx, surface.grid.ny, surface.grid.nz) + np.abs(origin)
+    return bool((HALF_STEP * np.abs(np.linalg.inv(linear)) @ farthest).max() > COARSE)
+
+
+def file_rounding(points: Any, volume: Volume) -> Rounding:
+    """Return how far rounding may have moved a file's points, (V, 3) float64, within a volume.
+
+    Points that are no float32 numbers were not rounded to them.
+    """
+    if not len(points) or (points != points.astype(np.float32)).any():
+        return Rounding(mm=0.0, relative=0.0)
+    steps = 0.5 * np.spacing(np.abs(points).max(axis=0).astype(np.float32)).astype(np.float64)
+    in_cells = np.abs(np.linalg.inv(volume.affine[:3, :3])) @ steps
+    return Rounding(mm=float(np.linalg.norm(steps)), relative=float(in_cells.max()))
+
+
+def rounding_warning(rounding: Rounding | None) -> str | None:
+    """Return what a user should know of the rounding, or None if it is not worth a word."""
+    if rounding is None or rounding.relative <= COARSE:
+        return None
+    return (
+        f"so far from the origin float32 coordinates are off by up to {rounding.mm:.2g} mm,"
+        f" {rounding.relative:.2g} of the spacing; write grid coordinates with --space voxel, or move the"
+        " volume's origin"
+    )

@@ -1,0 +1,74 @@
+"""A mesh of any spacing, and far from the origin, is changed as it is near the origin with a spacing of 1."""
+
+import numpy as np
+import pytest
+
+from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+from dmc_cli.pipeline import convert
+from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
+from tests.fields import smooth_noise, volume_of
+from tests.surface.agreement import extract_on
+
+
+@pytest.fixture
+def changed(tmp_path):
+    """Positions in spacings from the origin, and quads, of noise after simplification and relaxation."""
+    smooth_noise(20, sigma=1.5).values.tofile(tmp_path / "noise.raw")
+
+    def run(spacing, origin, **mesh):
+        read = ReadSettings(shape=(20,) * 3, dtype="float32", spacing=(spacing,) * 3, origin=(origin,) * 3)
+        settings = ConvertSettings(
+            input=str(tmp_path / "noise.raw"),
+            read=read,
+            surface=SurfaceSettings(isovalue=0.0),
+            mesh=MeshSettings(**mesh),
+            output=OutputSettings(path=str(tmp_path / "a.ply"), force=True),
+            device="cpu",
+            threads=2,
+        )
+        mesh = convert(settings).mesh
+        return (mesh.vertices.astype(float) - origin) / spacing, mesh.quads, mesh.normals
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "mesh", [{"simplify": "all", "relax": 2}, {"simplify": "more", "rounds": 2}], ids=str
+)
+@pytest.mark.parametrize(("spacing", "origin"), [(2.0**-80, 0), (2.0**90, 0), (1.0, 1e6), (2.0**-10, 1e4)])
+def test_the_mesh_is_the_same_in_any_frame(changed, spacing, origin, mesh):
+    expected, quads, normals = changed(1.0, 0.0, **mesh)
+    found, same_quads, same_normals = changed(spacing, origin, **mesh)
+    np.testing.assert_array_equal(same_quads, quads)
+    rounding = 2.0**-24 * origin / spacing
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 + 2 * rounding)
+    np.testing.assert_allclose(same_normals, normals, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("spacing", "origin", "is_near"),
+    [
+        ((1, 1, 1), (0, 0, 0), True),
+        ((1, 1, 1), (1.5e4, -1.5e4, 1.5e4), True),
+        ((1, 1, 1), (0, -2e4, 0), False),
+        ((1e-3, 1, 1), (0, 1e4, 0), True),
+        ((1e-3, 1, 1), (1e2, 0, 0), False),
+        ((2e-6, 1, 5e5), (0, 0, 0), True),
+        ((1e-7, 1, 1), (0, 0, 0), False),
+        ((1, 1, 1e7), (0, 0, 0), False),
+    ],
+)
+def test_only_what_float32_cannot_reckon_with_gets_a_frame_of_its_own(spacing, origin, is_near):
+    affine = np.diag([*spacing, 1.0])
+    affine[:3, 3] = origin
+    volume = volume_of(smooth_noise(10).values, affine=affine)
+    surface = extract_on("cpu", volume, SurfaceSettings(isovalue=0.0))
+    near = in_near_frame(surface)
+    assert (near is surface) == is_near
+    back = in_frame_of(surface, near)
+    assert (back is surface) == is_near
+    assert back.vertices.numpy().tobytes() == surface.vertices.numpy().tobytes()
+    if not is_near:
+        assert np.abs(near.affine[:3, 3]).max() == 0
+        ratio = np.diag(near.affine)[:3] / spacing
+        assert ratio.min() == ratio.max() == 2.0 ** np.round(np.log2(ratio[0]))
