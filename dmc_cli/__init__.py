@@ -10,8 +10,7 @@ The data flow is the package. Whoever reads the files in this order meets the me
     volume       values on a grid and where they lie in the world; readers for each format
     read_ahead   the volume is read while kernels are loaded
     host_memory  memory that is kept for the next array
-    desk         where CPU threads meet: the few steps that are native code
-    team         the CPU threads that share a launch
+    runtime      the CPU threads that share a launch, and how they are stopped
     scan         the prefix sum of a long array, by all threads
     kernel_cache compiled kernels on disk; damaged ones are compiled anew
     device       where kernels run, and the one way to launch them

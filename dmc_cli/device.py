@@ -1,7 +1,7 @@
 """Where kernels run, and the one way to launch them.
 
 Conventions: every kernel is one-dimensional and takes `first`, the index of its first thread, as its
-first argument, so that on CPU a launch can be cut into slabs, which threads share (`team.py`).
+first argument, so that on CPU a launch can be cut into chunks, which threads share (`worker_pool.py`).
 """
 
 import os
@@ -10,21 +10,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import prod
-from threading import Lock
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from dmc_cli import desk, scan
+from dmc_cli import scan
 from dmc_cli.errors import DeviceError
 from dmc_cli.host_memory import HostMemory
 from dmc_cli.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.progress import SILENT, Progress
+from dmc_cli.runtime import job_slots
+from dmc_cli.runtime.compiled_kernel import LOADING
+from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
 from dmc_cli.system import usable_cores
-from dmc_cli.team import Team
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
@@ -35,10 +36,8 @@ SHORT_SCAN = 8 * CHUNK
 ROWS_A_SLAB = 64
 ITEMS_A_SLAB = 256
 FLAGS_A_SLAB = 2048
-"""Rows, single cells, vertices or quads, and those that are only flagged or copied, a slab at least: some ten
-microseconds of work, which is what it costs to have a second thread."""
-
-_MAKING_A_TEAM = Lock()
+"""Rows, single cells, vertices or quads, and those that are only flagged or copied, a chunk at least: some
+ten microseconds of work, which is what it costs to have a second thread."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +61,6 @@ class Device:
     def _memory(self) -> HostMemory:
         return HostMemory()
 
-    @property
-    def _team(self) -> Team:
-        """The one team, also for callers in several threads: it knows what has been begun."""
-        team: Team | None = self.__dict__.get("team")
-        if team is None:
-            with _MAKING_A_TEAM:
-                team = self.__dict__.get("team") or Team(self.threads)
-                self.__dict__["team"] = team
-        return team
-
     @cached_property
     def _nothings(self) -> dict[Any, Any]:
         return {}
@@ -85,20 +74,41 @@ class Device:
     def wake(self) -> None:
         """Get threads ready, which takes as long as a short launch, before the first of many."""
         if self.is_cpu:
-            self._team.wake()
+            worker_pool().wake(self.threads)
 
     def launch(
-        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
+        self,
+        kernel: Any,
+        dim: int,
+        inputs: Sequence[Any],
+        outputs: Sequence[Any],
+        grain: int = ROWS_A_SLAB,
+        longest: int = 0,
     ) -> None:
         """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here.
 
-        On CPU a slab has at least `grain` of them: so many that a launch does not cost more than it does.
+        On CPU a chunk has at least `grain` of them: so many that a launch does not cost more than it does;
+        and at most `longest`, if that is given: where one takes long, so many that nobody waits too long
+        for the end of a chunk.
         """
+        self._launch(kernel, dim, [0, *inputs, *outputs], grain, longest, self.threads)
+
+    def launch_in_order(
+        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_SLAB
+    ) -> None:
+        """Run `kernel` as `launch` does, on CPU one thread index after the other.
+
+        So must a kernel with atomics, which on CPU are plain loads and stores.
+        """
+        self._launch(kernel, dim, [0, *inputs, *outputs], grain, 0, 1)
+
+    def _launch(
+        self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int, longest: int, threads: int
+    ) -> None:
         if dim == 0:
             return
-        arguments = [0, *inputs, *outputs]
         if self.is_cpu:
-            self._team.launch(kernel, dim, arguments, grain)
+            worker_pool().launch(kernel, dim, arguments, threads, grain, longest)
         else:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
 
@@ -107,17 +117,22 @@ class Device:
     ) -> None:
         """Begin a launch, which goes on while the caller gets the next one ready, as all do on CUDA.
 
-        The next launch waits for it; before the host looks at its arrays, `finish` does.
+        The thread's next launch waits for it; before the host looks at its arrays, `finish` does.
         """
         if self.is_cpu and dim:
-            self._team.begin(kernel, dim, [0, *inputs, *outputs], grain)
+            worker_pool().begin(kernel, dim, [0, *inputs, *outputs], self.threads, grain)
         else:
             self.launch(kernel, dim, inputs, outputs, grain)
 
     def finish(self) -> None:
         """Wait for the launch that was begun, if there is one."""
         if self.is_cpu:
-            self._team.finish()
+            worker_pool().finish()
+
+    def drop(self) -> None:
+        """Leave undone what is left of the launch that was begun, if there is one."""
+        if self.is_cpu:
+            worker_pool().drop()
 
     def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an uninitialised array; every kernel that gets it writes all of it.
@@ -267,13 +282,13 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         MemoryError: There is no memory for them.
     """
     block_dim = 1 if device.is_cpu else None
-    needed = dict.fromkeys([desk, scan, *modules] if device.is_cpu else modules)
+    needed = dict.fromkeys([job_slots, scan, *modules] if device.is_cpu else modules)
     names = [wp.get_module(module.__name__) for module in needed]
-    with usable_cache():
+    with LOADING, usable_cache():
         missing = load_compiled(device.name, names, block_dim)
     if missing:
         shown = f"compiling {len(missing)} kernel modules, once for this version"
-        with progress.stage(shown), usable_cache():
+        with progress.stage(shown), LOADING, usable_cache():
             compile_modules(device.name, missing, block_dim, device.threads)
 
 

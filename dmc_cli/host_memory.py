@@ -7,6 +7,7 @@ What is kept never makes the whole much larger than what was in use at some mome
 as its largest stage needs, whatever the stages before it left (`memory.py` relies on it).
 """
 
+import os
 from collections import deque
 from threading import Lock
 
@@ -23,6 +24,12 @@ SMALL_WHOLE = 1 << 25
 
 SPARE_SHARE = 16
 """What is in use and kept may be more than what was in use at most by one part in so many."""
+
+_LOCK = Lock()
+"""Of all kept memory, and while the process forks: a child could not release it for another thread."""
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_LOCK.acquire, after_in_parent=_LOCK.release, after_in_child=_LOCK.release)
 
 
 class Block:
@@ -57,14 +64,13 @@ class HostMemory:
         self._total = 0
         self._in_use = 0
         self._most_in_use = 0
-        self._lock = Lock()
 
     def take(self, size: int) -> Lease:
         """Return an owner of at least `size` uninitialised bytes, its `block`."""
         if size < SMALLEST_KEPT:
             return Lease(Block(size), deque())
         rounded = block_size(size)
-        with self._lock:
+        with _LOCK:
             self._collect()
             block = self._kept_block(rounded) or self._new_block(rounded)
             self._in_use += rounded

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
-from dmc_cli import desk, scan
+from dmc_cli import scan
 from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
@@ -28,6 +28,7 @@ from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sec
 from dmc_cli.report.requirements import check_requirements
 from dmc_cli.report.rounding import may_be_coarse, rounding_warning
 from dmc_cli.report.versions import collect_versions
+from dmc_cli.runtime import job_slots
 from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
@@ -162,7 +163,8 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    return [desk, scan, *placements, *mesh_kernels(simplify=True, relax=True, more=True), *report_kernels()]
+    processing = mesh_kernels(simplify=True, relax=True, more=True)
+    return [job_slots, scan, *placements, *processing, *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:

@@ -1,8 +1,5 @@
 """Sums of counts, and memory whose former content never shows."""
 
-import time
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 import warp as wp
@@ -16,10 +13,10 @@ from dmc_cli.host_memory import HostMemory
 from dmc_cli.mesh.coloring import color_quads, reduce_colors
 from dmc_cli.mesh.halfedges import build_halfedges
 from dmc_cli.mesh.simplify import simplify
+from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.scan import CHUNK
 from dmc_cli.settings import MeshSettings, SurfaceSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
-from dmc_cli.team import Team
 from tests.fields import smooth_noise, volume_of, white_noise
 
 LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
@@ -63,20 +60,13 @@ def test_chunks_of_chunks_are_summed_alike(length):
         check_starts(2, length)
 
 
-def test_many_threads_that_share_a_device_have_one_team(monkeypatch):
-    made = []
-
-    class SlowTeam(Team):
-        def __init__(self, threads):
-            time.sleep(0.02)
-            made.append(self)
-            super().__init__(threads)
-
-    monkeypatch.setattr(device_module, "Team", SlowTeam)
-    device = select_device("cpu", 2)
-    with ThreadPoolExecutor(4) as pool:
-        teams = list(pool.map(lambda _: device._team, range(4)))
-    assert teams == 4 * made
+def test_threads_are_as_many_as_processors_that_may_be_used(monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {3, 5, 7}, raising=False)
+    monkeypatch.setattr("os.cpu_count", lambda: 64)
+    assert select_device("cpu").threads == 3
+    assert select_device("cpu", 2).threads == 2
+    monkeypatch.delattr("os.sched_getaffinity")
+    assert select_device("cpu").threads == 64
 
 
 NOISE = white_noise(64)  # launches of several slabs
@@ -99,7 +89,7 @@ def test_nothing_is_begun_after_a_mesh_too_large(short_of, monkeypatch):
     else:
         with pytest.raises(DeviceError, match="vertices or quads"):
             mesh_of_noise(device)
-    assert device._team._begun is None
+    assert not worker_pool().slot.is_begun
 
 
 @pytest.mark.parametrize("left", range(1, 24, 2))
@@ -117,7 +107,7 @@ def test_nothing_is_begun_after_memory_ran_out(left, monkeypatch):
     monkeypatch.setattr(HostMemory, "take", limited)
     with pytest.raises(MemoryError):
         mesh_of_noise(device)
-    assert device._team._begun is None
+    assert not worker_pool().slot.is_begun
 
 
 def two_spheres() -> np.ndarray:

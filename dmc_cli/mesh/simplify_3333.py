@@ -53,10 +53,7 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
     flags = device.empty(count, wp.int64)
     owner = device.empty(mesh.arrays.valence.shape[0], wp.uint32)
     device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], FLAGS_A_SLAB)
-    if count:
-        # in one launch: on CPU an atomic is a plain load and store
-        inputs = [0, mesh.arrays, quads, eligible, owner]
-        wp.launch(claim_outer_kernel, dim=count, inputs=inputs, device=device.name)
+    device.launch_in_order(claim_outer_kernel, count, [mesh.arrays, quads, eligible], [owner])
     device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], FLAGS_A_SLAB)
     return flags
 
@@ -69,8 +66,7 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
     device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], FLAGS_A_SLAB)
     seams = device.empty(4 * count, wp.int32)
     device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], FLAGS_A_SLAB)
-    if count:
-        wp.launch(lower_outer_kernel, dim=count, inputs=[0, mesh.arrays, quads, flags], device=device.name)
+    device.launch_in_order(lower_outer_kernel, count, [mesh.arrays, quads, flags], [])
     mesh.seams.append(seams)
 
 

@@ -122,24 +122,16 @@ def find_twins(device: Device, faces: Any, vertex_count: int) -> Any:
     size = corners.shape[0]
     counts = device.zeros(vertex_count, wp.int64)
     if size:
-        _launch_whole(device, count_halfedges_kernel, [corners], [counts])
+        device.launch_in_order(count_halfedges_kernel, size, [corners], [counts])
     if size == 0 or int(counts.numpy().max()) > LONGEST_LIST:
         return wp.array(pair_halfedges(corners.numpy().reshape(-1, 4)), dtype=wp.int32, device=device.name)
     starts, total = device.starts(counts)
     cursors = wp.clone(starts)
     listed = device.empty(total, wp.int32)
-    wp.launch(
-        list_halfedges_kernel, dim=size, inputs=[0, corners], outputs=[cursors, listed], device=device.name
-    )
+    device.launch_in_order(list_halfedges_kernel, size, [corners], [cursors, listed])
     twins = wp.full(size, NO_TWIN, dtype=wp.int32, device=device.name)
     device.launch(match_halfedges_kernel, vertex_count, inputs=[corners, starts], outputs=[listed, twins])
     return twins
-
-
-def _launch_whole(device: Device, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
-    """Run a kernel over all corners in one launch."""
-    dim = inputs[0].shape[0]
-    wp.launch(kernel, dim=dim, inputs=[0, *inputs], outputs=outputs, device=device.name)
 
 
 def pair_halfedges(faces: IntArray) -> IntArray:

@@ -228,14 +228,7 @@ def inspect_vertices(device: Device, corners: Any, twins: Any, vertex_count: int
     """
     degrees = device.zeros(vertex_count, wp.int32)
     starts = device.zeros(vertex_count, wp.uint32)
-    if corners.shape[0]:
-        wp.launch(
-            scatter_corners_kernel,
-            dim=corners.shape[0],
-            inputs=[0, corners, twins],
-            outputs=[degrees, starts],
-            device=device.name,
-        )
+    device.launch_in_order(scatter_corners_kernel, corners.shape[0], [corners, twins], [degrees, starts])
     valences = device.empty(vertex_count, wp.int32)
     crowded = device.empty(vertex_count, wp.uint8)
     split = device.empty(vertex_count, wp.uint8)

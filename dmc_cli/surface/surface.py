@@ -109,11 +109,15 @@ def extract_surface(
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
     """
-    volume.device.wake()
+    device = volume.device
+    device.wake()
     try:
-        return _run_stages(volume, settings, affine, even_slices, reserve)
-    finally:
-        volume.device.finish()
+        surface = _run_stages(volume, settings, affine, even_slices, reserve)
+    except BaseException:
+        device.drop()
+        raise
+    device.finish()
+    return surface
 
 
 def _run_stages(

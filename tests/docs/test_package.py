@@ -12,7 +12,7 @@ import pytest
 import dmc_cli
 from tests.docs.readme import README
 
-MAP = re.findall(r"^    (\w+)  +\S", dmc_cli.__doc__, re.MULTILINE)
+MAP = re.findall(r"^    (\w+) +\S", dmc_cli.__doc__, re.MULTILINE)
 STAGES = re.findall(r"^\| \[\w+\]\(dmc_cli/(\w+)", README.read_text("utf-8"), re.MULTILINE)
 
 
