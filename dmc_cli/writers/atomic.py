@@ -3,15 +3,19 @@
 The bytes go to one temporary file of a fixed name in the same folder, `.NAME.dmc-part`, which is
 locked and at the end renamed to NAME, when the disk has it: neither a power cut nor a network disk that
 tells late that it is full leaves a NAME with a hole. A run that is killed leaves at most that file; the
-lock dies with the run, so the next run to the same output takes the file over. What exists already is only
-replaced where the caller says so, and only by the rename. `-` and devices are written directly.
+lock dies with the run, so the next run to the same output takes the file over. Where a file cannot be locked,
+nobody can tell whether another run is at it: what is there is left alone, and the bytes go to a file of
+another name. What exists already is only replaced where the caller says so, and only by the rename. `-` and
+devices are written directly.
 """
 
 import errno
+import hashlib
 import os
+import secrets
 import stat
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,8 +26,14 @@ from dmc_cli.settings import STREAM
 
 try:
     import fcntl
-except ImportError:  # Windows: without a lock two runs to one output at the same time would collide
+except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
+
+LONGEST_NAME = 255
+"""Bytes of a file's name, at most, on all common disks."""
+
+_CANNOT_LOCK = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
+"""What a disk that knows no locks, as some network disks do, answers."""
 
 _REASONS = {
     errno.ENOSPC: "the disk is full; free some space, or write to another folder",
@@ -32,6 +42,7 @@ _REASONS = {
     errno.EACCES: "no permission to write there; choose another folder, or change its permissions",
     errno.EPERM: "no permission to write there; choose another folder, or change its permissions",
     errno.EROFS: "the disk is read-only; choose another folder",
+    errno.ELOOP: "links that lead in a circle are in its way; remove them, or choose another name",
     errno.ENAMETOOLONG: "the name is too long for this disk; choose a shorter one",
     errno.EPIPE: "the reader of the output is gone; keep it reading to the end",
 }
@@ -46,7 +57,18 @@ def check_output(path: str, *, force: bool) -> None:
     """
     if path == STREAM:
         return
-    target = _real(path)
+    try:
+        _check_place(path, _real(path), force=force)
+    except WriteError:
+        raise
+    except OSError as error:
+        raise write_error(path, error) from error
+    except ValueError as error:  # a null character
+        raise WriteError(f"{path!r} cannot be written: {error}; choose another name") from error
+
+
+def _check_place(path: str, target: Path, *, force: bool) -> None:
+    """Raise unless a file, links followed, can be written as far as its folder tells."""
     if target.is_dir():
         raise WriteError(
             f"{path} is a folder; expected the name of a file in it, for example {target.name}/mesh.ply"
@@ -63,6 +85,8 @@ def check_output(path: str, *, force: bool) -> None:
         raise WriteError(
             f"{path} exists already; expected a new name; choose another, or overwrite it with --force"
         )
+    if len(os.fsencode(target.name)) > LONGEST_NAME:
+        raise write_error(path, OSError(errno.ENAMETOOLONG, "File name too long"))
     if not os.access(folder, os.W_OK | os.X_OK):
         raise write_error(path, OSError(errno.EACCES, "Permission denied"))
 
@@ -80,14 +104,26 @@ def write_output(path: str, chunks: Iterable[bytes], *, force: bool) -> int:
     # a thread writes one chunk while the next one is made; the system call releases the GIL
     with open_output(path, force=force) as stream, ThreadPoolExecutor(max_workers=1) as writer:
         pending: Future[int] | None = None
+        begin: Callable[..., Future[int]] = writer.submit
         for chunk in chunks:
             if pending is not None:
                 pending.result()
-            pending = writer.submit(stream.write, chunk)
+            try:
+                pending = begin(stream.write, chunk)
+            except RuntimeError:  # no thread can be started
+                begin = _at_once
+                pending = begin(stream.write, chunk)
             size += len(chunk)
         if pending is not None:
             pending.result()
     return size
+
+
+def _at_once(function: Callable[[bytes], int], chunk: bytes) -> Future[int]:
+    """Call a function as an executor does that has no threads."""
+    done: Future[int] = Future()
+    done.set_result(function(chunk))
+    return done
 
 
 @contextmanager
@@ -114,12 +150,25 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
         raise write_error(path, error) from error
 
 
+def part_of(target: Path) -> Path:
+    """Return the temporary file in which a file, links followed, grows."""
+    name = f".{target.name}.dmc-part"
+    if len(os.fsencode(name)) > LONGEST_NAME:
+        name = f".{_digest(target)}.dmc-part"
+    return target.with_name(name)
+
+
+def _digest(target: Path) -> str:
+    """Return what stands for a name that is too long to be made longer."""
+    return hashlib.sha256(os.fsencode(target.name)).hexdigest()[:32]
+
+
 @contextmanager
 def _part_file(path: str, *, force: bool) -> Iterator[BinaryIO]:
-    """Open the locked temporary file of `path`; rename it at the end, or remove it on any exception."""
+    """Open the temporary file of `path`, ours alone; rename it at the end, or remove it on any exception."""
     target = _real(path)
-    part = target.with_name(f".{target.name}.dmc-part")
-    with os.fdopen(_open_locked(part, path), "wb") as stream:
+    descriptor, part = _open_part(target, path)
+    with os.fdopen(descriptor, "wb") as stream:
         try:
             yield stream
             stream.flush()
@@ -143,18 +192,21 @@ def _wait_for_disk(stream: BinaryIO) -> None:
             raise
 
 
-def _open_locked(part: Path, path: str) -> int:
-    """Open the temporary file, empty and locked; one that a killed run left behind is taken over."""
+def _open_part(target: Path, path: str) -> tuple[int, Path]:
+    """Open a temporary file for an output, empty and ours alone; return its descriptor and its name."""
+    part = part_of(target)
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     while True:
-        descriptor = os.open(part, flags, 0o666)
         try:
-            if fcntl is not None:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            descriptor, is_new = os.open(part, flags | os.O_EXCL, 0o666), True
+        except FileExistsError:
+            descriptor, is_new = os.open(part, flags, 0o666), False
+        try:
+            is_ours = _lock(descriptor) or is_new
             # the run that held the lock before may have renamed this very file to its output
-            if _is_same_file(descriptor, part):
+            if is_ours and _is_same_file(descriptor, part):
                 os.ftruncate(descriptor, 0)
-                return descriptor
+                return descriptor, part
         except BlockingIOError as error:
             os.close(descriptor)
             raise WriteError(
@@ -164,6 +216,27 @@ def _open_locked(part: Path, path: str) -> int:
             os.close(descriptor)
             raise
         os.close(descriptor)
+        if not is_ours:
+            part = target.with_name(f".{_digest(target)}-{secrets.token_hex(8)}.dmc-part")
+
+
+def _lock(descriptor: int) -> bool:
+    """Lock a file, and return whether files can be locked on its disk.
+
+    Raises:
+        BlockingIOError: Another run has locked it.
+    """
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError as error:
+        if error.errno not in _CANNOT_LOCK:
+            raise
+        return False
+    return True
 
 
 def _remove_ours(part: Path, stream: BinaryIO) -> None:
@@ -190,8 +263,18 @@ def _is_device(target: Path) -> bool:
 
 
 def _real(path: str) -> Path:
-    """Follow links: the file that a link names is replaced, not the link."""
-    return Path(path).resolve()
+    """Follow links: the file that a link names is replaced, not the link.
+
+    Raises:
+        OSError: The links lead in a circle.
+    """
+    try:
+        real = Path(path).resolve()
+    except RuntimeError as error:  # before Python 3.13
+        raise OSError(errno.ELOOP, "Too many levels of symbolic links") from error
+    if real.is_symlink():  # since then
+        raise OSError(errno.ELOOP, "Too many levels of symbolic links")
+    return real
 
 
 def write_error(path: str, error: OSError) -> WriteError:

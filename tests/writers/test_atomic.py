@@ -139,7 +139,7 @@ def test_a_size_limit_is_named_and_nothing_is_left(target):
 
 def test_a_name_too_long_for_the_disk_is_named(tmp_path):
     with pytest.raises(WriteError, match="name is too long"):
-        write_output(str(tmp_path / ("x" * 250 + ".ply")), [b""], force=False)
+        write_output(str(tmp_path / ("x" * 252 + ".ply")), [b""], force=False)
 
 
 def test_what_a_killed_run_left_is_taken_over(target):

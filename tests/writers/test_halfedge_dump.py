@@ -107,6 +107,16 @@ def test_the_archive_is_what_numpy_writes(run, tmp_path):
             assert archive.getinfo(f"{name}.npy").date_time == (1980, 1, 1, 0, 0, 0)
 
 
+def test_entries_of_the_archive_tell_no_time_and_are_not_packed(run, tmp_path):
+    """The same bytes tomorrow; a reader may map the tables."""
+    with zipfile.ZipFile(dump(run, tmp_path, ".npz")) as archive:
+        entries = archive.infolist()
+    assert [entry.filename for entry in entries] == [f"{name}.npy" for name in SHAPES]
+    for entry in entries:
+        assert entry.date_time == (1980, 1, 1, 0, 0, 0)
+        assert entry.compress_type == zipfile.ZIP_STORED
+
+
 def test_the_dump_of_an_empty_surface_has_empty_tables(run, tmp_path):
     path = tmp_path / "empty.npz"
     words = [
