@@ -1,7 +1,7 @@
 """Every error that the package raises on purpose; imports nothing.
 
 DmcError(Exception)                     the common root; each class knows its exit status
-├─ SettingsError(ValueError)         2  a setting is out of its range or two settings contradict
+├─ SettingsError(ValueError)         2  a setting is out of its range, or two contradict (output is input)
 ├─ VolumeError(ValueError)           3  the input cannot be used
 │  ├─ UnsupportedFormatError         3  no reader for this file or this variant of its format
 │  ├─ DamagedVolumeError             3  header and data disagree, or the data end early

@@ -20,6 +20,7 @@ from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
 from dmc_cli.mesh import kernel_modules as mesh_kernels
+from dmc_cli.overlaps import refuse_overlaps
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.read_ahead import ReadAhead
 from dmc_cli.report import kernel_modules as report_kernels
@@ -29,7 +30,7 @@ from dmc_cli.report.requirements import check_requirements
 from dmc_cli.report.rounding import may_be_coarse, rounding_warning
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.runtime import job_slots
-from dmc_cli.settings import ConvertSettings, OutputSettings
+from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
 from dmc_cli.volume.space import output_affine
@@ -97,7 +98,7 @@ def convert(
     """
     output = settings.output
     watch = Stopwatch(progress)
-    _check_outputs(output)
+    _check_outputs(settings)
     ahead = ahead or ReadAhead(settings)
     device = select_device(settings.device, settings.threads)
     ahead.check()
@@ -105,6 +106,7 @@ def convert(
         load_kernels(device, _needed_kernels(settings), progress)
     with watch.stage("read", "reading"):
         volume = ahead.result(progress)
+    refuse_overlaps([settings], volume.files)
     affine, space = output_affine(volume, output.space)
     reserve_cells(volume, settings)
     with watch.stage("surface", "extracting the surface"):
@@ -180,8 +182,10 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     return modules + (report_kernels() if settings.output.is_measured else [])
 
 
-def _check_outputs(output: OutputSettings) -> None:
+def _check_outputs(settings: ConvertSettings) -> None:
     """Raise DmcError, before any work, if an output has a name or a place that will not do."""
+    output = settings.output
+    refuse_overlaps([settings])
     choose_format(output.path, output.output_format)
     check_output(output.path, force=output.force)
     if output.halfedges is not None:

@@ -17,6 +17,7 @@ import click
 from dmc_cli.cli.options import gather
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
+from dmc_cli.overlaps import refuse_overlaps
 from dmc_cli.settings import (
     ConvertSettings,
     MeshSettings,
@@ -38,7 +39,8 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
 
     Raises:
         SettingsError: An input pattern without a file, an isovalue or a template that is missing or wrong,
-            two items with one output, a file that is no TOML or has keys that are no options.
+            an output that is an input or another output, a file that is no TOML or has keys that are no
+            options.
     """
     given = {
         name for name in values if ctx.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
@@ -46,15 +48,15 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     if len(inputs) == 1 and inputs[0].lower().endswith(".toml"):
         path = Path(inputs[0])
         tables = list(_tables(path, ctx))
-        folder = path.parent
+        folder, own = path.parent, [path]
     else:
-        tables, folder = [{"inputs": list(inputs)}], Path()
+        tables, folder, own = [{"inputs": list(inputs)}], Path(), []
     items: list[ConvertSettings] = []
     for table in tables:
         ours = {name: value for name, value in values.items() if name in given or name not in table}
         base = Path() if "output" in ours and "output" in given else folder
         items.extend(_expand(table | ours, folder, base))
-    _check_outputs(items)
+    refuse_overlaps(items, own)
     return items
 
 
@@ -180,18 +182,3 @@ def _parent(source: str, base: Path) -> Path:
     """Return an input's folder as a template names it: relative to the outputs' folder if it lies there."""
     parent = Path() if source.startswith("synth:") else Path(source).parent
     return parent.relative_to(base) if parent.is_relative_to(base) else parent
-
-
-def _check_outputs(items: list[ConvertSettings]) -> None:
-    """Raise if two items would write the same file."""
-    owners: dict[str, ConvertSettings] = {}
-    for item in items:
-        paths = [path for path in (item.output.path, item.output.halfedges, item.output.report) if path]
-        for path in paths:
-            other = owners.setdefault(str(Path(path).absolute()), item)
-            if other is not item or len(set(paths)) < len(paths):
-                raise SettingsError(
-                    f"{path} is the output of {other.input} at {other.surface.isovalue:g} and of"
-                    f" {item.input} at {item.surface.isovalue:g}; expected one file an item; use {{stem}}"
-                    " and {isovalue} in its name"
-                )
