@@ -9,9 +9,10 @@ import sys
 import threading
 import time
 from collections import Counter
+from dataclasses import replace
 
 from tests.mutants.areas import AREAS, area_of, files_of, files_with_tests_of
-from tests.mutants.coverage_map import Choice, load_map, record
+from tests.mutants.coverage_map import Choice, is_changed, load_map, record
 from tests.mutants.mutant import PACKAGE, ROOT, sample
 from tests.mutants.python_faults import faults_of
 from tests.mutants.tree import WORK, make_tree, run_tests, warm_kernels, write_module
@@ -30,11 +31,16 @@ def main():
     trees = [make_tree(f"tree{n}") for n in range(chosen.jobs)]
     areas = sorted({area_of(m.file) for m in mutants})
     recorded = load_map()
-    missing = sorted({f for a in areas for f in files_with_tests_of(a) if chosen.record or f not in recorded})
-    if missing and record(trees[0], missing):
+    files = sorted({file for area in areas for file in files_with_tests_of(area)})
+    missing = [f for f in files if f not in recorded or (chosen.record and is_changed(recorded, trees[0], f))]
+    if not record(trees[0], missing):
         print("the tests fail without any fault, or were not all recorded", file=sys.stderr)
         return 1
-    trial = Trial(texts, chosen.most_seconds, Choice(load_map()))
+    recorded = load_map()
+    changed = [file for file in files if is_changed(recorded, trees[0], file)]
+    trial = Trial(texts, chosen.most_seconds, Choice(recorded), changed)
+    if not trial.passes_without_fault(mutants, trees):
+        return 1
     trial.run_all(mutants, trees)
     print_table(trial.results)
     return 0
@@ -53,7 +59,9 @@ def parse():
     parser.add_argument(
         "--most-seconds", type=float, default=60, help="of tests a fault, as recorded (%(default)s)"
     )
-    parser.add_argument("--record", action="store_true", help="record anew which tests run what")
+    parser.add_argument(
+        "--record", action="store_true", help="record anew what the tests of changed files run"
+    )
     parser.add_argument("--list", action="store_true", help="list the faults and leave")
     return parser.parse_args()
 
@@ -78,9 +86,18 @@ def chosen_mutants(chosen):
 class Trial:
     """Puts faults into trees and runs the tests, as many at a time as there are trees."""
 
-    def __init__(self, texts, most_seconds, choice):
-        self.texts, self.most_seconds, self.choice = texts, most_seconds, choice
+    def __init__(self, texts, most_seconds, choice, changed):
+        self.texts, self.most_seconds, self.choice, self.changed = texts, most_seconds, choice, changed
         self.results = []
+
+    def passes_without_fault(self, mutants, trees):
+        """Whether the tests of the first and last fault pass where there is none."""
+        for tree, mutant in zip([*trees, trees[0]], [*mutants[:1] * len(trees), *mutants[-1:]], strict=True):
+            outcome, _, told = self.attempt(replace(mutant, new=mutant.old), tree)
+            if outcome != "survived":
+                print(told, "the tests do not pass without any fault", file=sys.stderr, sep="\n")
+                return False
+        return True
 
     def run_all(self, mutants, trees):
         waiting = queue.SimpleQueue()
@@ -110,7 +127,8 @@ class Trial:
         tests, seconds = self.choice.tests_for(mutant.file, mutant.symbol, files, self.most_seconds)
         write_module(tree, mutant.file, mutant.put_into(text))
         try:
-            return run_tests(tree, tests, list(self.choice.seconds), files, 120 + 5 * seconds)
+            changed = [file for file in files if file in self.changed]
+            return run_tests(tree, tests, list(self.choice.seconds), changed, 120 + 5 * seconds)
         finally:
             write_module(tree, mutant.file, text)
 

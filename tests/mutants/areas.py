@@ -16,7 +16,7 @@ class Area:
 AREAS = {
     "surface": Area(("surface/*.py",), ("tests/surface", "tests/test_same_bytes.py")),
     "mesh": Area(("mesh/*.py",), ("tests/mesh", "tests/test_same_bytes.py")),
-    "report": Area(("report/*.py",), ("tests/report",)),
+    "report": Area(("report/**/*.py",), ("tests/report",)),
     "volume": Area(("volume/*.py",), ("tests/volume",)),
     "writers": Area(("writers/*.py",), ("tests/writers",)),
     "cli": Area(("cli/*.py",), ("tests/cli", "tests/docs")),

@@ -1,48 +1,59 @@
 """Which tests run which functions of the host code, and how long they take: recorded once a test file."""
 
+import hashlib
 import json
 import os
-import subprocess
-import sys
 from collections import defaultdict
 
+from tests.mutants.child import run_pytest
 from tests.mutants.graph import users
 from tests.mutants.mutant import PACKAGE
 from tests.mutants.source import Source
-from tests.mutants.tree import QUICK, WORK, environment
+from tests.mutants.tree import NO_TESTS, QUICK, WORK, environment
 
 MAP = WORK / "map.json"
 
 
 def load_map():
-    """What was recorded: for each test file its tests, each with its seconds and its functions."""
+    """What was recorded: for each test file its hash and its tests, each with seconds and functions."""
     return json.loads(MAP.read_text()) if MAP.exists() else {}
 
 
+def hash_of(tree, file):
+    """A hash of a test file, which tells whether its tests are those that were recorded."""
+    return hashlib.sha256((tree / file).read_bytes()).hexdigest()
+
+
+def is_changed(recorded, tree, file):
+    """Whether a test file is another one than when it was recorded."""
+    return recorded[file]["hash"] != hash_of(tree, file)
+
+
 def record(tree, files):
-    """Run test files under coverage in a tree, and add what they tell to the map."""
-    data, told = WORK / f"coverage.{os.getpid()}", WORK / f"seconds.{os.getpid()}.json"
-    command = [sys.executable, "-m", "pytest", "-q", *QUICK, "-p", "tests.mutants.plugin", f"--cov={PACKAGE}"]
-    command += ["--cov-context=test", "--cov-report=", *files]
-    settings = {"COVERAGE_FILE": str(data), "MUTANTS_SECONDS": str(told)}
-    done = subprocess.run(command, cwd=tree, env=environment(tree) | settings, check=False)
-    seconds = json.loads(told.read_text()) if told.exists() else {}
-    functions = _functions_by_test(tree, data)
-    found = load_map()
+    """Run test files under coverage in a tree and add what they tell to the map; whether all passed."""
+    data, told = WORK / "recorded.coverage", WORK / "recorded.json"
+    settings = environment(tree) | {"COVERAGE_FILE": str(data), "MUTANTS_SECONDS": str(told)}
+    passed = True
     for file in files:
-        found[file] = {}
-    for test, taken in seconds.items():
-        found[test.split("::")[0]][test] = {"seconds": taken, "functions": sorted(functions[test])}
-    MAP.write_text(json.dumps(found))
-    for path in (data, told):
-        path.unlink(missing_ok=True)
-    return done.returncode
+        arguments = ["-q", *QUICK, "-p", "tests.mutants.plugin", f"--cov={PACKAGE}", "--cov-context=test"]
+        status, text = run_pytest(tree, [*arguments, "--cov-report=", file], settings)
+        print(f"recorded {file}: {text.strip().splitlines()[-1]}", flush=True)
+        passed = passed and status in (0, NO_TESTS)
+        seconds = json.loads(told.read_text()) if told.exists() else {}
+        functions = _functions_by_test(tree, data)
+        tests = {t: {"seconds": s, "functions": sorted(functions[t])} for t, s in seconds.items()}
+        MAP.write_text(json.dumps(load_map() | {file: {"hash": hash_of(tree, file), "tests": tests}}))
+        for path in (data, told):
+            path.unlink(missing_ok=True)
+    return passed
 
 
 def _functions_by_test(tree, data):
     from coverage import CoverageData
 
     coverage, result = CoverageData(basename=str(data)), defaultdict(set)
+    if not data.exists():
+        return result
     coverage.read()
     for path in coverage.measured_files():
         file = os.path.relpath(path, tree / PACKAGE)
@@ -62,8 +73,8 @@ class Choice:
         self.users = users()
         self.seconds = {}
         self.tests = defaultdict(set)
-        for tests in recorded.values():
-            for test, facts in tests.items():
+        for facts_of_file in recorded.values():
+            for test, facts in facts_of_file["tests"].items():
                 self.seconds[test] = facts["seconds"]
                 for function in facts["functions"]:
                     self.tests[function].add(test)

@@ -93,17 +93,20 @@ def test_a_sample_is_the_same_for_a_seed_and_not_full_of_constants():
     assert sum(m.kind == CONSTANTS for m in first) <= SHARE_OF_CONSTANTS * 40
 
 
+def recorded(name, seconds, function):
+    return {f"{name}": {"seconds": seconds, "functions": [function]}}
+
+
 RECORDED = {
     "tests/mesh/test_other.py": {
-        "tests/mesh/test_other.py::slow": {"seconds": 50.0, "functions": ["mesh/simplify.py::_safe_3x3y"]},
-        "tests/mesh/test_other.py::fast": {"seconds": 1.0, "functions": ["mesh/simplify.py::_safe_3x3y"]},
-        "tests/mesh/test_other.py::elsewhere": {"seconds": 0.1, "functions": ["mesh/check.py::check_mesh"]},
+        "tests": recorded("tests/mesh/test_other.py::slow", 50.0, "mesh/simplify.py::_safe_3x3y")
+        | recorded("tests/mesh/test_other.py::fast", 1.0, "mesh/simplify.py::_safe_3x3y")
+        | recorded("tests/mesh/test_other.py::elsewhere", 0.1, "mesh/check.py::check_mesh")
     },
     "tests/mesh/test_simplify.py": {
-        "tests/mesh/test_simplify.py::same_name": {
-            "seconds": 5.0,
-            "functions": ["mesh/simplify_3x3y.py::judge_topology"],
-        },
+        "tests": recorded(
+            "tests/mesh/test_simplify.py::same_name", 5.0, "mesh/simplify_3x3y.py::judge_topology"
+        )
     },
 }
 

@@ -4,12 +4,10 @@ import json
 import os
 import re
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
+from tests.mutants.child import run_pytest
 from tests.mutants.mutant import PACKAGE, ROOT
 
 WORK = ROOT / "build" / "mutants"
@@ -54,8 +52,8 @@ def warm_kernels():
 
 
 def environment(tree):
-    """The environment of a run in a tree."""
-    return os.environ | {"PYTHONPATH": str(tree), "WARP_CACHE_PATH": str(KERNELS), "PYTHONHASHSEED": "0"}
+    """What the environment of a run in a tree has of its own."""
+    return {"PYTHONPATH": str(tree), "WARP_CACHE_PATH": str(KERNELS)}
 
 
 def write_module(tree, file, text):
@@ -67,40 +65,20 @@ def write_module(tree, file, text):
 
 
 def run_tests(tree, chosen, known, files, limit):
-    """Run chosen tests in a tree: what became of the fault, the seconds, and the last lines."""
+    """Run chosen tests in a tree and those of `files` that are not known yet.
+
+    Returns:
+        What became of the fault, the seconds, and the last lines.
+    """
     plan = tree / "plan.json"
     plan.write_text(json.dumps({"chosen": chosen, "known": known}))
     homes = dict.fromkeys([*files, *(test.split("::")[0] for test in chosen)])
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "--tb=short",
-        *QUICK,
-        "-p",
-        "tests.mutants.plugin",
-        *(home for home in homes if (tree / home).exists()),
-    ]
+    arguments = ["-x", "-q", "--tb=short", *QUICK, "-p", "tests.mutants.plugin"]
+    arguments += [home for home in homes if (tree / home).exists()]
     start = time.monotonic()
-    process = subprocess.Popen(
-        command,
-        cwd=tree,
-        env=environment(tree) | {"MUTANTS_TESTS": str(plan)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    )
-    try:
-        told, _ = process.communicate(timeout=limit)
-        outcome = "survived" if process.returncode in (0, NO_TESTS) else "killed"
-        if outcome == "killed" and STILLBORN.search(told):
-            outcome = "stillborn"
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        told, _ = process.communicate()
-        outcome = "timeout"
+    settings = environment(tree) | {"MUTANTS_TESTS": str(plan)}
+    status, told = run_pytest(tree, arguments, settings, limit)
+    outcome = "timeout" if status is None else "survived" if status in (0, NO_TESTS) else "killed"
+    if outcome == "killed" and STILLBORN.search(told):
+        outcome = "stillborn"
     return outcome, time.monotonic() - start, told[-3000:]
