@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
+from dmc_cli.cli.parameters import complete_files
 from dmc_cli.cli.progress import echo_data, shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.errors import BatchError
@@ -13,13 +14,14 @@ from dmc_cli.printable import json_text
 
 
 @click.command(cls=SectionedCommand, short_help="Convert many inputs in one run.")
-@click.argument("inputs", nargs=-1, required=True)
+@click.argument("inputs", nargs=-1, required=True, shell_complete=complete_files)
 @click.option(
     "-o",
     "--output",
     cls=SectionedOption,
     section="Batch",
     metavar="TEMPLATE",
+    shell_complete=complete_files,
     default="{stem}_{isovalue}.ply",
     help="Name of each output, from {stem}, {name}, {parent} (the input's folder), {isovalue} and {index}.",
 )

@@ -1,15 +1,72 @@
-"""`dmc completion`: the script that lets a shell complete commands, options and their values."""
+"""`dmc completion`: the script that lets a shell complete commands, options, their values and file names."""
+
+import os
 
 import click
-from click.shell_completion import get_completion_class
+from click.shell_completion import (
+    BashComplete,
+    FishComplete,
+    ShellComplete,
+    ZshComplete,
+    add_completion_class,
+    split_arg_string,
+)
 
+from dmc_cli.cli.group import COMPLETE
 from dmc_cli.cli.sections import SectionedCommand
 
-SHELLS = ("bash", "zsh", "fish")
+_BASH = """\
+%(complete_func)s() {
+    local IFS=$'\\n' response completion type value
+    response=$(env COMP_LINE="${COMP_LINE:0:${COMP_POINT:-0}}" COMP_WORDS="${COMP_WORDS[*]}" \\
+        COMP_CWORD="$COMP_CWORD" %(complete_var)s=bash_complete "$1")
+    COMPREPLY=()
+    for completion in $response; do
+        IFS=',' read -r type value <<< "$completion"
+        if [[ $type == plain ]]; then
+            COMPREPLY+=("$value")
+        elif ! compopt -o default 2>/dev/null; then  # called by hand: readline completes no names then
+            mapfile -t COMPREPLY < <(compgen -f -- "$value")
+        fi
+    done
+}
+
+complete -o nosort -F %(complete_func)s %(prog_name)s
+"""
+
+
+class Bash(BashComplete):
+    """Completion for bash, which counts `=` and `:` as words; the line tells which words are meant."""
+
+    source_template = _BASH
+
+    def get_completion_args(self) -> tuple[list[str], str]:
+        """Return the words before the one that is completed, and that one as far as it is there."""
+        line = os.environ.get("COMP_LINE")
+        if not line:
+            before, incomplete = super().get_completion_args()
+            return [word for word in before if word != "="], incomplete
+        words = split_arg_string(line)[1:]
+        is_begun = bool(words) and (not line[-1].isspace() or words[-1][-1:].isspace())
+        return (words[:-1], words[-1]) if is_begun else (words, "")
+
+
+class Zsh(ZshComplete):
+    """Completion for zsh, which counts `--option=` as a part of the word: only what follows is completed."""
+
+    source_template = ZshComplete.source_template.replace(
+        "    for type key", "    [[ $PREFIX == --*=* ]] && compset -P '*='\n    for type key", 1
+    )
+
+
+SHELLS: dict[str, type[ShellComplete]] = {"bash": Bash, "zsh": Zsh, "fish": FishComplete}
+
+for shell_class in SHELLS.values():
+    add_completion_class(shell_class)
 
 
 @click.command(cls=SectionedCommand, short_help="Print a shell's completion script.")
-@click.argument("shell", type=click.Choice(SHELLS))
+@click.argument("shell", type=click.Choice(tuple(SHELLS)))
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:
     """Print the completion script for SHELL on standard output.
@@ -22,6 +79,4 @@ def completion(ctx: click.Context, shell: str) -> None:
       dmc completion bash
       dmc completion fish
     """
-    made = get_completion_class(shell)
-    assert made is not None
-    click.echo(made(ctx.find_root().command, {}, "dmc", "_DMC_COMPLETE").source())
+    click.echo(SHELLS[shell](ctx.find_root().command, {}, "dmc", COMPLETE).source())

@@ -18,6 +18,9 @@ from dmc_cli.writers.atomic import write_error
 VERBOSE = "dmc_cli.verbose"
 """Key of the context's shared notes under which a command leaves how often `-v` was given."""
 
+COMPLETE = "_DMC_COMPLETE"
+"""The variable by which a shell's script asks for completions, whatever the program is called."""
+
 _SHOW_CAUSE = 2
 """`-vv` shows where an expected error came from."""
 
@@ -40,7 +43,7 @@ class DmcGroup(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run as click does, once nothing unprintable can be printed any more."""
         escape_streams()
-        return super().main(*args, **extra)
+        return super().main(*args, **{"complete_var": COMPLETE} | extra)
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         """Make a context in which click takes no sequences out of texts: escaped, they show what is there."""

@@ -6,6 +6,7 @@ import click
 
 from dmc_cli.cli import options
 from dmc_cli.cli.convert import missing_isovalue
+from dmc_cli.cli.parameters import complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import measure_lines
@@ -15,12 +16,13 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
 
 
 @click.command(cls=SectionedCommand, short_help="Measure a mesh file.")
-@click.argument("mesh")
+@click.argument("mesh", shell_complete=complete_files)
 @options.setting(
     MeasureSettings,
     "volume",
     section="Deviation",
     metavar="INPUT",
+    shell_complete=complete_files,
     help="The volume that the mesh is an isosurface of; anything that `dmc convert` reads.",
 )
 @options.setting(

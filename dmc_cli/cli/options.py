@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 import click
 
 from dmc_cli.cli.group import VERBOSE
-from dmc_cli.cli.parameters import ChoiceList, Size, Triple
+from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_words
 from dmc_cli.cli.sections import SectionedOption
 from dmc_cli.settings import (
     ConvertSettings,
@@ -87,8 +87,14 @@ def _remember(ctx: click.Context, _parameter: click.Parameter, value: int) -> in
     return value
 
 
-input_argument = click.argument("input")
-output_argument = click.argument("path", metavar="OUTPUT")
+def _complete_types(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> Any:
+    from dmc_cli.volume.raw import RAW_TYPES
+
+    return complete_words(*RAW_TYPES)(ctx, parameter, incomplete)
+
+
+input_argument = click.argument("input", shell_complete=complete_files)
+output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
 
 read_options = stack(
     setting(
@@ -129,6 +135,7 @@ read_options = stack(
         "dtype",
         section="Raw input",
         metavar="T",
+        shell_complete=_complete_types,
         help="Type of a value: uint8, int16, float32, ...",
     ),
     setting(ReadSettings, "byte_order", section="Raw input", help="Order of the bytes of a value."),
@@ -278,6 +285,7 @@ output_options = stack(
         "halfedges",
         section="Output",
         metavar="FILE",
+        shell_complete=complete_files,
         help="Write the halfedges and colours, too: .npz or .txt.",
     ),
     setting(
@@ -285,6 +293,7 @@ output_options = stack(
         "report",
         section="Output",
         metavar="FILE",
+        shell_complete=complete_files,
         help="Write a JSON report; - is standard output.",
     ),
     setting(
@@ -312,6 +321,7 @@ device_option = setting(
     "device",
     section="Run",
     metavar="DEVICE",
+    shell_complete=complete_words("auto", "cpu", "cuda"),
     again=None,
     help="auto (CUDA where usable), cpu, cuda or cuda:N.",
 )

@@ -1,9 +1,32 @@
 """How the words on the command line become values: triples, sizes in bytes, lists of choices."""
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
+
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem[Any]]]
+
+
+def complete_files(
+    _ctx: click.Context, _parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem[Any]]:
+    """Leave it to the shell to complete the name of a file or folder."""
+    return [CompletionItem(incomplete, type="file")]
+
+
+def complete_words(*words: str) -> Completer:
+    """Make what completes one of some words, where others are taken as well."""
+
+    def complete(
+        _ctx: click.Context, _parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[Any]]:
+        return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+
+    return complete
+
 
 _UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
 
@@ -66,3 +89,11 @@ class ChoiceList(click.ParamType[Any]):
             if word not in self.choices:
                 self.fail(f"{word!r} is not one of {', '.join(self.choices)}", param, ctx)
         return tuple(dict.fromkeys(words))
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[Any]]:
+        """Complete the last word of the list."""
+        before, comma, last = incomplete.rpartition(",")
+        left = [choice for choice in self.choices if choice not in before.split(",")]
+        return [CompletionItem(before + comma + choice) for choice in left if choice.startswith(last)]
