@@ -18,7 +18,7 @@ import warp as wp
 
 from dmc_cli import scan
 from dmc_cli.errors import DeviceError
-from dmc_cli.host_memory import HostMemory
+from dmc_cli.host_memory import SMALLEST_MAPPED, HostMemory, mapped
 from dmc_cli.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime import job_slots
@@ -150,7 +150,8 @@ class Device:
         """Return an array of zeros; on CPU a page of it costs nothing until it is written to."""
         if not self.is_cpu:
             return wp.zeros(shape, dtype=dtype, device=self.name)
-        block = np.zeros(prod(_dims(shape)) * size_of(dtype), np.uint8)
+        size = prod(_dims(shape)) * size_of(dtype)
+        block = mapped(size) if size >= SMALLEST_MAPPED else np.zeros(size, np.uint8)
         return _host_array(block.ctypes.data, block, shape, dtype)
 
     def clear_around(self, array: Any, start: int, end: int) -> None:

@@ -7,9 +7,12 @@ What is kept never makes the whole much larger than what was in use at some mome
 as its largest stage needs, whatever the stages before it left (`memory.py` relies on it).
 """
 
+import mmap
 import os
 from collections import deque
+from contextlib import suppress
 from threading import Lock
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +28,12 @@ SMALL_WHOLE = 1 << 25
 SPARE_SHARE = 16
 """What is in use and kept may be more than what was in use at most by one part in so many."""
 
+SMALLEST_MAPPED = 1 << 20
+"""Bytes from which on memory is the system's own: what goes back to the C library may stay in the process."""
+
+SMALLEST_HUGE = 1 << 22
+"""Bytes from which on huge pages are asked for, as NumPy does."""
+
 _LOCK = Lock()
 """Of all kept memory, and while the process forks: a child could not release it for another thread."""
 
@@ -38,7 +47,7 @@ class Block:
     __slots__ = ("address", "memory")
 
     def __init__(self, size: int) -> None:
-        self.memory = np.empty(size, np.uint8)  # NumPy asks for huge pages
+        self.memory = mapped(size) if size >= SMALLEST_MAPPED else np.empty(size, np.uint8)
         self.address: int = self.memory.ctypes.data
 
 
@@ -117,6 +126,24 @@ class HostMemory:
                 self._total -= len(blocks.pop().memory)
             if not blocks:
                 del self._kept[size]
+
+
+def mapped(size: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """Return new bytes, all 0, which the system has back as soon as nobody holds them.
+
+    Raises:
+        MemoryError: The system has none left.
+    """
+    if not hasattr(mmap, "MAP_ANONYMOUS"):  # as on Windows
+        return np.zeros(size, np.uint8)
+    try:
+        mapping = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    except OSError as error:
+        raise MemoryError(f"{size} bytes of memory were asked for: {error}") from error
+    if size >= SMALLEST_HUGE and hasattr(mmap, "MADV_HUGEPAGE"):
+        with suppress(OSError):  # a kernel without them
+            mapping.madvise(mmap.MADV_HUGEPAGE)
+    return np.frombuffer(mapping, np.uint8)
 
 
 def block_size(size: int) -> int:

@@ -41,9 +41,12 @@ from dmc_cli.writers.mesh_file import MeshFile
 from dmc_cli.writers.write import choose_format, write_mesh
 
 
-@dataclass(frozen=True)
+@dataclass
 class ConnectedMesh:
-    """A surface with what follows it: halfedges, colours, simplification; None for what was not asked for."""
+    """A surface with what follows it: halfedges, colours, simplification; None for what was not asked for.
+
+    Nothing else holds the surface, so that a stage that replaces its arrays has their memory back.
+    """
 
     surface: Surface
     halfedges: Any = None
@@ -111,15 +114,21 @@ def convert(
     reserve_cells(volume, settings)
     with watch.stage("surface", "extracting the surface"):
         uploaded = upload_volume(volume, device)
-        surface = extract_surface(
-            uploaded,
-            settings.surface,
-            affine,
-            even_slices=output.space == "voxel",
-            reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
+        connected = ConnectedMesh(
+            extract_surface(
+                uploaded,
+                settings.surface,
+                affine,
+                even_slices=output.space == "voxel",
+                reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
+            )
         )
-    _refuse_empty(surface, volume, settings)
-    connected = _relaxed(_connect(surface, volume, settings, watch), settings, watch)
+    _refuse_empty(connected.surface, volume, settings)
+    if settings.needs_halfedges:
+        _connect(connected, settings, watch)
+    if settings.mesh.simplify != "none":
+        _simplify(connected, volume, settings, watch)
+    _relax(connected, settings, watch)
     surface = connected.surface
     normals = None
     if output.normals or output.halfedges is not None:
@@ -215,83 +224,87 @@ def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -
     raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
 
 
-def _connect(surface: Surface, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
-    """Build the halfedges, colour and simplify, as far as it is needed."""
-    wanted = settings.mesh.simplify != "none"
-    dumped = settings.output.halfedges is not None
-    if not settings.needs_halfedges:
-        return ConnectedMesh(surface)
+def _connect(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
+    """Build the halfedges, and colour the quads where that is needed; what only that takes is let go of."""
     from dmc_cli.mesh.halfedges import build_halfedges
 
+    surface = mesh.surface
     with watch.stage("halfedges", "building the halfedges"):
         halfedges = build_halfedges(surface)
-    color24 = color = None
-    if dumped or (wanted and settings.mesh.simplify_rules == "paper"):
+    by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
+    if settings.output.halfedges is not None or by_paper:
         from dmc_cli.mesh.coloring import color_quads, reduce_colors
 
         with watch.stage("coloring", "colouring"):
-            color24 = color_quads(surface, halfedges.words)
-            color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
-    if not wanted:
-        return ConnectedMesh(surface, halfedges, color, color24)
+            mesh.color24 = color_quads(surface, halfedges.words)
+            mesh.color = reduce_colors(surface, halfedges.words, halfedges.twin, mesh.color24)
+    mesh.halfedges = replace(halfedges, words=None)
+    mesh.surface = replace(surface, cells=None, polygons=None, quad_starts=None)
+
+
+def _simplify(mesh: ConnectedMesh, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
+    """Remove the papers' patterns, and further irregular vertices if that is asked for."""
     from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.simplify import simplify
     from dmc_cli.mesh.valences import irregular_percent
 
-    irregular_before = irregular_percent(surface.device, halfedges.valence)
-    before = _measure(surface, halfedges, volume, settings, watch)
+    device, affine = mesh.surface.device, mesh.surface.affine
+    irregular_before = irregular_percent(device, mesh.halfedges.valence)
+    before = _measure(mesh.surface, mesh.halfedges, volume, settings, watch)
+    more = settings.mesh.simplify == "more"
     with watch.stage("simplify", "simplifying"):
-        more = settings.mesh.simplify == "more"
         patterns = replace(settings.mesh, simplify="all") if more else settings.mesh
-        result = simplify(in_near_frame(surface), halfedges, patterns, color, color24)
-    found = {
+        near = in_near_frame(mesh.surface)
+        result = simplify(near, mesh.halfedges, patterns, mesh.color, mesh.color24)
+    mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
+    mesh.color, mesh.color24 = result.color, result.color24
+    mesh.simplification = {
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
         "refused": result.refused,
         "irregular_percent_before": irregular_before,
-        "irregular_percent_after": irregular_percent(surface.device, result.halfedges.valence),
+        "irregular_percent_after": irregular_percent(device, mesh.halfedges.valence),
         "before": None if before is None else measured_sections(before),
     }
-    simplified = in_frame_of(surface, result.surface)
-    connected = ConnectedMesh(
-        simplified, result.halfedges, result.color, result.color24, simplification=found
-    )
-    return _simplified_more(connected, settings, watch) if more else connected
+    del near, result
+    if more:
+        _simplify_more(mesh, settings.mesh.rounds, watch)
 
 
-def _simplified_more(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+def _simplify_more(mesh: ConnectedMesh, rounds: int, watch: Stopwatch) -> None:
     """Remove irregular vertices that the papers' patterns leave."""
-    from dmc_cli.mesh.more import simplify_more
+    from dmc_cli.mesh.more import Rounds
     from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.valences import irregular_percent
 
-    rounds, colors = settings.mesh.rounds, (connected.color, connected.color24)
     with watch.stage("simplify_more", "simplifying further"):
-        near = in_near_frame(connected.surface)
-        result = simplify_more(near, connected.halfedges, rounds, *colors, watch.progress)
-        surface = in_frame_of(connected.surface, result.surface)
-    found = dict(connected.simplification or {})
+        affine = mesh.surface.affine
+        sweeps = Rounds(in_near_frame(mesh.surface), mesh.halfedges, mesh.color, mesh.color24)
+        del mesh.surface, mesh.halfedges, mesh.color, mesh.color24  # the rounds let go of what they replace
+        result = sweeps.run(rounds, watch.progress)
+        mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
+    mesh.color, mesh.color24 = result.color, result.color24
+    found = dict(mesh.simplification or {})
     found["irregular_percent_patterns"] = found["irregular_percent_after"]
-    found["irregular_percent_after"] = irregular_percent(result.surface.device, result.halfedges.valence)
-    found |= {"rounds": rounds, "operations": result.operations}
-    return ConnectedMesh(surface, result.halfedges, result.color, result.color24, simplification=found)
+    found["irregular_percent_after"] = irregular_percent(mesh.surface.device, mesh.halfedges.valence)
+    mesh.simplification = found | {"rounds": rounds, "operations": result.operations}
 
 
-def _relaxed(connected: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> ConnectedMesh:
+def _relax(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
     if settings.output.halfedges is not None:
         from dmc_cli.mesh.coloring import color_vertices
 
-        connected = replace(connected, vertex_color=color_vertices(connected.surface))
-    if not settings.mesh.relax:
-        return connected
-    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
-    from dmc_cli.mesh.relax import relax
+        mesh.vertex_color = color_vertices(mesh.surface)
+    if settings.mesh.relax:
+        from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+        from dmc_cli.mesh.relax import relax
 
-    with watch.stage("relax", "relaxing"):
-        near = in_near_frame(connected.surface)
-        surface = relax(near, connected.halfedges, settings.mesh.relax, watch.progress)
-    return replace(connected, surface=in_frame_of(connected.surface, surface))
+        with watch.stage("relax", "relaxing"):
+            affine = mesh.surface.affine
+            near = in_near_frame(mesh.surface)
+            surface = relax(near, mesh.halfedges, settings.mesh.relax, watch.progress)
+            mesh.surface = in_frame_of(affine, surface)
 
 
 def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
-from dmc_cli.mesh.check_halfedges import check_halfedges
+from dmc_cli.mesh.check_halfedges import check_halfedges, pieces
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.near_frame import COARSE
 from dmc_cli.settings import ConvertSettings
@@ -49,17 +49,21 @@ def _check_geometry(
     """Raise unless vertices, quads and normals are sound, on the surface, and manifold if they are to be."""
     vertices, quads = surface.vertices.numpy(), surface.quads.numpy()
     local = surface.vertex_local.numpy()
-    _require("vertex {} is not finite", np.isfinite(vertices).all(axis=1))
-    _require("vertex {} lies outside its cell", ((local >= 0) & (local <= 1)).all(axis=1))
-    _require("quad {} names a vertex that is not there", ((quads >= 0) & (quads < len(vertices))).all(axis=1))
-    corners = np.sort(quads, axis=1)
-    _require("quad {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1))
     used = np.zeros(len(vertices), bool)
-    used[quads] = True
+    for rows in pieces(len(vertices)):
+        _require("vertex {} is not finite", np.isfinite(vertices[rows]).all(axis=1), rows)
+        inside = (local[rows] >= 0) & (local[rows] <= 1)
+        _require("vertex {} lies outside its cell", inside.all(axis=1), rows)
+    for rows in pieces(len(quads)):
+        inside = (quads[rows] >= 0) & (quads[rows] < len(vertices))
+        _require("quad {} names a vertex that is not there", inside.all(axis=1), rows)
+        corners = np.sort(quads[rows], axis=1)
+        _require("quad {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1), rows)
+        used[quads[rows]] = True
     _require("vertex {} is in no quad", used)
-    if normals is not None:
-        length = np.linalg.norm(normals.numpy(), axis=1)
-        _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE)
+    for rows in pieces(0 if normals is None else len(vertices)):
+        length = np.linalg.norm(normals.numpy()[rows], axis=1)
+        _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE, rows)
     measured = report["deviation"] or {}
     deviation, rounding = measured.get("max_relative"), measured.get("rounding_relative") or 0.0
     is_exact = settings.surface.placement == "exact"
@@ -79,7 +83,7 @@ def _check_geometry(
                 )
 
 
-def _require(message: str, holds: Array) -> None:
-    """Raise with the index of the first item for which the condition does not hold."""
+def _require(message: str, holds: Array, rows: slice = slice(0, None)) -> None:
+    """Raise with the index of the first item for which the condition does not hold; `rows` are the items."""
     if not holds.all():
-        raise MeshInvariantError(message.format(int(np.argmin(holds))) + "; please report this")
+        raise MeshInvariantError(message.format(rows.start + int(np.argmin(holds))) + "; please report this")

@@ -4,6 +4,7 @@ Origin, face and next of a halfedge follow from its number, so that next has per
 agree with the quads by construction; what is stored can be wrong: twins and the vertices' halfedges.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,9 @@ from dmc_cli.errors import MeshInvariantError
 Array = np.ndarray[Any, np.dtype[Any]]
 
 NO_TWIN = -1
+
+PIECE = 1 << 19
+"""Halfedges or vertices that are looked at together."""
 
 
 def check_halfedges(quads: Array, twin: Array, vertex_halfedge: Array, *, one_fan: bool = True) -> None:
@@ -25,9 +29,7 @@ def check_halfedges(quads: Array, twin: Array, vertex_halfedge: Array, *, one_fa
         one_fan: Whether the quads of a vertex must form one ring or one fan.
     """
     origin = quads.ravel()
-    count = len(origin)
-    head = origin[next_of(np.arange(count))]
-    _check_twins(origin, head, twin)
+    _check_twins(origin, twin)
     _check_starts(origin, twin, vertex_halfedge)
     fans = count_fans(quads, twin, vertex_halfedge)
     if one_fan and (fans != 1).any():
@@ -35,7 +37,13 @@ def check_halfedges(quads: Array, twin: Array, vertex_halfedge: Array, *, one_fa
         raise _broken(f"vertex {vertex} has {fans[vertex]} fans of quads; expected one ring or one fan")
 
 
-def _check_twins(origin: Array, head: Array, twin: Array) -> None:
+def pieces(count: int) -> Iterator[slice]:
+    """Yield which of so many items to look at together: intermediate results would be larger than a mesh."""
+    for start in range(0, count, PIECE):
+        yield slice(start, min(start + PIECE, count))
+
+
+def _check_twins(origin: Array, twin: Array) -> None:
     """Raise unless twins are an involution without fixed points whose pairs run opposite ways."""
     count = len(origin)
     if len(twin) != count:
@@ -44,21 +52,37 @@ def _check_twins(origin: Array, head: Array, twin: Array) -> None:
     if off.any():
         h = int(np.argmax(off))
         raise _broken(f"halfedge {h} has twin {twin[h]}; expected -1 to {count - 1}")
-    halfedges = np.flatnonzero(twin != NO_TWIN)
-    twins = twin[halfedges]
+    for check in (_refuse_own, _refuse_deaf, _refuse_askew):
+        for piece in pieces(count):
+            halfedges = piece.start + np.flatnonzero(twin[piece] != NO_TWIN)
+            check(origin, twin, halfedges, twin[halfedges])
+
+
+def _refuse_own(_: Array, __: Array, halfedges: Array, twins: Array) -> None:
+    """Raise on the first halfedge that is its own twin."""
     own = twins == halfedges
     if own.any():
         raise _broken(f"halfedge {halfedges[np.argmax(own)]} is its own twin")
+
+
+def _refuse_deaf(_: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+    """Raise on the first halfedge that is not its twin's twin."""
     deaf = twin[twins] != halfedges
     if deaf.any():
         h = halfedges[np.argmax(deaf)]
         raise _broken(f"halfedge {h} has twin {twin[h]}, whose twin is {twin[twin[h]]}")
-    askew = (origin[halfedges] != head[twins]) | (head[halfedges] != origin[twins])
+
+
+def _refuse_askew(origin: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+    """Raise on the first halfedge that does not run opposite to its twin."""
+    heads, ends = origin[next_of(halfedges)], origin[next_of(twins)]
+    askew = (origin[halfedges] != ends) | (heads != origin[twins])
     if askew.any():
-        h = halfedges[np.argmax(askew)]
+        n = int(np.argmax(askew))
+        h = halfedges[n]
         raise _broken(
-            f"halfedge {h} ({origin[h]} to {head[h]}) and its twin {twin[h]} ({origin[twin[h]]} to"
-            f" {head[twin[h]]}) do not run opposite ways between two vertices"
+            f"halfedge {h} ({origin[h]} to {heads[n]}) and its twin {twin[h]} ({origin[twin[h]]} to"
+            f" {ends[n]}) do not run opposite ways between two vertices"
         )
 
 
@@ -71,20 +95,22 @@ def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
     if off.any():
         vertex = int(np.argmax(off))
         raise _broken(f"vertex {vertex} has halfedge {vertex_halfedge[vertex]}; expected 0 to {count - 1}")
-    elsewhere = origin[vertex_halfedge] != np.arange(vertices)
-    if elsewhere.any():
-        vertex = int(np.argmax(elsewhere))
-        h = vertex_halfedge[vertex]
-        raise _broken(f"vertex {vertex} has halfedge {h}, which starts at vertex {origin[h]}")
     on_boundary = np.zeros(vertices, bool)
     on_boundary[origin[twin == NO_TWIN]] = True
-    inner = on_boundary & (twin[vertex_halfedge] != NO_TWIN)
-    if inner.any():
-        vertex = int(np.argmax(inner))
-        raise _broken(
-            f"vertex {vertex} is on a boundary, but its halfedge {vertex_halfedge[vertex]} has a twin;"
-            " expected the outgoing one without"
-        )
+    for piece in pieces(vertices):
+        elsewhere = origin[vertex_halfedge[piece]] != np.arange(piece.start, piece.stop)
+        if elsewhere.any():
+            vertex = piece.start + int(np.argmax(elsewhere))
+            h = vertex_halfedge[vertex]
+            raise _broken(f"vertex {vertex} has halfedge {h}, which starts at vertex {origin[h]}")
+    for piece in pieces(vertices):
+        inner = on_boundary[piece] & (twin[vertex_halfedge[piece]] != NO_TWIN)
+        if inner.any():
+            vertex = piece.start + int(np.argmax(inner))
+            raise _broken(
+                f"vertex {vertex} is on a boundary, but its halfedge {vertex_halfedge[vertex]} has a twin;"
+                " expected the outgoing one without"
+            )
 
 
 def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
@@ -96,11 +122,12 @@ def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
     """
     origin = quads.ravel()
     visited = np.zeros(len(origin), bool)
-    fans = np.zeros(len(vertex_halfedge), np.int64)
+    fans = np.zeros(len(vertex_halfedge), np.int32)
     starts = vertex_halfedge
     while len(starts):
-        fans[origin[starts]] += 1
-        _walk(starts, twin, visited)
+        for piece in pieces(len(starts)):
+            fans[origin[starts[piece]]] += 1
+            _walk(starts[piece], twin, visited)
         left = np.flatnonzero(~visited)
         at_boundary = left[twin[left] == NO_TWIN]
         left = at_boundary if len(at_boundary) else left

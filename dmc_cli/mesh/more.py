@@ -15,7 +15,7 @@ import warp as wp
 from dmc_cli.device import Device
 from dmc_cli.mesh.coloring import repair_colors
 from dmc_cli.mesh.glide import make_scene
-from dmc_cli.mesh.guests import Guests, list_guests, lodge_vertices, with_nearer_hosts
+from dmc_cli.mesh.guests import list_guests, lodge_vertices, with_nearer_hosts
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.more_blocks import Blocks, find_normals, freeze_fans, make_blocks, with_spares
 from dmc_cli.mesh.more_mend import Limits, mark_high, mend_kernel
@@ -78,35 +78,131 @@ def simplify_more(
         color24: The grid's colours, uint8 (Q,), or None; new quads have 0.
         progress: Told the share of the rounds that are done.
     """
-    device = surface.device
-    colors = tuple(c for c in (color, color24) if c is not None)
-    frozen = device.zeros(surface.vertices.shape[0], wp.uint8)
-    first_quads, operations = surface.quads.shape[0], 0
-    mesh = _mesh_of(surface, halfedges, colors, frozen, device)
-    freeze_fans(mesh, device)
-    guests = lodge_vertices(surface.grid, mesh.vertex_halfedge, mesh.cell, mesh.local, device)
-    mesh = _relaxed(mesh, surface, guests, RELAXED_FIRST)
-    scene = make_scene(surface)
-    for turn in range(rounds):
-        progress.advance(turn / rounds)
-        rules = _rules(turn, rounds, mesh.quad_count / max(first_quads, 1))
-        guests = with_nearer_hosts(guests, surface.grid, mesh, device)
-        mesh, guests, done = _sweep(mesh, guests, surface, scene, rules)
-        operations += done
-        if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
-            mesh = _relaxed(mesh, surface, guests, 1 if turn + 1 < rounds else RELAXED_LAST)
-    for turn in range(MOST_MENDINGS):
-        high = mark_high(mesh, scene, device)
-        if turn >= MENDINGS and device.total(high) == 0:
-            break
-        mesh, guests = _mend(mesh, guests, high, surface, scene, turn)
-    surface, halfedges = _surface_of(mesh, surface), _halfedges_of(mesh, device)
-    kept = list(mesh.colors)
-    color = kept.pop(0) if color is not None else None
-    if color is not None:
-        seams = wp.array(np.arange(4 * mesh.quad_count, dtype=np.int32), device=device.name)
-        repair_colors(device, mesh.twin, color, seams)
-    return Improved(surface, halfedges, color, kept[0] if kept else None, operations)
+    return Rounds(surface, halfedges, color, color24).run(rounds, progress)
+
+
+class Rounds:
+    """A mesh on its way through the rounds, which lets go of every array as soon as the next one is there.
+
+    So a caller that drops the surface and the halfedges before `run` has their memory back in it.
+    """
+
+    def __init__(
+        self, surface: Surface, halfedges: Halfedges, color: Any | None = None, color24: Any | None = None
+    ) -> None:
+        """Take a mesh; the arguments are those of `simplify_more`."""
+        device = surface.device
+        self._has_color = color is not None
+        colors = tuple(c for c in (color, color24) if c is not None)
+        frozen = device.zeros(surface.vertices.shape[0], wp.uint8)
+        self._mesh = _mesh_of(surface, halfedges, colors, frozen, device)
+        freeze_fans(self._mesh, device)
+        cell, local = self._mesh.cell, self._mesh.local
+        self._guests = lodge_vertices(surface.grid, self._mesh.vertex_halfedge, cell, local, device)
+        nothing = {"vertices": None, "vertex_cell": None, "vertex_local": None, "quads": None}
+        self._origin = replace(surface, quad_starts=None, **nothing)
+        self._scene = make_scene(surface)
+        self._device = device
+
+    def run(self, rounds: int, progress: Progress = SILENT) -> Improved:
+        """Return the mesh after `rounds` rounds; once only."""
+        first_quads, operations = self._mesh.quad_count, 0
+        self._relax(RELAXED_FIRST)
+        for turn in range(rounds):
+            progress.advance(turn / rounds)
+            operations += self._sweep(_rules(turn, rounds, self._mesh.quad_count / max(first_quads, 1)))
+            if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
+                self._relax(1 if turn + 1 < rounds else RELAXED_LAST)
+        for turn in range(MOST_MENDINGS):
+            high = mark_high(self._mesh, self._scene, self._device)
+            if turn >= MENDINGS and self._device.total(high) == 0:
+                break
+            self._mend(high, turn)
+        return self._result(operations)
+
+    def _result(self, operations: int) -> Improved:
+        """Return what the rounds have made."""
+        mesh, device = self._mesh, self._device
+        kept = list(mesh.colors)
+        color = kept.pop(0) if self._has_color else None
+        if color is not None:
+            seams = wp.array(np.arange(4 * mesh.quad_count, dtype=np.int32), device=device.name)
+            repair_colors(device, mesh.twin, color, seams)
+        surface, halfedges = _surface_of(mesh, self._origin), _halfedges_of(mesh, device)
+        return Improved(surface, halfedges, color, kept[0] if kept else None, operations)
+
+    def _relax(self, steps: int) -> None:
+        """Take some steps of smoothing."""
+        surface, halfedges = _surface_of(self._mesh, self._origin), _halfedges_of(self._mesh, self._device)
+        found = relax(surface, halfedges, steps, guests=self._guests)
+        self._mesh = replace(
+            self._mesh, position=found.vertices, cell=found.vertex_cell, local=found.vertex_local
+        )
+
+    def _sweep(self, rules: Any) -> int:
+        """Sweep over the mesh once; return how many operations were done."""
+        device, grid, mesh = self._device, self._origin.grid, self._mesh
+        self._guests = with_nearer_hosts(self._guests, grid, mesh, device)
+        blocks = make_blocks(mesh, grid, rules.round, device)
+        vertices, quads = mesh.vertex_count, mesh.quad_count
+        del mesh
+        self._mesh = with_room(self._mesh, blocks.spare, device)
+        work = self._work(blocks, vertices)
+        inputs = [self._scene, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
+        device.launch(sweep_kernel, blocks.count, inputs, [work], grain=1)
+        done = int(work.tally.numpy()[:, CHANGES].sum())
+        del work, blocks, inputs
+        self._close_gaps()
+        return done
+
+    def _mend(self, high: Any, turn: int) -> None:
+        """Mend the worst quads and those at vertices marked `high`."""
+        device, mesh = self._device, self._mesh
+        shape = measure_shapes(_surface_of(mesh, self._origin), _halfedges_of(mesh, device)).numpy()
+        limits = Limits()
+        limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
+        limits.height, limits.may_fold = HEIGHT_LIMIT, int(turn >= MENDINGS)
+        del shape
+        blocks = make_blocks(mesh, self._origin.grid, turn, device)
+        vertices = mesh.vertex_count
+        del mesh
+        self._mesh = with_room(self._mesh, blocks.spare, device)
+        work = self._work(blocks, vertices)
+        inputs = [self._scene, blocks.starts, blocks.items, high, limits]
+        device.launch(mend_kernel, blocks.count, inputs, [work], grain=1)
+        del work, blocks, inputs
+        self._close_gaps()
+
+    def _close_gaps(self) -> None:
+        """Leave out what has gone."""
+        self._mesh, host = without_gaps(self._mesh, self._guests.host, self._device)
+        self._guests = replace(self._guests, host=host)
+
+    def _work(self, blocks: Blocks, vertices: int) -> Any:
+        """Return the kernels' view of the mesh, which has room, and guests with benches for the blocks."""
+        work, mesh, guests = Work(), self._mesh, self._guests
+        count, device = blocks.count, self._device
+        work.normal, work.sense = find_normals(mesh, self._scene, device), self._origin.sense
+        work.guest_point, work.host = guests.point, guests.host
+        work.first_guest, work.next_guest = list_guests(guests, mesh.quad_count, device)
+        work.corners, work.twin, work.quad_gone = mesh.corners, mesh.twin, mesh.quad_gone
+        work.vertex_halfedge, work.valence = mesh.vertex_halfedge, mesh.valence
+        work.vertex_gone = mesh.vertex_gone
+        work.position, work.cell, work.local = mesh.position, mesh.cell, mesh.local
+        work.vertex_block = with_spares(blocks, vertices, device)
+        work.journal_place = device.empty((count, JOURNAL), wp.int64)
+        work.journal_value = device.empty((count, JOURNAL), wp.int32)
+        work.chain = device.empty((count, LINKS), wp.int32)
+        work.guest, work.new_host = (device.empty((count, GUESTS), wp.int32) for _ in range(2))
+        work.core_valence = device.empty((count, CORE), wp.int32)
+        work.core = device.empty((count, CORE), wp.int32)
+        work.core_cell = device.empty((count, CORE), wp.int64)
+        work.core_position = device.empty((count, CORE), wp.vec3)
+        work.core_local = device.empty((count, CORE), wp.vec3)
+        work.core_normal = device.empty((count, CORE), wp.vec3)
+        work.patch = device.empty((count, PATCH), wp.int32)
+        work.tally = device.zeros((count, TALLIES), wp.int32)
+        return work
 
 
 def _rules(turn: int, rounds: int, share: float) -> Any:
@@ -116,65 +212,6 @@ def _rules(turn: int, rounds: int, share: float) -> Any:
     rules.temperature = TEMPERATURE * max(0.0, 1.0 - turn / ((1.0 - COLD_SHARE) * rounds))
     rules.price = float(np.clip(PRICE_SLOPE * (LEAST_SHARE - share), 0.0, 2.0))
     return rules
-
-
-def _sweep(mesh: Mesh, guests: Guests, surface: Surface, scene: Any, rules: Any) -> tuple[Mesh, Guests, int]:
-    """Return the mesh after one sweep, its guests, and how many operations were done."""
-    device = surface.device
-    blocks = make_blocks(mesh, surface.grid, rules.round, device)
-    vertices, quads = mesh.vertex_count, mesh.quad_count
-    roomy = with_room(mesh, blocks.spare, device)
-    work = _work(roomy, guests, blocks, vertices, surface, scene)
-    inputs = [scene, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
-    device.launch(sweep_kernel, blocks.count, inputs, [work], grain=1)
-    mesh, host = without_gaps(roomy, guests.host, device)
-    return mesh, replace(guests, host=host), int(work.tally.numpy()[:, CHANGES].sum())
-
-
-def _mend(
-    mesh: Mesh, guests: Guests, high: Any, surface: Surface, scene: Any, turn: int
-) -> tuple[Mesh, Guests]:
-    """Return the mesh with its worst quads and those at vertices marked `high` mended, and its guests."""
-    device = surface.device
-    shape = measure_shapes(_surface_of(mesh, surface), _halfedges_of(mesh, device)).numpy()
-    limits = Limits()
-    limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
-    limits.height, limits.may_fold = HEIGHT_LIMIT, int(turn >= MENDINGS)
-    blocks = make_blocks(mesh, surface.grid, turn, device)
-    roomy = with_room(mesh, blocks.spare, device)
-    work = _work(roomy, guests, blocks, mesh.vertex_count, surface, scene)
-    inputs = [scene, blocks.starts, blocks.items, high, limits]
-    device.launch(mend_kernel, blocks.count, inputs, [work], grain=1)
-    mesh, host = without_gaps(roomy, guests.host, device)
-    return mesh, replace(guests, host=host)
-
-
-def _work(mesh: Mesh, guests: Guests, blocks: Blocks, vertices: int, surface: Surface, scene: Any) -> Any:
-    """Return the kernels' view of a mesh and its guests with benches for its blocks."""
-    work, count, device = Work(), blocks.count, surface.device
-    work.normal, work.sense = find_normals(mesh, scene, device), surface.sense
-    work.guest_point, work.host = guests.point, guests.host
-    work.first_guest, work.next_guest = list_guests(guests, mesh.quad_count, device)
-    work.corners, work.twin, work.quad_gone = mesh.corners, mesh.twin, mesh.quad_gone
-    work.vertex_halfedge, work.valence, work.vertex_gone = (
-        mesh.vertex_halfedge,
-        mesh.valence,
-        mesh.vertex_gone,
-    )
-    work.position, work.cell, work.local = mesh.position, mesh.cell, mesh.local
-    work.vertex_block = with_spares(blocks, vertices, device)
-    work.journal_place = device.empty((count, JOURNAL), wp.int64)
-    work.journal_value = device.empty((count, JOURNAL), wp.int32)
-    work.chain = device.empty((count, LINKS), wp.int32)
-    work.guest, work.new_host = (device.empty((count, GUESTS), wp.int32) for _ in range(2))
-    work.core_valence = device.empty((count, CORE), wp.int32)
-    work.core, work.core_cell = device.empty((count, CORE), wp.int32), device.empty((count, CORE), wp.int64)
-    work.core_position = device.empty((count, CORE), wp.vec3)
-    work.core_local = device.empty((count, CORE), wp.vec3)
-    work.core_normal = device.empty((count, CORE), wp.vec3)
-    work.patch = device.empty((count, PATCH), wp.int32)
-    work.tally = device.zeros((count, TALLIES), wp.int32)
-    return work
 
 
 def _mesh_of(
@@ -220,9 +257,3 @@ def _quads_of(mesh: Mesh) -> Any:
     quads = wp.array(ptr=flat.ptr, dtype=wp.vec4i, shape=mesh.quad_count, device=flat.device, copy=False)
     quads._source = flat  # as long as the view lives
     return quads
-
-
-def _relaxed(mesh: Mesh, surface: Surface, guests: Guests, steps: int) -> Mesh:
-    """Return the mesh after some steps of smoothing."""
-    found = relax(_surface_of(mesh, surface), _halfedges_of(mesh, surface.device), steps, guests=guests)
-    return replace(mesh, position=found.vertices, cell=found.vertex_cell, local=found.vertex_local)

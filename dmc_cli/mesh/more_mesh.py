@@ -74,11 +74,11 @@ def with_room(mesh: Mesh, spare: int, device: Device) -> Mesh:
 def _longer(array: Any, more: int, device: Device, value: int = 0) -> Any:
     """Return a copy of an array with more items at its end."""
     count = array.shape[0]
-    longer = device.zeros(count + more, array.dtype)
-    if value:
-        longer.fill_(value)
+    longer = device.empty(count + more, array.dtype)
     if count:
         wp.copy(longer, array, count=count)
+    if more:
+        longer[count:].fill_(value)
     return longer
 
 

@@ -38,11 +38,11 @@ def in_near_frame(surface: Surface) -> Surface:
     return _mapped(surface, near)
 
 
-def in_frame_of(original: Surface, changed: Surface) -> Surface:
-    """Return a changed surface in the frame that it had at first."""
-    if changed.affine is original.affine:
+def in_frame_of(affine: np.ndarray[Any, Any], changed: Surface) -> Surface:
+    """Return a changed surface in the frame that it had at first, which `affine` was the map to."""
+    if changed.affine is affine:
         return changed
-    return _mapped(changed, original.affine)
+    return _mapped(changed, affine)
 
 
 def _mapped(surface: Surface, affine: np.ndarray[Any, Any]) -> Surface:

@@ -58,8 +58,8 @@ class Surface:
         counts: What was found on the way.
         field: The kernels' `Field`: F at the grid's nodes.
         grid: The grid, with the virtual border if closed.
-        cells: Active cells and their numbering.
-        polygons: The special cells' polygons.
+        cells: Active cells and their numbering; None once nothing looks for them any more.
+        polygons: The special cells' polygons; None likewise.
         stored_isovalue: The level that was cut, in stored values.
         affine: Shape (4, 4): the grid's node index, slices even, to the output space.
         depths: Depths of unevenly spaced slices, float64 (nz,), as `slice_depths` returns them; else empty.
@@ -75,8 +75,8 @@ class Surface:
     counts: SurfaceCounts
     field: Any
     grid: GridShape
-    cells: Cells
-    polygons: Polygons
+    cells: Cells | None
+    polygons: Polygons | None
     stored_isovalue: float
     affine: np.ndarray[Any, Any]
     depths: Any

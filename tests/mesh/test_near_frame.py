@@ -65,7 +65,7 @@ def test_only_what_float32_cannot_reckon_with_gets_a_frame_of_its_own(spacing, o
     surface = extract_on("cpu", volume, SurfaceSettings(isovalue=0.0))
     near = in_near_frame(surface)
     assert (near is surface) == is_near
-    back = in_frame_of(surface, near)
+    back = in_frame_of(surface.affine, near)
     assert (back is surface) == is_near
     assert back.vertices.numpy().tobytes() == surface.vertices.numpy().tobytes()
     if not is_near:
