@@ -1,14 +1,11 @@
 """How much memory a conversion needs, told before it is taken."""
 
-import mmap
 import os
-from typing import Any
-
-import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume.allocation import available_bytes
+from dmc_cli.volume.mapping import mapped_file
 from dmc_cli.volume.volume import Volume
 
 BITS_BYTES_A_NODE = 6 / 8
@@ -68,16 +65,8 @@ def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSet
 
 def _node_bytes(volume: Volume) -> int:
     """Bytes of the volume's values, unless a file holds them, and of the bits of its nodes."""
-    held = 0 if _is_mapped(volume.values) else volume.values.nbytes
+    held = 0 if mapped_file(volume.values) is not None else volume.values.nbytes
     return held + int(BITS_BYTES_A_NODE * volume.values.size)
-
-
-def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
-    """Whether values lie in a file that is mapped, behind whatever views there are of it."""
-    owner: Any = values
-    while isinstance(owner, (np.ndarray, memoryview)):
-        owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
-    return isinstance(owner, mmap.mmap)
 
 
 def _reserve(needed: int, settings: ConvertSettings, what: str) -> None:

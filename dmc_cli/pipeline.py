@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from dmc_cli import scan
-from dmc_cli.device import load_kernels, select_device
+from dmc_cli.device import Device, load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import reserve_cells, reserve_mesh
 from dmc_cli.mesh import kernel_modules as mesh_kernels
@@ -33,6 +33,7 @@ from dmc_cli.runtime import job_slots
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
+from dmc_cli.volume.mapping import intact
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
 from dmc_cli.writers.atomic import check_output, write_output
@@ -99,7 +100,6 @@ def convert(
         DmcError: What went wrong, by class; nothing was written then but a report that was asked for
             together with `require`.
     """
-    output = settings.output
     watch = Stopwatch(progress)
     _check_outputs(settings)
     ahead = ahead or ReadAhead(settings)
@@ -110,6 +110,17 @@ def convert(
     with watch.stage("read", "reading"):
         volume = ahead.result(progress)
     refuse_overlaps([settings], volume.files)
+    with intact(volume.values, settings.input):
+        mesh, dump, report = _make_mesh(settings, volume, device, watch)
+    _finish(settings, mesh, dump, report, watch)
+    return ConvertResult(mesh, report)
+
+
+def _make_mesh(
+    settings: ConvertSettings, volume: Volume, device: Device, watch: Stopwatch
+) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
+    """Return all that is written: the mesh, its halfedges if they are asked for, and the report."""
+    output = settings.output
     affine, space = output_affine(volume, output.space)
     reserve_cells(volume, settings)
     with watch.stage("surface", "extracting the surface"):
@@ -145,9 +156,7 @@ def convert(
         normals=None if normals is None or not output.normals else normals.numpy(),
         space=space,
     )
-    dump = None if output.halfedges is None else _dump(connected, normals)
-    _finish(settings, mesh, dump, report, watch)
-    return ConvertResult(mesh, report)
+    return mesh, None if output.halfedges is None else _dump(connected, normals), report
 
 
 def compile_kernels(progress: Progress = SILENT) -> None:

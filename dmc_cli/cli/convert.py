@@ -60,8 +60,11 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
 
 def missing_isovalue(input: str, settings: ReadSettings) -> SettingsError:
     """Name the values that there are to choose from."""
+    from dmc_cli.volume.mapping import intact
     from dmc_cli.volume.read import read_volume
 
-    ends = read_volume(input, settings).value_range()
+    volume = read_volume(input, settings)
+    with intact(volume.values, input):
+        ends = volume.value_range()
     found = "no finite value" if ends is None else f"values from {ends[0]:g} to {ends[1]:g}"
     return SettingsError(f"no isovalue was given; {input} has {found}; choose one in that range with -i")

@@ -11,6 +11,7 @@ from dmc_cli.errors import AmbiguousVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
+from dmc_cli.volume.mapping import intact
 from dmc_cli.volume.read import list_volumes, read_volume
 from dmc_cli.volume.volume import Volume
 
@@ -39,7 +40,8 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
     if len(entries) > 1 and settings.series is None:
         return {"path": path, "series": series}
     volume, notes = _first_volume(path, settings, progress)
-    ends = volume.value_range()
+    with intact(volume.values, path):
+        ends = volume.value_range()
     return {
         "path": path,
         "format": volume.format,

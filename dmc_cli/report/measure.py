@@ -28,6 +28,7 @@ from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
 from dmc_cli.surface.field import absent_value, make_field, upload_volume
 from dmc_cli.surface.grid import grid_affine, grid_of
 from dmc_cli.surface.slices import slice_depths
+from dmc_cli.volume.mapping import intact
 from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.volume import Volume
 
@@ -62,7 +63,8 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         if settings.volume is not None and settings.isovalue is not None:
             volume = read_volume(settings.volume, settings.read, progress)
             reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
-    with progress.stage("measuring"):
+    values = reference.volume.values if reference is not None else np.empty(0)
+    with progress.stage("measuring"), intact(values, settings.volume or ""):
         return measure_mesh(device, mesh, settings.mesh, reference)
 
 

@@ -21,6 +21,7 @@ from dmc_cli.surface.polygons import Polygons, Tallies, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
 from dmc_cli.surface.vertices import Vertices, count_fallbacks, place_vertices
+from dmc_cli.volume.mapping import intact
 
 LARGEST_COORDINATE = float(np.finfo(np.float32).max)
 
@@ -108,15 +109,17 @@ def extract_surface(
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
+        DamagedVolumeError: The file that holds the values shrank meanwhile.
     """
     device = volume.device
     device.wake()
-    try:
-        surface = _run_stages(volume, settings, affine, even_slices, reserve)
-    except BaseException:
-        device.drop()
-        raise
-    device.finish()
+    with intact(volume.volume.values, volume.volume.path):
+        try:
+            surface = _run_stages(volume, settings, affine, even_slices, reserve)
+        except BaseException:
+            device.drop()
+            raise
+        device.finish()
     return surface
 
 

@@ -9,7 +9,7 @@ import math
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.checks import WIDENED, check_shape, storable_type
 from dmc_cli.volume.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume.mapping import intact, map_file
 from dmc_cli.volume.volume import Volume, VolumeEntry
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -110,11 +111,22 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
             f"{name}: {found} bytes of values found, {expected} expected for {shape} values of {dtype}; "
             "the file is cut short; get it again"
         )
-    mapped: _Array = np.memmap(path, dtype, "r", start, shape, "F" if fortran else "C").view(np.ndarray)
-    chosen: _Array = mapped[index] if len(shape) == 4 else mapped
+    stored = _stored(path, start, shape, fortran, dtype)
+    chosen: _Array = stored[index] if len(shape) == 4 else stored
     if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in WIDENED:
         return chosen
-    return _copied(chosen, name)
+    with intact(stored, name):
+        return _copied(chosen, name)
+
+
+def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> _Array:
+    """The array as the file has it: mapped, or read where it cannot be mapped."""
+    order: Literal["C", "F"] = "F" if fortran else "C"
+    with path.open("rb") as file:
+        mapping = map_file(file)
+    if mapping is None:
+        return np.fromfile(path, dtype, math.prod(shape), offset=start).reshape(shape, order=order)
+    return np.ndarray(shape, dtype, mapping, start, order=order)
 
 
 def _copied(stored: _Array, name: str) -> _Array:

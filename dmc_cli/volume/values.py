@@ -6,7 +6,6 @@ more than its files can hold is refused before anything is allocated.
 """
 
 import math
-import mmap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.checks import check_affine, check_shape, storable_type
 from dmc_cli.volume.decoding import LARGEST_RATIO, DecodedStream
 from dmc_cli.volume.layout import FROM_END, Layout, check_file
+from dmc_cli.volume.mapping import map_file
 from dmc_cli.volume.volume import Volume
 
 MAX_LINE = 1 << 20
@@ -130,9 +130,8 @@ def _mapped(layout: Layout) -> np.ndarray[Any, np.dtype[Any]] | None:
         start = _start(layout, file) + layout.volume * layout.volume_bytes
         if start % layout.dtype.alignment:
             return None
-        try:
-            mapping = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        except (OSError, ValueError):
+        mapping = map_file(file)
+        if mapping is None:
             return None
     found = len(mapping) - start
     if found < layout.volume_bytes:
