@@ -76,7 +76,8 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
     try:
         result = pipeline.convert(item, progress)
     except DmcError as error:
-        return Outcome(**facts, status=error.exit_status, error=str(error))
+        told = traceback.format_exc() if error.exit_status == _BUG else str(error)
+        return Outcome(**facts, status=error.exit_status, error=told)
     except MemoryError as error:
         return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
     except Exception:

@@ -15,6 +15,7 @@ import click
 from dmc_cli.cli import batch, completion, convert, doctor, info, measure, reproduce, synth
 from dmc_cli.cli.group import DmcGroup, Failure
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
+from dmc_cli.cli.terminal import open_closed_streams
 
 
 @click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
@@ -52,6 +53,7 @@ that stay, and looking through them every few hundred, as is the default, takes 
 
 def main() -> None:
     """Run the command line as a program: signals and their exit status included."""
+    open_closed_streams()
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     try:
         raise_on_signals()

@@ -24,7 +24,7 @@ COMPLETE = "_DMC_COMPLETE"
 _SHOW_CAUSE = 2
 """`-vv` shows where an expected error came from."""
 
-_STDOUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
+_STDOUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EBADF)
 """What a command's own output runs into; files are written by `writers`, which raises its own error."""
 
 
@@ -47,13 +47,18 @@ class DmcGroup(click.Group):
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         """Make a context in which click takes no sequences out of texts: escaped, they show what is there."""
-        return super().make_context(*args, **{"color": True} | extra)
+        try:
+            return super().make_context(*args, **{"color": True} | extra)
+        except OSError as error:  # while help or the version is printed
+            raise _stdout_failure(error) from error
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a bug of ours passes through and ends with status 1."""
         try:
             return super().invoke(ctx)
         except DmcError as error:
+            if error.exit_status == DmcError.exit_status:
+                raise
             if ctx.meta.get(VERBOSE, 0) >= _SHOW_CAUSE:
                 click.echo("".join(traceback.format_exception(error)), err=True, nl=False)
             if isinstance(error, WriteError):
@@ -66,12 +71,17 @@ class DmcGroup(click.Group):
                 DeviceError.exit_status,
             ) from error
         except OSError as error:
-            if error.errno not in _STDOUT_ERRORS:
-                raise
-            _forget_broken_stdout()
-            raise Failure(str(write_error(STREAM, error)), WriteError.exit_status) from error
+            raise _stdout_failure(error) from error
         except Stopped as stop:
             raise Failure(stop.message, stop.exit_status) from None
+
+
+def _stdout_failure(error: OSError) -> Failure:
+    """Return the failure that an error of standard output means; raise any other one again."""
+    if error.errno not in _STDOUT_ERRORS:
+        raise error
+    _forget_broken_stdout()
+    return Failure(str(write_error(STREAM, error)), WriteError.exit_status)
 
 
 def _forget_broken_stdout() -> None:

@@ -6,8 +6,10 @@ and bytes of a mesh go to the stream's buffer.
 """
 
 import io
+import os
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any, TextIO
 
 import click
@@ -16,15 +18,25 @@ from dmc_cli.printable import printable
 
 
 class PrintableStream:
-    """A text stream that escapes what is not printed; all else is the stream's own."""
+    """A text stream that escapes what is not printed; all else is the stream's own.
 
-    def __init__(self, stream: TextIO) -> None:
+    One that `may_fail` swallows its errors: of standard error nobody could be told, and the status tells.
+    """
+
+    def __init__(self, stream: TextIO, *, may_fail: bool = False) -> None:
         self.unescaped = stream
+        self._ignored = (OSError,) if may_fail else ()
 
     def write(self, text: str) -> int:
         """Write the text with its escapes."""
-        self.unescaped.write(printable(text))
+        with suppress(*self._ignored):
+            self.unescaped.write(printable(text))
         return len(text)
+
+    def flush(self) -> None:
+        """Write what is still in memory."""
+        with suppress(*self._ignored):
+            self.unescaped.flush()
 
     def writelines(self, lines: Iterable[str]) -> None:
         """Write each of the lines."""
@@ -48,7 +60,22 @@ def escape_streams() -> None:
         if isinstance(stream, io.TextIOWrapper):
             is_ascii = stream.encoding.lower().replace("_", "-") in ("ascii", "us-ascii", "ansi-x3.4-1968")
             stream.reconfigure(encoding="utf-8" if is_ascii else None, errors="backslashreplace")
-        setattr(sys, name, PrintableStream(stream))
+        setattr(sys, name, PrintableStream(stream, may_fail=name == "stderr"))
+
+
+def open_closed_streams() -> None:
+    """Give standard streams that the caller has closed a file of their own, at which reading and writing end.
+
+    Else the next file that is opened would be standard output, and what a library prints would go into it.
+    """
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
+        try:
+            os.fstat(number)
+        except OSError:
+            # standard output cannot be written, so that what should be there is missed
+            os.open(os.devnull, os.O_WRONLY if name == "stderr" else os.O_RDONLY)
+            if getattr(sys, name) is None:
+                setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
 
 
 def unescaped(stream: Any) -> TextIO:
