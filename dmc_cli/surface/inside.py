@@ -118,7 +118,10 @@ def _levels(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
 def _above(dtype: np.dtype[Any], value: float) -> float:
     """Return the least value of the type above `value`."""
     if dtype.kind == "f":
-        return float(np.nextafter(dtype.type(value), dtype.type(math.inf)))
+        with np.errstate(over="ignore"):
+            rounded = dtype.type(value)
+        is_above = float(rounded) > value  # NumPy alone would round the value, too
+        return float(rounded if is_above else np.nextafter(rounded, dtype.type(math.inf)))
     return math.floor(value) + 1
 
 
@@ -127,7 +130,7 @@ def _threshold(dtype: np.dtype[Any], value: float) -> tuple[float, Any]:
     if dtype.kind == "f":
         with np.errstate(over="ignore"):
             rounded = dtype.type(value)
-        return float(rounded) if rounded >= value else _above(dtype, value), ALL_BITS
+        return float(rounded) if float(rounded) >= value else _above(dtype, value), ALL_BITS
     bits = 8 * dtype.itemsize
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if dtype.kind == "i" else (0, (1 << bits) - 1)
     least = math.ceil(value)

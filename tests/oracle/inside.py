@@ -34,7 +34,8 @@ def has_data(values: np.ndarray, padding: tuple[float, float] | None) -> np.ndar
     """Which nodes hold data: finite values outside the closed range of the padding."""
     data = np.isfinite(values)
     if padding is not None:
-        data &= (values < padding[0]) | (values > padding[1])
+        exact = values.astype(np.float64)
+        data &= (exact < padding[0]) | (exact > padding[1])
     return data
 
 

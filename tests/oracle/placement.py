@@ -104,3 +104,81 @@ def place_at_centroid(f: np.ndarray, polygon: frozenset[int]) -> tuple[np.ndarra
 
 
 PLACEMENTS = {"sampled": place_sampled, "iterative": place_iterative, "centroid": place_at_centroid}
+
+
+def solve_along(f: np.ndarray, points: np.ndarray, axis: int) -> np.ndarray:
+    """The points of the surface on the lines through `points` along an axis; NaN or infinite without any."""
+    low, high = points.copy(), points.copy()
+    low[..., axis], high[..., axis] = 0.0, 1.0
+    below, above = interpolate(f, low), interpolate(f, high)
+    found = points.copy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found[..., axis] = below / (below - above)
+    return found
+
+
+def solve_by_falling_gradient(
+    f: np.ndarray, mean: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray | None:
+    """The first solution from the mean in a box, the axes by falling gradient; ties x, y, z."""
+    steepness = np.abs(gradient(f, mean))
+    for axis in sorted(AXES, key=lambda axis: (-steepness[axis], axis)):
+        found = solve_along(f, mean, axis)
+        if low[axis] <= found[axis] <= high[axis]:
+            return found
+    return None
+
+
+def solve_on_lattice(f: np.ndarray, points: np.ndarray, count: int) -> np.ndarray | None:
+    """The solution in the polygon's box nearest to the mean, on count x count lines along each axis."""
+    low, high, mean = points.min(axis=0), points.max(axis=0), points.mean(axis=0)
+    steps = np.arange(1, count + 1) / (count + 1)
+    found = []
+    for axis in AXES:
+        outer, inner = (axis + 1) % 3, (axis + 2) % 3
+        starts = np.tile(mean, (count, count, 1))
+        starts[..., outer] = (low[outer] + steps * (high[outer] - low[outer]))[:, None]
+        starts[..., inner] = (low[inner] + steps * (high[inner] - low[inner]))[None, :]
+        solutions = solve_along(f, starts, axis)
+        found.append(solutions[(solutions[..., axis] >= low[axis]) & (solutions[..., axis] <= high[axis])])
+    return nearest(np.concatenate(found), mean)
+
+
+def nearest(points: np.ndarray, to: np.ndarray) -> np.ndarray | None:
+    """The first of the points nearest to another one, or None without points."""
+    return points[np.argmin(np.linalg.norm(points - to, axis=1))] if len(points) else None
+
+
+def root_on_segment(f: np.ndarray, start: np.ndarray, end: np.ndarray, samples: int = 16) -> np.ndarray:
+    """The root in the first of `samples` steps to the end over which the sign changes; else the end."""
+    at = np.linspace(0.0, 1.0, samples + 1)[:-1, None]
+    signs = interpolate(f, start + at * (end - start)) >= 0
+    changes = np.flatnonzero(signs != signs[0])
+    if not len(changes):
+        return end
+    low, high = (changes[0] - 1) / samples, changes[0] / samples
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if (interpolate(f, start + middle * (end - start)) >= 0) == signs[0]:
+            low = middle
+        else:
+            high = middle
+    return start + low * (end - start)
+
+
+def place_exactly(f: np.ndarray, polygon: frozenset[int]) -> tuple[np.ndarray, str]:
+    """A polygon's vertex on the surface, and which attempt found it."""
+    points = crossings(f, polygon)
+    mean = points.mean(axis=0)
+    attempts = {
+        "axis": lambda: solve_by_falling_gradient(f, mean, points.min(axis=0), points.max(axis=0)),
+        "coarse lattice": lambda: solve_on_lattice(f, points, COARSE),
+        "fine lattice": lambda: solve_on_lattice(f, points, FINE),
+        "axis in the cell": lambda: solve_by_falling_gradient(f, mean, np.zeros(3), np.ones(3)),
+        "segment": lambda: nearest(np.array([root_on_segment(f, mean, p) for p in points]), mean),
+    }
+    for name, attempt in attempts.items():
+        found = attempt()
+        if found is not None:
+            return found, name
+    raise AssertionError("the mean of no crossings")

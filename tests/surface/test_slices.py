@@ -89,3 +89,42 @@ def test_distances_in_millimetres_use_the_local_slice_distance():
     )
     # the field is a distance, so its values are millimetres too, but for the chords between nodes
     assert found.mean_mm == pytest.approx(found.mean, rel=0.1)
+
+
+def tilted_plane(border):
+    """A plane across uneven slices of a volume with a shear, its normal and its distance from the origin."""
+    affine = np.array([[0.9, 0.0, 0.1, 3.0], [0.0, 1.1, -0.3, -5.0], [0.0, 0.0, 1.2, 2.0], [0, 0, 0, 1.0]])
+    positions = np.cumsum([0.0, *np.random.default_rng(4).uniform(0.3, 3.0, 11)])
+    depths = positions / np.linalg.norm(affine[:3, 2])
+    k, j, i = np.meshgrid(depths, np.arange(9.0), np.arange(10.0), indexing="ij")
+    nodes = np.stack([i, j, k], axis=-1) @ affine[:3, :3].T + affine[:3, 3]
+    normal = np.array([0.36, -0.48, 0.8])
+    distance = float(np.median(nodes @ normal))
+    volume = Volume(values=-(nodes @ normal), affine=affine, space="LPS", slice_positions=positions)
+    settings = SurfaceSettings(isovalue=-distance, border=border)
+    surface = extract_surface(upload_volume(volume, select_device("cpu", 2)), settings)
+    return surface, settings, normal, distance
+
+
+def test_a_plane_across_uneven_slices_is_plane():
+    surface, settings, normal, distance = tilted_plane("open")
+    positions = surface.vertices.numpy()
+    assert len(positions) > 80
+    np.testing.assert_allclose(positions @ normal, distance, atol=1e-5)
+    normals = compute_normals(surface, settings).numpy()
+    np.testing.assert_allclose(normals, np.broadcast_to(normal, normals.shape), atol=1e-5)
+
+
+def test_the_cap_beyond_uneven_slices_is_half_the_last_distance_away():
+    surface, _, normal, distance = tilted_plane("closed")
+    positions = surface.vertices.numpy()
+    on_plane = np.abs(positions @ normal - distance) < 1e-5
+    depth = (positions[:, 2] - 2.0) / 1.2
+    slices = surface.depths.numpy()
+    ends = 0.5 * (slices[0] + slices[1]), 0.5 * (slices[-2] + slices[-1])
+    assert on_plane.sum() > 50
+    assert depth.min() >= ends[0] - 1.0 - 1e-5
+    assert (
+        np.isclose(depth, ends[0] - 1.0, atol=1e-5).any() or np.isclose(depth, ends[1] - 1.0, atol=1e-5).any()
+    )
+    assert depth.max() <= ends[1] - 1.0 + 1e-5
