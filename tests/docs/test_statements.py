@@ -1,0 +1,83 @@
+"""What the documents state can be looked up in the code, where a test can tell."""
+
+import re
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from dmc_cli import errors, settings
+from dmc_cli.cli.signals import Stopped
+from dmc_cli.volume.read import SUFFIXES
+from dmc_cli.writers.atomic import part_of
+from dmc_cli.writers.write import FORMATS
+from tests.docs.readme import README, ROOT
+
+TEXT = README.read_text("utf-8")
+PAGES = {name: (ROOT / name).read_text("utf-8") for name in ("docs/design.md", "docs/conventions.md")}
+STATUS = dict(re.findall(r"^\| ([\d, ]+) \| (.*) \|$", TEXT, re.MULTILINE))
+FILES = dict(re.findall(r"^\| (volumes|meshes|report) \| (.*) \|$", TEXT, re.MULTILINE))
+
+
+@pytest.mark.parametrize("text", [TEXT, *PAGES.values()], ids=["README.md", *PAGES])
+def test_the_files_that_are_named_exist(text):
+    known = {path.relative_to(ROOT).as_posix() for path in ROOT.glob("[dtb]*/**/*.py")}
+    for name in set(re.findall(r"`([\w/]+\.py)", text)):
+        assert any(path == name or path.endswith(f"/{name}") for path in known), name
+
+
+def test_every_status_is_told_and_no_other_one():
+    classes = [value for value in vars(errors).values() if isinstance(value, type)]
+    raised = {str(value.exit_status) for value in classes} | {"0"}
+    signals = ", ".join(str(Stopped(number).exit_status) for number in (2, 15))
+    assert set(STATUS) == raised | {signals}
+    assert "an output is an input" in STATUS["2"]
+
+
+def test_the_formats_that_are_told_are_those_that_there_are():
+    volumes = FILES["volumes"]
+    for suffix in re.findall(r"\.[a-z]+(?:\.gz)?", volumes):
+        assert suffix in {*SUFFIXES, ".hdr", ".img"}, suffix
+    words = {"meta": "MetaImage", "numpy": ".npy", "dicom": "DICOM", "nifti": "NIfTI", "tiff": "TIFF"}
+    for name in get_args(settings.InputFormat):
+        assert words.get(name, name).lower() in volumes.lower(), name
+    assert all(name.upper() in FILES["meshes"] for name in FORMATS)
+
+
+def test_the_pythons_that_are_told_are_those_that_are_installed_on():
+    (lowest,) = re.findall(
+        r'^requires-python = ">=([\d.]+)', (ROOT / "pyproject.toml").read_text(), re.MULTILINE
+    )
+    told = re.findall(r"Python (3\.\d+) to 3\.\d+", TEXT)
+    assert len(told) == 2
+    assert set(told) == {lowest}
+
+
+def test_the_file_that_an_output_grows_in_is_the_one_that_is_told():
+    assert f"`{part_of(ROOT / 'NAME').name}`" in PAGES["docs/conventions.md"]
+
+
+def test_every_word_of_require_is_in_the_table_of_options():
+    assert ", ".join(get_args(settings.Requirement)) in TEXT
+
+
+@pytest.mark.parametrize(("placement", "status"), [("exact", 0), ("centroid", 6)])
+def test_by_default_vertices_lie_on_the_surface_and_others_can_be_refused(run, tmp_path, placement, status):
+    words = ["convert", "synth:noise:16", tmp_path / "a.ply", "-i", 0.1, "--placement", placement]
+    assert run(*words, "--require", "on-surface").exit_code == status
+
+
+def test_a_hole_of_no_data_is_capped_with_the_border(run, tmp_path):
+    z, y, x = np.mgrid[-1:1:16j, -1:1:16j, -1:1:16j]
+    values = (0.8 - np.sqrt(x * x + y * y + z * z)).astype(np.float32)
+    values[:8, :8, :8] = np.nan
+    np.save(tmp_path / "ball.npy", values)
+    words = ["convert", tmp_path / "ball.npy", tmp_path / "a.ply", "-i", 0, "--require", "closed,manifold"]
+    assert run(*words).exit_code == 6
+    assert run(*words, "--border", "closed").exit_code == 0
+
+
+@pytest.mark.parametrize("options", [[], ["--topology", "asymptotic"]])
+def test_only_the_papers_own_meshes_may_be_other_than_manifold(run, tmp_path, options):
+    words = ["convert", "synth:noise:20", tmp_path / "a.ply", "-i", 0, *options, "--require", "manifold"]
+    assert run(*words).exit_code == (6 if options else 0)
