@@ -4,15 +4,15 @@ The data flow is the package. Whoever reads the files in this order meets the me
 
     settings     every choice there is, with its default
     errors       every error that is raised on purpose
+    threads      work in threads, as many as the system gives
     system       what one operating system has and another lacks
     printable    texts from outside without what a terminal would obey
     progress     who is told how far a run is
     volume       values on a grid and where they lie in the world; readers for each format
     read_ahead   the volume is read while kernels are loaded
     host_memory  memory that is kept for the next array
-    runtime      the CPU threads that share a launch, and how they are stopped
+    runtime      the CPU threads that share a launch, how they are stopped, the kernels on disk
     scan         the prefix sum of a long array, by all threads
-    kernel_cache compiled kernels on disk; damaged ones are compiled anew
     device       where kernels run, and the one way to launch them
     surface      from the volume to vertices and quads: inside, cells, polygons, vertices, quads, normals
     mesh         halfedges, colours, simplification, smoothing, checks

@@ -8,14 +8,16 @@ the others will take cannot be told from what is free now.
 
 import traceback
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from dmc_cli import pipeline
 from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ConvertSettings, MemoryShare
+from dmc_cli.threads import each_in_threads
 from dmc_cli.volume.allocation import available_bytes
 
 _BUG = 1
@@ -56,14 +58,12 @@ def convert_all(
     share = MemoryShare(jobs=jobs, free=available_bytes())
     items = [replace(item, share=share) for item in items]
     pipeline.load_needed_kernels(items, progress)  # threads must not race to compile
-    with progress.stage(f"{len(items)} items"), ThreadPoolExecutor(jobs) as pool:
-        futures: list[Future[Outcome]] = [pool.submit(_convert_one, item, SILENT) for item in items]
-        try:
-            for done, future in enumerate(futures, 1):
-                yield future.result()
+    with progress.stage(f"{len(items)} items"):
+        outcomes = each_in_threads(partial(_convert_one, progress=SILENT), items, jobs, "dmc-job")
+        with closing(outcomes):
+            for done, outcome in enumerate(outcomes, 1):
+                yield outcome
                 progress.advance(done / len(items))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:

@@ -19,10 +19,10 @@ import warp as wp
 from dmc_cli import scan
 from dmc_cli.errors import DeviceError
 from dmc_cli.host_memory import SMALLEST_MAPPED, HostMemory, mapped
-from dmc_cli.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime import job_slots
 from dmc_cli.runtime.compiled_kernel import LOADING
+from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
 from dmc_cli.system import usable_cores

@@ -4,7 +4,8 @@ Reading takes as long as both together where values are compressed, and decompre
 interpreter's lock to the imports. So a command starts this first and imports the pipeline then.
 """
 
-import threading
+from contextlib import suppress
+from threading import Thread
 
 from dmc_cli.memory import reserve_values
 from dmc_cli.progress import SILENT, Progress, SilentProgress
@@ -34,10 +35,13 @@ class ReadAhead:
         self._volume: Volume | None = None
         self._failure: BaseException | None = None
         self._fraction = 0.0
-        self._thread = threading.Thread(target=self._run, name="dmc-read", daemon=True)
+        self._thread: Thread | None = None
         if settings.input != STREAM:
             check_input(settings.input, settings.read)
-            self._thread.start()
+            thread = Thread(target=self._run, name="dmc-read", daemon=True)
+            with suppress(RuntimeError):  # no thread can be started: whoever asks for the result reads
+                thread.start()
+                self._thread = thread
 
     def check(self) -> None:
         """Raise what the reading has failed with, if it has."""
@@ -46,7 +50,7 @@ class ReadAhead:
 
     def result(self, progress: Progress = SILENT) -> Volume:
         """Wait for the volume and return it, or raise what the reading failed with."""
-        if self._settings.input == STREAM:
+        if self._thread is None:
             return self._read(progress)
         while self._thread.is_alive():
             self._thread.join(_TICK)

@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 import click
@@ -21,8 +21,8 @@ def shown_progress(*, quiet: bool, verbose: int) -> Iterator[Progress]:
     """Open the progress that fits: a bar needs a terminal, and --quiet silences it."""
     if quiet:
         yield SILENT
-    elif sys.stderr.isatty():
-        with _opened_bar() as bar:
+    elif sys.stderr.isatty() and (bar := _started_bar()) is not None:
+        with bar:
             yield BarProgress(bar, verbose)
     else:
         yield LineProgress() if verbose else SILENT
@@ -84,7 +84,8 @@ class BarProgress:
         try:
             yield
         finally:
-            self._bar.start()
+            with suppress(RuntimeError):  # no thread to draw them
+                self._bar.start()
 
 
 def echo_data(text: str, progress: Progress) -> None:
@@ -94,6 +95,18 @@ def echo_data(text: str, progress: Progress) -> None:
             click.echo(text)
     else:
         click.echo(text)
+
+
+def _started_bar() -> "rich.progress.Progress | None":
+    """Make a bar and start it, or return None where there is no thread to draw it."""
+    bar = _opened_bar()
+    try:
+        bar.start()
+    except RuntimeError:
+        with suppress(RuntimeError):  # of a thread that never ran
+            bar.stop()
+        return None
+    return bar
 
 
 def _opened_bar() -> "rich.progress.Progress":

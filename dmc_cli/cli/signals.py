@@ -46,7 +46,8 @@ def _raising_again(
 ) -> Callable[[Any], None]:
     """Return a hook for exceptions that Python swallows: in destructors and callbacks of weak references.
 
-    A signal that came just there would be lost; it is raised once more, when they have ended.
+    A signal that came just there would be lost; it is raised once more, when they have ended, or kills at
+    once where no thread can be started to do so.
     """
 
     def hook(unraisable: Any) -> None:
@@ -57,7 +58,11 @@ def _raising_again(
         signal.signal(number, handle)
         again = Timer(_LATER, signal_main_thread, [number])  # wakes it, too
         again.daemon = True
-        again.start()
+        try:
+            again.start()
+        except RuntimeError:  # no thread can be started
+            signal.signal(number, signal.SIG_DFL)
+            signal_main_thread(number)
 
     return hook
 

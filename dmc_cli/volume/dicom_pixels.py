@@ -3,8 +3,9 @@
 import sys
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.system import usable_cores
+from dmc_cli.threads import each_in_threads
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.dicom_decoding import UNPACKED, decode
 from dmc_cli.volume.dicom_elements import (
@@ -68,17 +70,14 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
     tasks = list(_tasks(frames, threads))
     done = 0
     # pydicom warns of every value that breaks a rule, from within the threads
-    with warnings.catch_warnings(), ThreadPoolExecutor(_thread_count(threads)) as pool:
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        futures = [pool.submit(_read_task, task, values, uniform) for task in tasks]
-        try:
+        read_task = partial(_read_task, values=values, uniform=uniform)
+        with closing(each_in_threads(read_task, tasks, _thread_count(threads), "dmc-slices")) as counts:
             # in the slices' order, so that of several errors always the same one is told
-            for future in futures:
-                done += future.result()
+            for count in counts:
+                done += count
                 progress.advance(done / len(frames))
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
     if uniform:
         return SliceValues(values, frames[0].slope, frames[0].intercept, frames[0].padding)
     return SliceValues(values, 1.0, 0.0, None)

@@ -4,9 +4,8 @@ Files are looked at and not the grid: an array may promise any number of chunks 
 """
 
 import math
-import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -15,6 +14,8 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, DmcError, VolumeError
 from dmc_cli.progress import Progress
+from dmc_cli.system import usable_cores
+from dmc_cli.threads import each_in_threads
 from dmc_cli.volume.unpacked_size import SLACK
 from dmc_cli.volume.within import Bounds, Walk
 from dmc_cli.volume.zarr_metadata import Sharding, ZarrArray
@@ -122,16 +123,11 @@ class ChunkReader:
         count = len(self.where)
         own = tuple(w // n for w, n in zip(self.where, self.array.chunk, strict=False))
         wanted = [file for file in files if file.place[:count] == own]
-        with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-            futures = [pool.submit(self._read_file, file) for file in wanted]
-            try:
-                # in the files' order, so that of several errors always the same one is told
-                for done, future in enumerate(futures, 1):
-                    future.result()
-                    progress.advance(done / len(futures))
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+        chunks = each_in_threads(self._read_file, wanted, threads or usable_cores(), "dmc-chunks")
+        with closing(chunks):
+            # in the files' order, so that of several errors always the same one is told
+            for done, _ in enumerate(chunks, 1):
+                progress.advance(done / len(wanted))
 
     def _read_file(self, file: ChunkFile) -> None:
         try:
