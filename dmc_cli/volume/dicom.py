@@ -11,7 +11,7 @@ from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, Unsupported
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.checks import check_affine, check_shape
-from dmc_cli.volume.dicom_frames import Frame, NoSlice, read_frames
+from dmc_cli.volume.dicom_frames import MAX_FRAMES, Frame, NoSlice, read_frames
 from dmc_cli.volume.dicom_geometry import slice_geometry
 from dmc_cli.volume.dicom_header import read_header
 from dmc_cli.volume.dicom_pixels import read_slices
@@ -33,7 +33,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         SettingsError: No series of that number or UID.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
-    with dicom_files(path, name) as (files, notes):
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
         with progress.stage("scanning"):
             found = _found(files, notes, name, progress)
         stack = choose_stack(found.stacks, settings.series, name)
@@ -75,7 +75,7 @@ def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeE
     Raises:
         VolumeError: There is none.
     """
-    with dicom_files(path, name) as (files, notes):
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
         found = _found(files, notes, name, SILENT)
     return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
 
@@ -127,6 +127,10 @@ def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progre
             header = read_header(file)
             if header is not None:
                 frames += read_frames(header)
+                if len(frames) > MAX_FRAMES + len(files):
+                    raise VolumeError(
+                        f"{name}: more than {MAX_FRAMES} frames found; expected a series; give it alone"
+                    )
         except NoSlice as reason:
             reasons.append(f"{file.name}: {reason}")
         except DamagedVolumeError as error:

@@ -9,6 +9,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.volume.codestream import image_size, lacks_end
+from dmc_cli.volume.dicom_effort import PiecewiseStream
 from dmc_cli.volume.dicom_elements import (
     BIG_ENDIAN,
     DOUBLE_PIXEL_DATA,
@@ -20,7 +21,6 @@ from dmc_cli.volume.dicom_elements import (
     Header,
 )
 from dmc_cli.volume.dicom_frames import Frame, Pixels
-from dmc_cli.volume.dicom_header import PiecewiseStream
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -45,6 +45,9 @@ PREFERRED = ("pylibjpeg", "pyjpegls")
 """pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
 libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
 
+MOST_FRAGMENTS = 4096
+"""More fragments than a frame has."""
+
 COMPRESSED_SLACK = 1 << 20
 """Bytes beside twice the values that compressed ones may take with all their tables."""
 
@@ -67,7 +70,7 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     try:
         most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
         with header.file.open(most) as file:
-            dataset = read_partial(PiecewiseStream(file), _behind_pixels(), force=True)  # type: ignore[arg-type]
+            dataset = read_partial(PiecewiseStream(file, header.file.effort), _behind_pixels(), force=True)  # type: ignore[arg-type]
             if not any(tag in dataset for tag in (PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA)):
                 raise EOFError("the file ends before its pixel data are complete")
             wanted = [frame.index for _, frame in task]
@@ -111,6 +114,7 @@ def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixe
     """Refuse a compressed image that has no end, or another size than its header: decoders trust both."""
     from pydicom.encaps import generate_frames
 
+    _check_fragments(dataset.PixelData, header, pixels)
     offsets = None
     if "ExtendedOffsetTable" in dataset:
         offsets = (dataset.ExtendedOffsetTable, dataset.ExtendedOffsetTableLengths)
@@ -129,6 +133,20 @@ def _check_streams(dataset: Any, wanted: list[int], header: Header, pixels: Pixe
                 f"{header.file.name}: a compressed image of {len(stream)} bytes without its end found; the "
                 "file was cut short; get it again"
             )
+
+
+def _check_fragments(content: bytes, header: Header, pixels: Pixels) -> None:
+    """Refuse more fragments than frames can have: each costs pydicom microseconds, and may hold nothing."""
+    most = MOST_FRAGMENTS * (pixels.frames + 1)
+    position = count = 0
+    while position + 8 <= len(content) and count <= most:
+        position += 8 + int.from_bytes(content[position + 4 : position + 8], "little")
+        count += 1
+    if count > most:
+        raise DamagedVolumeError(
+            f"{header.file.name}: more than {most} fragments found for {pixels.frames} frame(s); expected a "
+            "few a frame; get the file again"
+        )
 
 
 def _plugin_missing(header: Header, syntax_name: str) -> UnsupportedFormatError:

@@ -10,7 +10,8 @@ from typing import BinaryIO, cast
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.decoding import CHUNK, new_inflater
-from dmc_cli.volume.dicom_source import HEAD_BYTES, MAX_RATIO, DicomFile
+from dmc_cli.volume.dicom_source import HEAD_BYTES, DicomFile
+from dmc_cli.volume.dicom_zip import MAX_RATIO
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
 """Deflated Explicit VR Little Endian."""
@@ -50,7 +51,7 @@ class DeflatedFile(DicomFile):
 def inflated_file(packed: DicomFile, begin: int) -> DeflatedFile:
     """The data set that is deflated in a file from `begin` on; its size is the most that it can be."""
     size = (packed.size - begin) * MAX_RATIO
-    return DeflatedFile(packed.name, packed.path, size, packed=packed, begin=begin)
+    return DeflatedFile(packed.name, packed.path, size, packed.effort, packed=packed, begin=begin)
 
 
 class _InflatedStream(io.RawIOBase):

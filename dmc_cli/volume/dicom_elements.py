@@ -4,6 +4,7 @@ A slice needs some twenty of hundreds of elements. Converting them here costs a 
 conversion and gives no warnings on values that break the standard's rules but are clear.
 """
 
+import io
 import math
 import struct
 import warnings
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.volume.dicom_effort import Effort, PiecewiseStream
 from dmc_cli.volume.dicom_source import DicomFile
 
 IMPLICIT = "1.2.840.10008.1.2"
@@ -22,6 +24,12 @@ RLE = "1.2.840.10008.1.2.5"
 PIXEL_DATA = 0x7FE00010
 FLOAT_PIXEL_DATA = 0x7FE00008
 DOUBLE_PIXEL_DATA = 0x7FE00009
+
+PIECES_AN_ITEM = 5000
+"""More pieces of a header than the item of any frame has."""
+
+FEW_BYTES = 1 << 16
+"""A sequence of so few is not worth counting."""
 
 _BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
 
@@ -106,24 +114,44 @@ def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = F
     return default
 
 
-def items(dataset: Any, tag: int) -> list[Any]:
-    """A sequence's items; empty where it is absent.
+def items(dataset: Any, tag: int, most: int = 1) -> list[Any]:
+    """A sequence's first items, `most` of them; empty where it is absent.
 
     Raises:
         DamagedVolumeError: It cannot be parsed.
     """
-    if dataset is None or tag not in dataset:
+    element = _element(dataset, tag)
+    if element is None:
         return []
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            if isinstance(element.value, bytes):
+                _parse_items(dataset, tag, element, most)
             value = dataset[tag].value
     except Exception as error:
         # pydicom parses a sequence when it is asked for, and raises what that runs into
         raise DamagedVolumeError(
             f"sequence {tag:08x} cannot be read ({error}); get the file again"
         ) from error
-    return list(value) if type(value).__name__ == "Sequence" else []
+    return list(value)[:most] if type(value).__name__ == "Sequence" else []
+
+
+def _parse_items(dataset: Any, tag: int, element: Any, most: int) -> None:
+    """Put the first items of a sequence that pydicom has not looked at yet in its place, no others."""
+    from pydicom.dataelem import DataElement
+    from pydicom.filereader import read_sequence_item
+
+    stream: Any = io.BytesIO(element.value)
+    if len(element.value) > FEW_BYTES:
+        stream = PiecewiseStream(stream, Effort(PIECES_AN_ITEM * most))
+    found: list[Any] = []
+    while len(found) < most and stream.tell() < len(element.value):
+        item = read_sequence_item(stream, element.is_implicit_VR, element.is_little_endian, "latin-1")
+        if item is None:
+            break
+        found.append(item)
+    dataset[tag] = DataElement(tag, "SQ", found)
 
 
 def _element(dataset: Any, tag: int) -> Any:

@@ -14,7 +14,11 @@ from dmc_cli.volume import dicom_elements as elements
 from dmc_cli.volume.dicom_elements import Header
 from dmc_cli.volume.dicom_incomplete import check_pixels_expected
 
-MAX_FRAMES = 1 << 20
+MAX_FRAMES = 1 << 18
+"""More frames than any file, or all files with many frames of an input, have."""
+
+LEAST_FRAME = 8
+"""Bytes of the smallest frame, whatever packs it: those that tell its length."""
 
 DISCRIMINATORS = {
     "image type": 0x00080008,
@@ -117,7 +121,7 @@ def read_frames(header: Header) -> list[Frame]:
     pixels = _pixels(header)
     dataset = header.dataset
     shared = (elements.items(dataset, 0x52009229) or [None])[0]
-    each = elements.items(dataset, 0x52009230)
+    each = elements.items(dataset, 0x52009230, pixels.frames + 1)
     if each and len(each) != pixels.frames:
         raise DamagedVolumeError(
             f"{header.file.name}: {len(each)} functional groups found for {pixels.frames} frames; get the "
@@ -169,8 +173,11 @@ def _pixels(header: Header) -> Pixels:
     if elements.text(dataset, 0x00280004) not in ("", "MONOCHROME1", "MONOCHROME2"):
         raise NoSlice(f"an image of kind {elements.text(dataset, 0x00280004)[:20]}")
     count = elements.numbers(dataset, 0x00280008) or [1]
-    if not 1 <= count[0] <= MAX_FRAMES:
-        raise DamagedVolumeError(f"{header.file.name}: {count[0]:.0f} frames found; expected 1 or some")
+    if not 1 <= count[0] <= MAX_FRAMES or LEAST_FRAME * (count[0] - 1) > header.file.size:
+        raise DamagedVolumeError(
+            f"{header.file.name}: {count[0]:.0f} frames found in {header.file.size} bytes; expected 1 or as "
+            "many as fit; get the file again"
+        )
     allocated = elements.integer(dataset, 0x00280100, 16) or 16
     signed = elements.integer(dataset, 0x00280103, 0) == 1
     if allocated not in (8, 16, 32, 64):

@@ -1,6 +1,5 @@
 """A DICOM file's header: found without pydicom where it is plain, by pydicom where it is not."""
 
-import io
 import struct
 import warnings
 from dataclasses import dataclass
@@ -8,7 +7,14 @@ from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume.dicom_deflated import DEFLATED, DeflatedFile, inflated_file
-from dmc_cli.volume.dicom_elements import EXPLICIT, FLOAT_PIXEL_DATA, IMPLICIT, Header, text
+from dmc_cli.volume.dicom_effort import PiecewiseStream, TooMuchError
+from dmc_cli.volume.dicom_elements import (
+    EXPLICIT,
+    FLOAT_PIXEL_DATA,
+    IMPLICIT,
+    Header,
+    text,
+)
 from dmc_cli.volume.dicom_source import HEAD_BYTES, DicomFile
 
 FLAT_BYTES = 1 << 16
@@ -41,19 +47,29 @@ def read_header(file: DicomFile) -> Header | None:
     failure: Exception | None = None
     for head in file.heads():
         with head:
-            start = head.read(132)
+            try:
+                start = head.read(132)
+            except OSError as error:
+                raise DamagedVolumeError(
+                    f"{file.name}: cannot be read ({error.strerror or error}); get the file again"
+                ) from error
             has_preamble = start[128:132] == b"DICM"
             if not has_preamble and not isinstance(file, DeflatedFile) and not _is_plausible(start):
                 return None
             try:
                 start += head.read(FLAT_BYTES)
+                if has_preamble and start[132:134] == b"\0\0":
+                    raise TooMuchError("it begins with commands, of which zeros would be millions")
                 found = _flat_header(file, start) if has_preamble else None
                 if isinstance(found, DeflatedFile):
                     return read_header(found)
                 if found is not None:
                     return found
                 head.seek(0)
-                return _parsed(file, PiecewiseStream(head), force=not has_preamble)
+                return _parsed(file, PiecewiseStream(head, file.effort), force=not has_preamble)
+            except TooMuchError as error:
+                failure = error
+                break
             except Exception as error:
                 # pydicom raises whatever its parsing runs into: struct.error, KeyError, EOFError, ...
                 failure = error
@@ -130,30 +146,6 @@ def _flat_elements(data: bytes, position: int, explicit: bool) -> tuple[_FlatDat
             )
         position = begin + length
     return found, -1
-
-
-class PiecewiseStream(io.RawIOBase):
-    """A file that is not read as a whole: pydicom does so to unpack it, whatever comes out of it."""
-
-    def __init__(self, file: Any) -> None:
-        self._file = file
-
-    def read(self, size: int = -1) -> bytes:
-        """So many bytes, or fewer at the end."""
-        if size is None or size < 0:
-            raise DamagedVolumeError("its meta elements cannot be read")
-        content: bytes = self._file.read(size)
-        return content
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """As the file's."""
-        place: int = self._file.seek(offset, whence)
-        return place
-
-    def tell(self) -> int:
-        """As the file's."""
-        place: int = self._file.tell()
-        return place
 
 
 def _parsed(file: DicomFile, head: Any, force: bool) -> Header:

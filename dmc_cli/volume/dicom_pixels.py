@@ -139,13 +139,19 @@ def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> 
     header, pixels = task[0][1].header, task[0][1].pixels
     direct = header.syntax in (IMPLICIT, EXPLICIT) and sys.byteorder == "little"
     decoded = _read_direct(task, values, uniform) if direct else decode(task)
-    for (k, frame), plane in zip(task, decoded, strict=True):
-        # a codestream tells its own bits
-        _clear_unused_bits(plane, pixels, pixels.bits_below if header.syntax in UNPACKED else 0)
-        if not uniform:
-            values[k] = _physical(plane, frame)
-        elif plane.base is not values:
-            values[k] = plane
+    try:
+        for (k, frame), plane in zip(task, decoded, strict=True):
+            # a codestream tells its own bits
+            _clear_unused_bits(plane, pixels, pixels.bits_below if header.syntax in UNPACKED else 0)
+            if not uniform:
+                values[k] = _physical(plane, frame)
+            elif plane.base is not values:
+                values[k] = plane
+    except OSError as error:
+        raise DamagedVolumeError(
+            f"{header.file.name}: the pixel data cannot be read ({error.strerror or error}); get the file "
+            "again"
+        ) from error
     return len(task)
 
 

@@ -1,16 +1,12 @@
 """Where DICOM files come from: a folder tree, a zip of one, a DICOMDIR, a single file.
 
-Links are followed, but no folder is entered twice. A zip is read entry by entry and never unpacked;
-an entry that claims to be larger than its packed bytes can hold, or whose name leads out of the zip, is
-not touched.
+Links are followed as far as they stay in the folder, and no folder is entered twice (`within.py`). What
+entries of a zip may be is told by `dicom_zip.py`.
 """
 
 import io
 import os
-import stat
-import struct
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,24 +14,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
-from dmc_cli.volume.decoding import new_inflater
+from dmc_cli.volume.dicom_effort import Effort
+from dmc_cli.volume.dicom_zip import ENTRY_MARK, unpacked_start, zip_entries
 from dmc_cli.volume.layout import check_file, exists
 from dmc_cli.volume.left_out import left_out
-
-MAX_RATIO = 1040
-"""Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
+from dmc_cli.volume.within import Bounds, Walk
 
 HEAD_BYTES = (1 << 16, 1 << 26)
 """How much of a zip entry is unpacked to read its header; the second where the first is not enough."""
-
-ENTRY_MARK = b"PK\x03\x04"
-"""How a zip's entry begins."""
-
-ENTRY_HEAD = 30
-"""Bytes of a zip entry's own header before its name."""
-
-MAX_ENTRY = 1 << 32
-"""Largest zip entry that is read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +32,14 @@ class DicomFile:
         name: Its name inside the input, for messages and for the order.
         path: The file on disk: itself, or the zip.
         size: Its bytes when unpacked.
+        effort: What is left for the headers of the input.
         archive: The zip that holds it, or None.
     """
 
     name: str
     path: Path
     size: int
+    effort: Effort
     archive: zipfile.ZipFile | None = None
 
     def open(self, most: int | None = None) -> BinaryIO:
@@ -76,8 +64,11 @@ class DicomFile:
             yield self.open()
             return
         for limit in HEAD_BYTES:
+            count = min(limit, self.size)
             try:
-                yield io.BytesIO(self._unpacked(min(limit, self.size)))
+                if limit > HEAD_BYTES[0]:
+                    self.effort.take_bytes(count)
+                yield io.BytesIO(self._unpacked(count))
             except Exception as error:
                 # whatever an unpacker raises
                 raise self._unreadable(error) from error
@@ -85,24 +76,9 @@ class DicomFile:
                 return
 
     def _unpacked(self, count: int) -> bytes:
-        """The first bytes of a zip's entry, its checksum compared where they are all."""
+        """The first bytes of a zip's entry."""
         assert self.archive is not None
-        entry = self.archive.getinfo(self.name)
-        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            with self.archive.open(entry) as stream:
-                return stream.read(count)
-        with self.path.open("rb") as file:
-            file.seek(entry.header_offset)
-            head = file.read(ENTRY_HEAD)
-            if len(head) < ENTRY_HEAD or head[:4] != ENTRY_MARK:
-                raise zipfile.BadZipFile("no entry where the zip's directory says")
-            file.seek(sum(struct.unpack_from("<HH", head, 26)), os.SEEK_CUR)
-            packed = file.read(entry.compress_size)
-        stored = entry.compress_type == zipfile.ZIP_STORED
-        content: bytes = packed[:count] if stored else new_inflater(-15).decompress(packed, count)
-        if count >= entry.file_size and zlib.crc32(content) != entry.CRC:
-            raise zipfile.BadZipFile("wrong checksum")
-        return content
+        return unpacked_start(self.path, self.archive.getinfo(self.name), count)
 
     def _unreadable(self, error: Exception) -> DamagedVolumeError:
         told = " ".join(str(error).split())[:200]
@@ -110,10 +86,10 @@ class DicomFile:
 
 
 @contextmanager
-def dicom_files(path: Path, name: str) -> Iterator[tuple[list[DicomFile], list[str]]]:
+def dicom_files(path: Path, name: str, allow_outside: bool) -> Iterator[tuple[list[DicomFile], list[str]]]:
     """Every regular file of a folder tree or a zip, or the file itself, in the order of their names.
 
-    With them come sentences on a zip's entries that were left out.
+    With them come sentences on what was left out: entries of a zip, links out of a folder.
 
     They can be read as long as the context is open.
 
@@ -129,7 +105,7 @@ def dicom_files(path: Path, name: str) -> Iterator[tuple[list[DicomFile], list[s
     if path.is_dir():
         if not os.access(path, os.R_OK | os.X_OK):
             raise VolumeError(f"{name}: no permission to read the folder; check its access rights")
-        yield sorted(_walked(path), key=lambda file: file.name), []
+        yield _walked(path, allow_outside)
         return
     size = check_file(path, name)
     if not zipfile.is_zipfile(path):
@@ -138,7 +114,7 @@ def dicom_files(path: Path, name: str) -> Iterator[tuple[list[DicomFile], list[s
                 f"{name}: the zip has no directory of its entries at its end; the file was cut short; get it "
                 "again"
             )
-        yield [DicomFile(path.name, path, size)], []
+        yield [DicomFile(path.name, path, size, Effort(size))], []
         return
     try:
         archive = zipfile.ZipFile(path)
@@ -147,7 +123,10 @@ def dicom_files(path: Path, name: str) -> Iterator[tuple[list[DicomFile], list[s
         told = " ".join(str(error).split())[:200]
         raise DamagedVolumeError(f"{name}: the zip cannot be read ({told}); get the file again") from error
     with archive:
-        yield _zipped(archive, path, name)
+        entries, notes = zip_entries(archive, name)
+        effort = Effort(size)
+        files = [DicomFile(e.filename, path, e.file_size, effort, archive) for e in entries]
+        yield sorted(files, key=lambda file: file.name), notes
 
 
 def _begins_as_zip(path: Path) -> bool:
@@ -157,63 +136,21 @@ def _begins_as_zip(path: Path) -> bool:
     return start[:4] == ENTRY_MARK and start[128:] != b"DICM"
 
 
-def _walked(folder: Path) -> Iterator[DicomFile]:
-    """The regular files below a folder, each folder entered once."""
-    seen: set[tuple[int, int]] = set()
-    for parent, folders, names in os.walk(folder, followlinks=True):
-        status = os.stat(parent)  # noqa: PTH116 -- os.walk's own strings, thousands of them
-        identity = (status.st_dev, status.st_ino)
-        if identity in seen:
-            folders.clear()
-            continue
-        seen.add(identity)
-        folders.sort()
-        for file_name in sorted(names):
-            path = Path(parent, file_name)
-            try:
-                status = path.stat()
-            except OSError:
-                continue
-            if stat.S_ISREG(status.st_mode) and status.st_size and (status.st_dev, status.st_ino) not in seen:
-                seen.add((status.st_dev, status.st_ino))
-                yield DicomFile(str(path.relative_to(folder)), path, status.st_size)
-
-
-def _zipped(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[list[DicomFile], list[str]]:
-    """The entries of a zip that can be what they claim, and sentences on those that cannot."""
-    entries = archive.infolist()
-    full = [entry for entry in entries if entry.filename and not entry.is_dir() and entry.file_size > 0]
-    leading = [entry.filename for entry in full if _leads_out(entry.filename)]
-    inside = [entry for entry in full if not _leads_out(entry.filename)]
-    claiming = [entry.filename for entry in inside if not _can_hold(entry)]
-    honest = [entry for entry in inside if _can_hold(entry)]
-    if any(entry.flag_bits & 1 for entry in honest):
-        raise VolumeError(f"{name}: the zip is encrypted; unpack it and give the folder")
-    out = "whose name leads out of the zip"
+def _walked(folder: Path, allow_outside: bool) -> tuple[list[DicomFile], list[str]]:
+    """The regular files below a folder, each once, and sentences on what was not looked at."""
+    walk = Walk(folder, Bounds(folder, allow_outside=allow_outside))
+    seen: dict[tuple[int, int], tuple[str, int]] = {}
+    for name, status in walk.files():
+        if status.st_size:
+            seen.setdefault((status.st_dev, status.st_ino), (name, status.st_size))
+    effort = Effort(sum(size for _, size in seen.values()))
+    files = [DicomFile(name, folder / name, size, effort) for name, size in seen.values()]
+    reasons: dict[str, list[str]] = {}
+    for name, reason in walk.skipped:
+        reasons.setdefault(reason, []).append(name)
     notes = [
-        *left_out(leading, f"zip entry {out}", f"zip entries {out}"),
-        *left_out(
-            claiming,
-            "zip entry that claims more bytes than it can hold",
-            "zip entries that claim more bytes than they can hold",
-        ),
+        sentence
+        for reason, names in reasons.items()
+        for sentence in left_out(names, f"file or folder ({reason})", f"files or folders ({reason})")
     ]
-    if not honest and entries:
-        empty = len(entries) - len(full)
-        found = [*([f"{empty} empty entries or folders found"] if empty else []), *notes]
-        raise DamagedVolumeError(
-            f"{name}: {'; '.join(found)}; expected a zip of the slices of a series; get the file again"
-        )
-    files = {entry.filename: DicomFile(entry.filename, path, entry.file_size, archive) for entry in honest}
-    return sorted(files.values(), key=lambda file: file.name), notes
-
-
-def _can_hold(entry: zipfile.ZipInfo) -> bool:
-    """Whether a zip's entry can be as large as it claims."""
-    return entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
-
-
-def _leads_out(entry_name: str) -> bool:
-    """Whether the name of a zip's entry is absolute or climbs: a trick on whoever unpacks it."""
-    parts = entry_name.replace("\\", "/").split("/")
-    return parts[0] == "" or ".." in parts or parts[0][1:2] == ":"
+    return sorted(files, key=lambda file: file.name), notes

@@ -4,20 +4,19 @@ The format is the one that the settings name, else the suffix's, else what the c
 A new format is a file with a reader and a line in each table here.
 """
 
-import gzip
-import shutil
-import sys
-import tempfile
-import zlib
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.analyze import analyze_layout
+from dmc_cli.volume.content import format_of_content
 from dmc_cli.volume.dicom import dicom_entries, dicom_volume
 from dmc_cli.volume.layout import Layout, check_file, exists
 from dmc_cli.volume.metaimage import metaimage_layout
@@ -25,7 +24,8 @@ from dmc_cli.volume.nifti import nifti_layout
 from dmc_cli.volume.nrrd import nrrd_layout
 from dmc_cli.volume.numpy_file import numpy_entries, numpy_volume
 from dmc_cli.volume.pair import pair_files
-from dmc_cli.volume.raw import raw_layout
+from dmc_cli.volume.raw import RAW_TYPES, raw_layout
+from dmc_cli.volume.stream import spooled_stream
 from dmc_cli.volume.synthetic import PREFIX, parse_synthetic, synthetic_volume
 from dmc_cli.volume.tiff import tiff_entries, tiff_volume
 from dmc_cli.volume.unused_options import unused_options
@@ -76,18 +76,14 @@ SUFFIXES = {
 """The format that a suffix means; any other file is judged by its content."""
 
 
-CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
-    ("dicom", lambda start: start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04")),
-    ("nrrd", lambda start: start.startswith(b"NRRD0")),
-    ("nifti", lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2")),
-    ("analyze", lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c")),
-    ("numpy", lambda start: start.startswith(b"\x93NUMPY")),
-    ("tiff", lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")),
-    ("meta", lambda start: b"NDims" in start and b"DimSize" in start),
-    # DICOM without its preamble begins with an element of group 2 or 8
-    ("dicom", lambda start: start[:2] in (b"\x02\0", b"\x08\0")),
-)
-"""What the first bytes of a format look like, unpacked where they are gzipped."""
+STREAM_CONTENTS = {"dicom": ("dicom",), "numpy": ("numpy", "dicom"), "tiff": ("tiff",)}
+"""What files of a format begin like, of those that tell no length; an .npz is a zip, as DICOM may be."""
+
+LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "text": 40, "hex": 4}
+"""Stored bytes a byte of a value, at most, in any sensible file."""
+
+STREAM_SLACK = 1 << 20
+"""Bytes behind the values that are read, too."""
 
 
 def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -110,7 +106,8 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
         return _warned(synthetic_volume(path, settings, progress), "synthetic", settings)
     with _told_errors(path):
         if path == STREAM:
-            return _read_stream(settings, progress)
+            with spooled_stream(lambda start: _promised(start, settings)) as file:
+                return replace(_read_path(file, STREAM, settings, progress), files=())
         return _read_path(Path(path), path, settings, progress)
 
 
@@ -175,7 +172,7 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
         return SUFFIXES[suffix]
     header, _ = pair_files(path)
     check_file(header, name)
-    found = _format_of_content(header, name)
+    found = format_of_content(header, name)
     if found is None:
         raise UnsupportedFormatError(
             f"{name}: neither its suffix nor its content is one that is known; expected one of "
@@ -214,16 +211,26 @@ def _warned(volume: Volume, format_name: str, settings: ReadSettings) -> Volume:
     return replace(volume, warnings=(*unused_options(format_name, settings), *volume.warnings))
 
 
-def _read_stream(settings: ReadSettings, progress: Progress) -> Volume:
-    """Standard input, through a temporary file that is gone when the volume is read."""
-    with tempfile.NamedTemporaryFile(suffix=".volume") as file:
-        try:
-            shutil.copyfileobj(sys.stdin.buffer, file, 1 << 20)
-        except OSError as error:
-            raise VolumeError(f"{STREAM}: standard input cannot be read ({error}); give a file") from error
-        file.flush()
-        volume = _read_path(Path(file.name), STREAM, settings, progress)
-    return replace(volume, files=())
+def _promised(start: Path, settings: ReadSettings) -> int | None:
+    """How many bytes of standard input the header in its first bytes asks for, at most; None where unknown.
+
+    Raises:
+        VolumeError: It begins like no volume.
+        SettingsError: The format needs a setting that is missing or wrong.
+    """
+    format_name = input_format(start, STREAM, settings)
+    if format_name == "raw" and settings.shape and settings.dtype in RAW_TYPES:
+        return settings.skip_bytes + math.prod(settings.shape) * np.dtype(settings.dtype).itemsize + 1
+    if format_name in LAYOUT_READERS:
+        layout = LAYOUT_READERS[format_name](start, STREAM, settings)
+        values = layout.start + max(layout.offset, 0) + layout.volume_bytes * layout.volumes
+        return None if layout.line_skip else LONGEST_VALUE[layout.encoding] * values + STREAM_SLACK
+    if format_of_content(start, STREAM) not in STREAM_CONTENTS.get(format_name, ()):
+        raise UnsupportedFormatError(
+            f"{STREAM}: standard input does not begin like {format_name}; check --input-format, or give "
+            "a file"
+        )
+    return None
 
 
 def _format_of_folder(path: Path, name: str) -> str:
@@ -238,16 +245,3 @@ def _format_of_folder(path: Path, name: str) -> str:
         ) from error
     is_stack = len(files) > 1 and all(file.endswith((".tif", ".tiff")) for file in files)
     return "tiff" if is_stack else "dicom"
-
-
-def _format_of_content(path: Path, name: str) -> str | None:
-    """The format whose first bytes the file has, or None."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(4096)
-        if start[:2] == b"\x1f\x8b":
-            with gzip.open(path) as stream:
-                start = stream.read(4096)
-    except (OSError, EOFError, zlib.error) as error:
-        raise VolumeError(f"{name}: cannot be read ({error}); check the file") from error
-    return next((found for found, test in CONTENTS if test(start)), None)

@@ -10,7 +10,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -22,14 +21,17 @@ from dmc_cli.volume.checks import check_shape, storable_type
 from dmc_cli.volume.layout import (
     MILLIMETRES,
     check_file,
+    check_lengths,
     chosen_index,
     chosen_origin,
     chosen_spacing,
     exists,
     scale_affine,
 )
+from dmc_cli.volume.tiff_ome import check_ome, ome_spacing
 from dmc_cli.volume.unpacked_size import passes
 from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume.within import REMEDY, Bounds, check_beside
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -65,6 +67,10 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     files = tiff_files(path) if exists(path) and path.is_dir() else [path]
     if not files:
         raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
+    bounds = Bounds(path, allow_outside=settings.allow_outside)
+    for file in files:
+        if file != path and file.is_symlink() and not bounds.hold(file):
+            raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
     size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)
     try:
         import tifffile
@@ -88,6 +94,8 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
     finally:
         quiet.setLevel(level)
+    if found is not None:
+        check_lengths(name, found)
     spacing, warnings = chosen_spacing(found, settings, "the TIFF")
     origin, _ = chosen_origin(None, settings)
     return Volume(
@@ -147,6 +155,8 @@ def _stack(
 ) -> tuple[_Array, tuple[float, float, float] | None]:
     """Values and spacing of a file with many pages."""
     with tifffile.TiffFile(path) as tiff:
+        if tiff.is_ome and tiff.ome_metadata:
+            check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
         series = tiff.series[0]
         shape = tuple(int(n) for n in series.shape)
         if len(shape) < 3 or "S" in series.axes:
@@ -163,6 +173,8 @@ def _stack(
             raise DamagedVolumeError(
                 f"{name}: {path.stat().st_size} bytes found for {shape} values; get the file again"
             )
+        for other in {page.parent.filehandle.path for page in series.pages if page is not None}:
+            check_beside(path, Path(other), Path(other).name, name, settings.allow_outside)
         for page in series.pages:
             _check_segments(tiff, page, name)
         whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
@@ -221,17 +233,7 @@ def _check_segments(tiff: Any, page: Any, name: str) -> None:
 def _spacing(tiff: Any) -> tuple[float, float, float] | None:
     """Spacing along x, y, z in millimetres from OME's or ImageJ's metadata, or None."""
     if tiff.is_ome and tiff.ome_metadata:
-        pixels = next(
-            (e for e in ElementTree.fromstring(tiff.ome_metadata).iter() if e.tag.endswith("}Pixels")), None
-        )
-        if pixels is None or pixels.get("PhysicalSizeX") is None:
-            return None
-        x, y, z = (
-            float(pixels.get(f"PhysicalSize{axis}", "1"))
-            * MILLIMETRES.get(pixels.get(f"PhysicalSize{axis}Unit", "µm"), 1.0)
-            for axis in "XYZ"
-        )
-        return x, y, z
+        return ome_spacing(tiff.ome_metadata)
     if tiff.is_imagej and tiff.imagej_metadata and "spacing" in tiff.imagej_metadata:
         unit = str(tiff.imagej_metadata.get("unit", "mm")).replace("\\u00B5", "µ")
         scale = MILLIMETRES.get(unit, 1.0)
@@ -239,6 +241,6 @@ def _spacing(tiff: Any) -> tuple[float, float, float] | None:
         lengths = []
         for tag in ("XResolution", "YResolution"):
             count, length = tags[tag].value if tag in tags else (1, 1)
-            lengths.append(scale * length / count)
+            lengths.append(scale * length / count if count else math.inf)
         return lengths[0], lengths[1], scale * abs(float(tiff.imagej_metadata["spacing"]))
     return None

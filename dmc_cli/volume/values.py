@@ -26,6 +26,11 @@ MAX_LINE = 1 << 20
 """Longest line that `line_skip` skips."""
 
 
+MOST_SKIPPED = {"gzip": 1 << 33, "bzip2": 1 << 30}
+SKIPPED_RATIO = 100
+"""Bytes that are unpacked and passed over, at most: some seconds' worth, and so many times the file's."""
+
+
 def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
     """The volume of a layout, with its values mapped or read.
 
@@ -81,6 +86,19 @@ def _check_sizes(layout: Layout) -> None:
                 "values of "
                 f"{layout.dtype.name}; the file is cut short or its header is damaged; get the file again"
             )
+        _check_skipped(layout, path, found)
+
+
+def _check_skipped(layout: Layout, path: Path, found: int) -> None:
+    """Raise DamagedVolumeError where gigabytes would be unpacked before the first value."""
+    before = layout.volume * layout.volume_bytes if len(layout.files) == 1 else 0
+    skipped = max(layout.offset, 0) + before
+    most = MOST_SKIPPED.get(layout.encoding)
+    if most is not None and skipped > most + SKIPPED_RATIO * found:
+        raise DamagedVolumeError(
+            f"{_label(layout, path)}: {skipped} bytes to pass over found in {found} bytes of "
+            f"{layout.encoding}; expected values that begin sooner; unpack the file if that is right"
+        )
 
 
 def _label(layout: Layout, path: Path) -> str:

@@ -22,10 +22,10 @@ class Bounds:
         self._roots = [os.path.realpath(folder).rstrip(os.sep) + os.sep for folder in folders]
 
     def hold(self, path: Path | str) -> bool:
-        """Whether a path, all links followed, is below one of the folders."""
+        """Whether a path, all links followed, is one of the folders or below it."""
         if self._allow_outside:
             return True
-        real = os.path.realpath(path)
+        real = os.path.realpath(path) + os.sep
         return any(real.startswith(root) for root in self._roots)
 
 

@@ -1,0 +1,59 @@
+"""Standard input as a file: no more of it than its header asks for, and than the disk holds."""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from dmc_cli.errors import VolumeError
+from dmc_cli.settings import STREAM
+
+START_BYTES = 1 << 20
+"""How much is read before its header is asked how long it is; no header is longer."""
+
+PIECE_BYTES = 1 << 26
+"""How much is copied before the disk is asked again."""
+
+LEAST_FREE = 0.05
+"""The part of the disk that is left free."""
+
+
+@contextmanager
+def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
+    """A temporary file with standard input, gone at the end.
+
+    Args:
+        promised: Takes a file with its first bytes; tells the most bytes that are needed, or None.
+
+    Raises:
+        VolumeError: It cannot be read, or has no end.
+    """
+    with tempfile.NamedTemporaryFile(suffix=".volume") as file:
+        path = Path(file.name)
+        try:
+            copied = file.write(sys.stdin.buffer.read(START_BYTES))
+            file.flush()
+            most = promised(path) if copied == START_BYTES else copied
+            while most is None or copied < most:
+                _check_disk(path, copied)
+                count = PIECE_BYTES if most is None else min(PIECE_BYTES, most - copied)
+                piece = sys.stdin.buffer.read(count)
+                if not piece:
+                    break
+                copied += file.write(piece)
+            file.flush()
+        except OSError as error:
+            raise VolumeError(f"{STREAM}: standard input cannot be read ({error}); give a file") from error
+        yield path
+
+
+def _check_disk(path: Path, copied: int) -> None:
+    """Raise VolumeError where the next piece would fill the disk."""
+    disk = shutil.disk_usage(path.parent)
+    if disk.free - PIECE_BYTES < LEAST_FREE * disk.total:
+        raise VolumeError(
+            f"{STREAM}: standard input has no end after {copied >> 20} MiB, and {path.parent} has "
+            f"{disk.free >> 20} MiB left; expected a volume; give a file"
+        )
