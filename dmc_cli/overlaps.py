@@ -15,8 +15,9 @@ from typing import NamedTuple
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.file_keys import FileKeys
 from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
+from dmc_cli.volume.content import CONTENTS
 from dmc_cli.volume.pair import pair_files
-from dmc_cli.volume.read import CONTENTS, LAYOUT_READERS, input_format
+from dmc_cli.volume.read import LAYOUT_READERS, input_format
 from dmc_cli.volume.synthetic import PREFIX
 from dmc_cli.volume.within import Bounds, Walk
 from dmc_cli.volume.zarr_store import is_zarr
