@@ -128,7 +128,7 @@ class Trial:
         write_module(tree, mutant.file, mutant.put_into(text))
         try:
             changed = [file for file in files if file in self.changed]
-            return run_tests(tree, tests, list(self.choice.seconds), changed, 120 + 5 * seconds)
+            return run_tests(tree, tests, list(self.choice.seconds), changed, 90 + 2 * seconds)
         finally:
             write_module(tree, mutant.file, text)
 

@@ -73,7 +73,7 @@ def run_tests(tree, chosen, known, files, limit):
     plan = tree / "plan.json"
     plan.write_text(json.dumps({"chosen": chosen, "known": known}))
     homes = dict.fromkeys([*files, *(test.split("::")[0] for test in chosen)])
-    arguments = ["-x", "-q", "--tb=short", *QUICK, "-p", "tests.mutants.plugin"]
+    arguments = ["-x", "-q", "--tb=short", "--timeout=60", *QUICK, "-p", "tests.mutants.plugin"]
     arguments += [home for home in homes if (tree / home).exists()]
     start = time.monotonic()
     settings = environment(tree) | {"MUTANTS_TESTS": str(plan)}
