@@ -12,7 +12,7 @@ from dmc_cli.mesh.more_chains import (
     rotation_cost,
     scrambled,
 )
-from dmc_cli.mesh.more_checks import irregularity_change, is_core_sound, is_sound, quads_removed
+from dmc_cli.mesh.more_checks import gather_patch, irregularity_change, is_core_sound, is_sound, quads_removed
 from dmc_cli.mesh.more_mend import Limits, Measures, is_better
 from dmc_cli.mesh.more_operations import collapse_diagonal, doublet_of, open_quad, rotate_edge
 from dmc_cli.mesh.more_sweep import choice, is_worse
@@ -21,11 +21,15 @@ from dmc_cli.mesh.more_work import (
     FAILED,
     JOURNAL,
     LINKS,
+    PATCH,
+    PATCHED,
     SPARE_QUAD,
     SPARE_VERTEX,
     TALLIES,
+    VALENCE,
     Work,
     begin,
+    put,
     redo,
     touch,
     undo,
@@ -57,6 +61,7 @@ class Bench:
         work.journal_place = wp.zeros((1, JOURNAL), dtype=wp.int64)
         work.journal_value = wp.zeros((1, JOURNAL), dtype=wp.int32)
         work.core, work.core_valence = (wp.zeros((1, CORE), dtype=wp.int32) for _ in range(2))
+        work.patch = wp.zeros((1, PATCH), dtype=wp.int32)
         work.chain, work.tally = wp.zeros((1, LINKS), dtype=wp.int32), wp.zeros((1, TALLIES), dtype=wp.int32)
         work.tally.numpy()[0, [SPARE_VERTEX, SPARE_QUAD]] = self.vertices, self.quads
         self.work = work
@@ -73,6 +78,21 @@ class Bench:
         wp.launch(operate_kernel, 1, [self.work, kind, h, detail, last, told], device="cpu")
         done, change, taken, sound = told.numpy().tolist()
         return (change, taken, bool(sound)) if done else None
+
+    def filled(self, entries, vertices):
+        """Whether the journal's next entry after `entries`, or a vertex after others, has a place left."""
+        told = wp.zeros(4, dtype=wp.int32)
+        wp.launch(fill_kernel, 1, [self.work, entries, vertices, told], device="cpu")
+        return told.numpy().tolist()
+
+    def patch(self, vertices):
+        """The quads round vertices, each once, as they are listed, and whether the list is full."""
+        told = wp.zeros(1, dtype=wp.int32)
+        touched = wp.array(np.array(vertices, dtype=np.int32), dtype=wp.int32)
+        wp.launch(patch_kernel, 1, [self.work, touched, told], device="cpu")
+        return self.work.patch.numpy()[0, : self.work.tally.numpy()[0, PATCHED]].tolist(), bool(
+            told.numpy()[0]
+        )
 
     def costs(self, h):
         """What rotations of an edge, either way, and the collapse of a diagonal would cost."""
@@ -122,6 +142,34 @@ def operate_kernel(
         told[1] = irregularity_change(work, 0)
         told[2] = quads_removed(work, 0)
         told[3] = wp.where(is_core_sound(work, 0) and doublet_of(work, 0, CORE - 30) < 0, 1, 0)
+
+
+@wp.kernel
+def fill_kernel(work: Work, entries: wp.int32, vertices: wp.int32, told: wp.array(dtype=wp.int32)):
+    begin(work, 0)
+    for n in range(entries + 1):
+        if n == entries:
+            told[0] = work.tally[0, FAILED]
+        put(work, 0, VALENCE, 1, n)
+    told[1] = work.tally[0, FAILED]
+    undo(work, 0)
+    begin(work, 0)
+    for v in range(vertices + 1):
+        if v == vertices:
+            told[2] = work.tally[0, FAILED]
+        touch(work, 0, v)
+        touch(work, 0, v)
+    told[3] = work.tally[0, FAILED]
+
+
+@wp.kernel
+def patch_kernel(work: Work, vertices: wp.array(dtype=wp.int32), told: wp.array(dtype=wp.int32)):
+    begin(work, 0)
+    for n in range(vertices.shape[0]):
+        touch(work, 0, vertices[n])
+    gather_patch(work, 0)
+    gather_patch(work, 0)
+    told[0] = work.tally[0, FAILED]
 
 
 @wp.kernel

@@ -6,6 +6,7 @@ import warp as wp
 
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.more_chains import ASCENT, DEPTH
+from dmc_cli.mesh.more_work import CORE, JOURNAL, PATCH
 from tests import shapes
 from tests.mesh.bench import (
     COLLAPSE,
@@ -299,3 +300,36 @@ def test_a_chain_ends_somewhere():
     assert bench.next_link([]) is None
     assert Bench(shapes.torus()).next_link(range(8)) is None, "regular vertices lead nowhere"
     assert ASCENT == 2
+
+
+def test_a_full_journal_or_list_of_vertices_fails_and_all_is_taken_back():
+    bench = Bench(shapes.torus())
+    valence = bench.arrays()["valence"]
+    assert bench.filled(JOURNAL - 1, CORE - 1) == [0, 0, 0, 0]
+    assert bench.filled(JOURNAL, CORE) == [0, 1, 0, 1]
+    np.testing.assert_array_equal(bench.arrays()["valence"], valence)
+
+
+def test_a_patch_has_each_quad_round_its_vertices_once():
+    bench = Bench(shapes.torus(12, 30))
+    corners = bench.arrays()["corners"].reshape(-1, 4)
+    for vertices in ([5], [5, 6], [0, 1, 5, 6, 40], list(range(0, 68, 2))):
+        patch, is_full = bench.patch(vertices)
+        assert not is_full
+        assert sorted(patch) == np.flatnonzero(np.isin(corners, vertices).any(axis=1)).tolist()
+        assert set(patch[:4]) == set(np.flatnonzero((corners == vertices[0]).any(axis=1)))
+
+
+@pytest.mark.parametrize(("count", "is_full"), [(36, False), (37, True)])
+def test_a_full_patch_fails(count, is_full):
+    """Vertices with four quads each that no other has: 36 of them fill the list."""
+    points, quads = shapes.torus(12, 30)
+    apart = [30 * i + j for i in range(0, 12, 2) for j in range(0, 30, 2)][:count]
+    patch, found = Bench((points, quads)).patch(apart)
+    assert (len(patch), found) == (PATCH, is_full)
+
+
+def test_what_has_gone_has_no_patch():
+    bench = Bench(shapes.torus())
+    bench.work.vertex_gone.numpy()[9] = 1
+    assert bench.patch([9]) == ([], False)

@@ -24,12 +24,17 @@ AREAS = {
 }
 
 
+NO_EFFECT = ("mesh/fetch.py",)
+"""Files that only ask for memory ahead of its use: no fault there shows in anything but time."""
+
+
 def files_of(area, chosen=()):
     """The files of an area, or those of them that are named."""
     package = ROOT / PACKAGE
     found = sorted(
         path.relative_to(package).as_posix() for glob in AREAS[area].files for path in package.glob(glob)
     )
+    found = [file for file in found if file not in NO_EFFECT]
     return [file for file in found if not chosen or any(file.endswith(name) for name in chosen)]
 
 
