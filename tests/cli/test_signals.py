@@ -66,3 +66,27 @@ def test_a_signal_outside_of_a_command_has_its_message(name, status):
     assert run.returncode == status
     assert run.stderr.startswith("Error: ")
     assert run.stderr.endswith("no output was left incomplete\n")
+
+
+IGNORED = """
+import signal
+from dmc_cli.cli.signals import die_on_signals, raise_on_signals
+
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, signal.SIG_IGN)
+raise_on_signals()
+print([signal.getsignal(number) is signal.SIG_IGN for number in (signal.SIGINT, signal.SIGTERM)])
+die_on_signals()
+print([signal.getsignal(number) is signal.SIG_IGN for number in (signal.SIGINT, signal.SIGTERM)])
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGTERM, signal.SIG_DFL)
+raise_on_signals()
+print([callable(signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM)])
+die_on_signals()
+print([signal.getsignal(number) is signal.SIG_DFL for number in (signal.SIGINT, signal.SIGTERM)])
+"""
+
+
+def test_signals_that_the_caller_ignores_stay_ignored():
+    run = subprocess.run([sys.executable, "-c", IGNORED], capture_output=True, encoding="utf-8", check=True)
+    assert run.stdout.splitlines() == ["[True, True]"] * 4
