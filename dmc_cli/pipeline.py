@@ -27,12 +27,13 @@ from dmc_cli.report import kernel_modules as report_kernels
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
 from dmc_cli.report.requirements import check_requirements
-from dmc_cli.report.rounding import may_be_coarse, rounding_warning
+from dmc_cli.report.rounding import rounding_warnings
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.runtime import job_slots
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
+from dmc_cli.surface.vertices import refuse_lost
 from dmc_cli.volume.mapping import intact
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
@@ -141,6 +142,8 @@ def _make_mesh(
         _simplify(connected, volume, settings, watch)
     _relax(connected, settings, watch)
     surface = connected.surface
+    if settings.mesh.is_changed:
+        refuse_lost(surface.vertex_local.numpy())
     normals = None
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
@@ -360,24 +363,13 @@ def _make_report(
         vertex_count=surface.vertices.shape[0],
         quad_count=surface.quads.shape[0],
         measures=measures,
-        warnings=_rounding_warnings(surface, volume),
+        warnings=rounding_warnings(surface, volume),
         simplification=connected.simplification,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),
     )
     return build_report(facts)
-
-
-def _rounding_warnings(surface: Surface, volume: Volume) -> tuple[str, ...]:
-    """Return what is to be told of coordinates that float32 rounds too coarsely."""
-    if not may_be_coarse(surface):
-        return ()
-    from dmc_cli.report import measure_rounding
-
-    load_kernels(surface.device, [measure_rounding])
-    warning = rounding_warning(measure_rounding.measure_rounding(surface, volume))
-    return () if warning is None else (warning,)
 
 
 def _finish(

@@ -170,6 +170,11 @@ class MeshSettings:
                 " its operations rely on"
             )
 
+    @property
+    def is_changed(self) -> bool:
+        """Whether vertices or quads do not stay as the surface has them."""
+        return self.simplify != "none" or self.relax > 0
+
 
 @dataclass(frozen=True, kw_only=True)
 class OutputSettings:
@@ -252,8 +257,7 @@ class ConvertSettings:
     @property
     def needs_halfedges(self) -> bool:
         """Whether the quads' neighbours are needed: to change the mesh, to measure it or for the dump."""
-        is_changed = self.mesh.simplify != "none" or self.mesh.relax > 0
-        return is_changed or self.output.halfedges is not None or self.output.is_measured
+        return self.mesh.is_changed or self.output.halfedges is not None or self.output.is_measured
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.device import load_kernels
 from dmc_cli.mesh.near_frame import COARSE, HALF_STEP
 from dmc_cli.surface import Surface
 from dmc_cli.volume.volume import Volume
@@ -40,6 +41,17 @@ def file_rounding(points: Any, volume: Volume) -> Rounding:
     steps = 0.5 * np.spacing(np.abs(points).max(axis=0).astype(np.float32)).astype(np.float64)
     in_cells = np.abs(np.linalg.inv(volume.affine[:3, :3])) @ steps
     return Rounding(mm=float(np.linalg.norm(steps)), relative=float(in_cells.max()))
+
+
+def rounding_warnings(surface: Surface, volume: Volume) -> tuple[str, ...]:
+    """Return what is to be told of a surface's coordinates, if float32 is too coarse for them."""
+    if not may_be_coarse(surface):
+        return ()
+    from dmc_cli.report import measure_rounding
+
+    load_kernels(surface.device, [measure_rounding])
+    warning = rounding_warning(measure_rounding.measure_rounding(surface, volume))
+    return () if warning is None else (warning,)
 
 
 def rounding_warning(rounding: Rounding | None) -> str | None:

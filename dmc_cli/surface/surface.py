@@ -85,7 +85,7 @@ class Surface:
 
     @property
     def sense(self) -> float:
-        """1 if quads face along the gradient of F in the grid, else -1."""
+        """1 if quads face along the gradient of F in the output space, else -1."""
         return 1.0 if self.is_reversed != is_mirrored(self.affine) else -1.0
 
 

@@ -130,9 +130,10 @@ def _stored_range(
         if plane.dtype.kind == "f":
             data = data[np.isfinite(data)]
         if padding is not None:
-            exact = np.float64 if plane.dtype.kind == "f" else float  # not rounded to float32
-            ends = exact(padding[0]), exact(padding[1])
-            data = data[(data < ends[0]) | (data > ends[1])]
+            first, last = padding
+            if plane.dtype.kind == "f":  # else NumPy would round them to float32
+                first, last = np.float64(first), np.float64(last)
+            data = data[(data < first) | (data > last)]
         if data.size:
             plane_low, plane_high = float(data.min()), float(data.max())
             low = plane_low if low is None else min(low, plane_low)

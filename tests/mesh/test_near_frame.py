@@ -1,8 +1,12 @@
 """A mesh of any spacing, and far from the origin, is changed as it is near the origin with a spacing of 1."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import warp as wp
 
+from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
 from dmc_cli.pipeline import convert
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
@@ -33,9 +37,15 @@ def changed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "mesh", [{"simplify": "all", "relax": 2}, {"simplify": "more", "rounds": 2}], ids=str
+    ("spacing", "origin", "mesh"),
+    [
+        (2.0**-80, 0, {"simplify": "all", "relax": 2}),
+        (2.0**90, 0, {"simplify": "3333", "relax": 1}),
+        (1.0, 1e6, {"simplify": "all", "relax": 1}),
+        (2.0**-10, 1e4, {"relax": 2}),
+        (2.0**-70, 2.0**-50, {"simplify": "more", "rounds": 1}),
+    ],
 )
-@pytest.mark.parametrize(("spacing", "origin"), [(2.0**-80, 0), (2.0**90, 0), (1.0, 1e6), (2.0**-10, 1e4)])
 def test_the_mesh_is_the_same_in_any_frame(changed, spacing, origin, mesh):
     expected, quads, normals = changed(1.0, 0.0, **mesh)
     found, same_quads, same_normals = changed(spacing, origin, **mesh)
@@ -72,3 +82,14 @@ def test_only_what_float32_cannot_reckon_with_gets_a_frame_of_its_own(spacing, o
         assert np.abs(near.affine[:3, 3]).max() == 0
         ratio = np.diag(near.affine)[:3] / spacing
         assert ratio.min() == ratio.max() == 2.0 ** np.round(np.log2(ratio[0]))
+
+
+def test_a_vertex_that_leaves_its_cell_on_the_way_is_refused(changed, monkeypatch):
+    def spoil(surface, *_):
+        local = surface.vertex_local.numpy().copy()
+        local[7] = 0.5, 1.25, 0.0
+        return replace(surface, vertex_local=wp.array(local, dtype=wp.vec3, device="cpu"))
+
+    monkeypatch.setattr("dmc_cli.mesh.relax.relax", spoil)
+    with pytest.raises(MeshInvariantError, match=r"vertex 7 lies at \(0.5, 1.25, 0\) of its cell, one of 1 "):
+        changed(1.0, 0.0, relax=1)
