@@ -220,7 +220,13 @@ def _unplaced(dataset: Any, index: int) -> tuple[tuple[float, ...], tuple[float,
     """Position, orientation and spacing along the grid's own axes, for a frame whose file tells none."""
     between = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050) or [1.0]
     spacing = elements.numbers(dataset, 0x00280030, 2) or [1.0, 1.0]
+    _check_spacing(spacing)
     return (0.0, 0.0, index * (abs(between[0]) or 1.0)), (1.0, 0, 0, 0, 1, 0), (spacing[1], spacing[0])
+
+
+def _check_spacing(spacing: list[float]) -> None:
+    if not all(length > 0 for length in spacing):
+        raise DamagedVolumeError(f"pixel spacing {spacing} found; expected positive lengths")
 
 
 @dataclass(frozen=True)
@@ -253,8 +259,7 @@ class _Place:
             raise NoSlice("no position or orientation")
         if spacing is None:
             raise NoSlice("no pixel spacing")
-        if not all(length > 0 for length in spacing):
-            raise DamagedVolumeError(f"pixel spacing {spacing} found; expected positive lengths")
+        _check_spacing(spacing)
         x, y = np.array(orientation[:3]), np.array(orientation[3:])
         if abs(x @ x - 1) > 0.01 or abs(y @ y - 1) > 0.01 or abs(x @ y) > 0.01:
             raise DamagedVolumeError(
