@@ -29,10 +29,12 @@ def listed_files(header: Path, lines: list[str], name: str, allow_outside: bool)
 
     Raises:
         VolumeError: A file is not there, or outside the folder and `allow_outside` is not set.
-        DamagedVolumeError: The list is empty.
+        DamagedVolumeError: The list is empty, or longer than any volume's.
     """
     if not lines:
         raise DamagedVolumeError(f"{name}: an empty list of data files found; expected one file a line")
+    if len(lines) > MAX_FILES:
+        raise DamagedVolumeError(f"{name}: {len(lines)} data files found; expected at most {MAX_FILES}")
     return tuple(named_file(header, line, name, allow_outside) for line in lines)
 
 

@@ -27,6 +27,12 @@ _Array = np.ndarray[Any, np.dtype[Any]]
 MAX_HEADER = 10_000
 """Longest header text that is parsed; real ones have a hundred bytes."""
 
+MAX_ENTRIES = 10_000
+"""More arrays than anybody keeps in a file."""
+
+PACKERS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What NumPy packs by; with others Python's zip module unpacks more than it was asked for."""
+
 MAX_RATIO = 1040
 """Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
 
@@ -139,9 +145,14 @@ def _copied(stored: _Array, name: str) -> _Array:
 
 def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
     with zipfile.ZipFile(path) as archive:
-        names = [entry.filename for entry in archive.infolist() if _has_volume(archive, entry, name)]
+        entries = archive.infolist()
+        if len(entries) > MAX_ENTRIES:
+            raise DamagedVolumeError(f"{name}: {len(entries)} entries found; expected at most {MAX_ENTRIES}")
+        names = [entry.filename for entry in entries if _has_volume(archive, entry, name)]
         if not names:
-            raise UnsupportedFormatError(f"{name}: no numeric array with three axes found; expected one")
+            raise UnsupportedFormatError(
+                f"{name}: no numeric array with three axes found; expected one by np.savez"
+            )
         if len(names) > 1 and settings.volume_index is None:
             listed = ", ".join(f"{n}: {entry.removesuffix('.npy')}" for n, entry in enumerate(names))
             raise AmbiguousVolumeError(
@@ -171,7 +182,7 @@ def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
 
 
 def _has_volume(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str) -> bool:
-    if not entry.filename.endswith(".npy"):
+    if not entry.filename.endswith(".npy") or entry.compress_type not in PACKERS:
         return False
     with archive.open(entry) as stream:
         try:

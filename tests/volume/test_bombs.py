@@ -12,7 +12,9 @@ import pytest
 from pydicom import uid
 from pydicom.encaps import encapsulate, generate_frames
 
+from dmc_cli.errors import DamagedVolumeError
 from tests.fuzz.trial import try_file
+from tests.volume.reading import read
 from tests.volume.scanner import axial, make_slice, plane_values, save
 
 HUGE = 3 << 30
@@ -107,10 +109,13 @@ def test_a_jpeg_ls_stream_that_was_cut(tmp_path, kept):
     assert refused(path, "dicom")
 
 
-def test_a_zlib_strip_of_a_tiff(tmp_path):
+@pytest.mark.parametrize("pages", ["in one file", "a file each"])
+def test_a_zlib_strip_of_a_tiff(tmp_path, pages):
     tifffile = pytest.importorskip("tifffile")
     path = tmp_path / "a.tif"
-    tifffile.imwrite(path, np.zeros((3, 64, 64), "u2"), compression="zlib", photometric="minisblack")
+    shape = (3, 64, 64) if pages == "in one file" else (64, 64)
+    for name in ("b.tif", "a.tif") if pages == "a file each" else ("a.tif",):
+        tifffile.imwrite(tmp_path / name, np.zeros(shape, "u2"), compression="zlib", photometric="minisblack")
     with tifffile.TiffFile(path) as tiff:
         tags = tiff.pages[0].tags
         places = [tags[name].valueoffset for name in ("StripOffsets", "StripByteCounts")]
@@ -118,7 +123,9 @@ def test_a_zlib_strip_of_a_tiff(tmp_path):
     for place, number in zip(places, (len(content), len(ZLIB_BOMB)), strict=True):
         struct.pack_into("<I", content, place, number)
     path.write_bytes(content + ZLIB_BOMB)
-    assert refused(path, "tiff")
+    with pytest.raises(DamagedVolumeError, match="unpack to more than the"):
+        read(path.parent if pages == "a file each" else path)
+    assert refused(path, "tiff" if pages == "in one file" else "dicom")
 
 
 STORE = {

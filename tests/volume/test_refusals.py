@@ -1,0 +1,506 @@
+"""Every refusal of a header, by a file made for it, beside the nearest file that is taken."""
+
+import bz2
+import gzip
+import struct
+import zipfile
+
+import nibabel as nib
+import numpy as np
+import pytest
+
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    MemoryBudgetError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume import allocation, data_files, values
+from dmc_cli.volume.dicom_decoding import _behind_pixels
+from dmc_cli.volume.layout import FROM_END
+from dmc_cli.volume.left_out import left_out, shortened
+from dmc_cli.volume.read import list_volumes
+from tests.volume.reading import counting, read
+from tests.volume.scanner import axial, make_slice, plane_values, save, save_stack
+
+VALUES = counting((4, 3, 2))
+FIELDS = {"type": "short", "dimension": "3", "sizes": "2 3 4", "encoding": "raw", "endian": "little"}
+
+
+def nrrd(folder, content=None, **fields):
+    """A NRRD file of the fields; None leaves one out, a name's underscores are blanks."""
+    named = {key.replace("_", " "): value for key, value in fields.items()}
+    lines = [f"{key}: {value}" for key, value in (FIELDS | named).items() if value is not None]
+    text = "\n".join(["NRRD0005", *lines]) + "\n\n"
+    (folder / "a.nrrd").write_bytes(text.encode() + (VALUES.tobytes() if content is None else content))
+    return folder / "a.nrrd"
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({"type": None}, "has no field 'type'"),
+        ({"dimension": None}, "has no field 'dimension'"),
+        ({"sizes": None}, "has no field 'sizes'"),
+        ({"encoding": None}, "has no field 'encoding'"),
+        ({"type": "block"}, "type 'block' found; expected integers, float or double"),
+        ({"endian": "middle"}, "endian 'middle' found; expected little or big"),
+        ({"encoding": "zrl"}, "encoding 'zrl' found; expected one of raw"),
+        ({"dimension": "4"}, "dimension 4 found, but 3 sizes"),
+        ({"sizes": "2 0 4"}, "sizes '2 0 4' found; expected positive"),
+        ({"sizes": "2 x 4"}, "sizes '2 x 4' found in the header; expected numbers"),
+        ({"dimension": "17", "sizes": "1 " * 14 + "2 3 4"}, "expected positive numbers"),
+        ({"dimension": "2", "sizes": "6 4"}, "expected three neighbouring axes"),
+        (
+            {"dimension": "4", "sizes": "2 2 3 4", "kinds": "space list space space"},
+            "three neighbouring axes",
+        ),
+        ({"byte_skip": "-2"}, "byte skip '-2' found in the header; expected one number"),
+        ({"byte_skip": "1 2"}, "expected one number"),
+        ({"byte_skip": str(2**40 + 1)}, "expected one number"),
+        ({"line_skip": "-1"}, "line skip '-1' found"),
+        ({"line_skip": "9"}, "fewer or longer lines found than the 9 to skip"),
+        ({"data_file": ""}, "empty data file field"),
+        ({"data_file": "LIST 1"}, "data file LIST 1 found; expected slices of 2 axes"),
+        ({"data_file": "LIST"}, "empty list of data files"),
+        ({"data_file": "none.raw"}, "data file 'none.raw' is not there"),
+        ({"data_file": "s%s.raw 0 3 1"}, "data file pattern 's%s.raw' with range '0 3 1'"),
+        ({"data_file": "s%d.raw 0 x 1"}, "data file pattern"),
+        ({"data_file": "s%d.raw 0 3 0"}, "data file pattern"),
+        ({"data_file": "s%d.raw 3 0 1"}, "data file pattern"),
+        ({"space": "left-up", "space_directions": "(1,0,0) (0,1,0) (0,0,1)"}, "space 'left-up' found"),
+        ({"space_directions": "(1,0,0) (0,1,0)"}, "2 space directions found"),
+        ({"space_directions": "(1,0) (0,1) (1,1)"}, "without three coordinates"),
+        ({"space_directions": "(1,0,0) (0,1,x) (0,0,1)"}, "vector '(0,1,x)' found"),
+        ({"spacings": "1 x 1"}, "spacings '1 x 1' found in the header; expected numbers"),
+        ({"nonsense without a colon": None, "sizes": "2 3 4\nnonsense"}, "header line 'nonsense' found"),
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_nrrd_headers(tmp_path, fields, told):
+    with pytest.raises(VolumeError) as caught:
+        read(nrrd(tmp_path, **fields))
+    assert told in str(caught.value)
+    assert caught.value.exit_status == 3
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"dimension": "16", "sizes": "2 3 4" + " 1" * 13},
+        {"byte_skip": "0"},
+        {"byte_skip": "-1"},
+        {"line_skip": "0"},
+        {"type": "  Signed   Short INT "},
+        {"data_file": "./a.raw"},
+        {"data_file": "LIST 2\ns0\ns1\ns2\ns3"},
+        {"data_file": "LIST 3\na.raw"},
+        {"data_file": "s%d 0 3 1"},
+        {"data_file": "s%d 0 3 1 2"},
+        {"kinds": "domain domain domain"},
+        {"space": "3D-left-handed", "space_directions": "(1,0,0) (0,1,0) (0,0,1)"},
+        {"space": "RAST", "space_directions": "(1,0,0,0) (0,1,0,0) (0,0,1,0)", "space_origin": "(0,0,0,0)"},
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_nrrd_headers_that_are_taken(tmp_path, fields):
+    (tmp_path / "a.raw").write_bytes(VALUES.tobytes())
+    for k, plane in enumerate(VALUES):
+        (tmp_path / f"s{k}").write_bytes(plane.tobytes())
+    np.testing.assert_array_equal(read(nrrd(tmp_path, **fields)).values, VALUES)
+
+
+def test_a_list_of_slices_backwards(tmp_path):
+    for k, plane in enumerate(VALUES):
+        (tmp_path / f"s{k}").write_bytes(plane.tobytes())
+    np.testing.assert_array_equal(read(nrrd(tmp_path, data_file="s%d 3 0 -1")).values, VALUES[::-1])
+
+
+def test_a_pattern_of_too_many_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(data_files, "MAX_FILES", 4)
+    for k in range(5):
+        (tmp_path / f"s{k}").write_bytes(VALUES[0].tobytes())
+    assert read(nrrd(tmp_path, data_file="s%d 0 3 1")).shape == (2, 3, 4)
+    with pytest.raises(DamagedVolumeError, match="data file pattern"):
+        read(nrrd(tmp_path, sizes="2 3 5", data_file="s%d 0 4 1"))
+    with pytest.raises(DamagedVolumeError, match="5 data files found; expected at most 4"):
+        read(nrrd(tmp_path, sizes="2 3 5", data_file="LIST\n" + "\n".join(f"s{k}" for k in range(5))))
+
+
+def test_a_header_without_an_end(tmp_path):
+    path = nrrd(tmp_path, sizes="2 3 4\n# " + "x" * (1 << 20))
+    with pytest.raises(DamagedVolumeError, match="no end of the header"):
+        read(path)
+    with pytest.raises(UnsupportedFormatError, match="no NRRD file"):
+        (tmp_path / "b.nrrd").write_bytes(b"NRRD00x5\n")
+        read(tmp_path / "b.nrrd")
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({"encoding": "gzip", "byte_skip": "-1"}, r"byte skip -1 found with encoding gzip; expected raw"),
+        ({"data_file": "LIST" + "\nbig" * 5}, r"5 data files named for 48 bytes of values"),
+        ({"data_file": "LIST" + "\nbig" * 16}, r"16 data files do not share 24 values evenly"),
+        (
+            {"dimension": "4", "sizes": "2 3 2 2", "data_file": "LIST 3" + "\nbig" * 3},
+            r"3 data files found for 2 volumes; expected the same number",
+        ),
+    ],
+)
+def test_files_that_do_not_share_the_values(tmp_path, fields, told):
+    (tmp_path / "big").write_bytes(bytes(100))
+    with pytest.raises(DamagedVolumeError, match=told):
+        read(nrrd(tmp_path, gzip.compress(VALUES.tobytes()), **fields), volume_index=0)
+
+
+def test_the_files_of_the_chosen_volume_are_read(tmp_path):
+    for k, plane in enumerate(VALUES):
+        (tmp_path / f"s{k}").write_bytes(plane.tobytes())
+    path = nrrd(tmp_path, dimension="4", sizes="2 3 2 2", data_file="LIST 3\ns0\ns1\ns2\ns3")
+    for volume in (0, 1):
+        np.testing.assert_array_equal(
+            read(path, volume_index=volume).values, VALUES[2 * volume : 2 * volume + 2]
+        )
+
+
+@pytest.mark.parametrize("text", ["1 2 3", "0 " * 23, "x " * 24, "1" * 65 + " 0" * 23, "40000 " * 24])
+def test_text_that_is_no_24_numbers(tmp_path, text):
+    with pytest.raises(DamagedVolumeError):
+        read(nrrd(tmp_path, text.encode(), encoding="ascii"))
+
+
+def test_text_with_commas_tabs_and_long_numbers(tmp_path):
+    text = ",\t\n".join(f"{n:064d}" for n in range(24))
+    np.testing.assert_array_equal(read(nrrd(tmp_path, text.encode(), encoding="ascii")).values, VALUES)
+
+
+@pytest.mark.parametrize("packer", [gzip.compress, bz2.compress])
+def test_a_stream_that_ends_before_its_checksum(tmp_path, packer):
+    packed = packer(VALUES.tobytes())
+    encoding = "gzip" if packer is gzip.compress else "bzip2"
+    changed = packed[:-6] + bytes([packed[-6] ^ 1]) + packed[-5:]
+    with pytest.raises(DamagedVolumeError, match=r"damaged|decoded"):
+        read(nrrd(tmp_path, changed, encoding=encoding))
+
+
+def meta(folder, *lines, content=None, **fields):
+    known = {
+        "NDims": "3",
+        "DimSize": "2 3 4",
+        "ElementType": "MET_SHORT",
+        **fields,
+        "ElementDataFile": "LOCAL",
+    }
+    if "ElementDataFile" in fields:
+        known["ElementDataFile"] = fields["ElementDataFile"]
+    text = "".join(f"{key} = {value}\n" for key, value in known.items() if value is not None)
+    (folder / "a.mha").write_bytes(text.encode() + (VALUES.tobytes() if content is None else content))
+    return folder / "a.mha"
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({"NDims": None}, "no MetaImage header found"),
+        ({"DimSize": None}, "has no DimSize"),
+        ({"ElementType": None}, "has no ElementType"),
+        ({"ElementType": "MET_OTHER"}, "ElementType 'MET_OTHER' found; expected one of MET_CHAR"),
+        ({"NDims": "4"}, "NDims 4 found, but DimSize has 3"),
+        ({"NDims": "11", "DimSize": "2 3 4" + " 1" * 8}, "NDims 11 found"),
+        ({"DimSize": "2 3 x"}, "expected finite numbers"),
+        ({"DimSize": "2 3 inf"}, "expected finite numbers"),
+        ({"DimSize": ""}, "expected finite numbers"),
+        ({"NDims": "4", "DimSize": "2 3 4 0"}, "expected positive numbers"),
+        ({"ElementNumberOfChannels": "0"}, "0 channels found"),
+        ({"ElementNumberOfChannels": "1025"}, "1025 channels found"),
+        ({"TransformMatrix": "1 0 0 1"}, "4, 0 and 0 numbers found"),
+        ({"ElementSpacing": "1 1"}, "9, 2 and 0 numbers found"),
+        ({"Offset": "1 1"}, "9, 0 and 2 numbers found"),
+        ({"ElementDataFile": ""}, "empty ElementDataFile"),
+        ({"ElementDataFile": "LIST 1"}, "expected a list of slices"),
+        ({"ElementDataFile": "none.raw"}, "data file 'none.raw' is not there"),
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_meta_headers(tmp_path, fields, told):
+    with pytest.raises(VolumeError) as caught:
+        read(meta(tmp_path, content=b"", **fields))
+    assert told in str(caught.value)
+    assert caught.value.exit_status == 3
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"NDims": "10", "DimSize": "2 3 4" + " 1" * 7},
+        {"ElementType": "MET_SHORT_ARRAY"},
+        {"BinaryData": "True"},
+        {"CompressedData": "False"},
+        {"ElementNumberOfChannels": "1"},
+        {"HeaderSize": "0"},
+        {"ElementDataFile": "local"},
+        {"ElementDataFile": "LIST 2D\ns0\ns1\ns2\ns3"},
+        {"ElementDataFile": "LIST 2\ns0\ns1\ns2\ns3"},
+        {"ElementDataFile": "LIST\ns0\ns1\ns2\ns3"},
+        {"ElementDataFile": "s%d 0 3 1"},
+        {"HeaderSize": "-1", "ElementDataFile": "end.raw"},
+        {"HeaderSize": "5", "ElementDataFile": "end.raw"},
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_meta_headers_that_are_taken(tmp_path, fields):
+    for k, plane in enumerate(VALUES):
+        (tmp_path / f"s{k}").write_bytes(plane.tobytes())
+    (tmp_path / "end.raw").write_bytes(bytes(5) + VALUES.tobytes())
+    is_detached = fields.get("ElementDataFile", "local") != "local"
+    path = meta(tmp_path, content=b"" if is_detached else None, **fields)
+    np.testing.assert_array_equal(read(path).values, VALUES)
+
+
+@pytest.mark.parametrize("count", [1, 1024])
+def test_channels_as_many_as_there_may_be(tmp_path, count):
+    many = np.repeat(VALUES[..., None], count, axis=-1) + np.arange(count, dtype="i2") * 24
+    path = meta(tmp_path, content=many.tobytes(), ElementNumberOfChannels=count)
+    np.testing.assert_array_equal(read(path, volume_index=count - 1).values, many[..., -1])
+    for wrong in (-1, count):
+        with pytest.raises(SettingsError, match=rf"volume_index is {wrong}; .*expected 0 to {count - 1}"):
+            read(path, volume_index=wrong)
+
+
+def test_units_and_names_of_meta(tmp_path):
+    volume = read(meta(tmp_path, DistanceUnits="um", ElementSize="1 2 3", Position="4 5 6"))
+    np.testing.assert_allclose(np.diag(volume.affine)[:3], (1e-3, 2e-3, 3e-3))
+    np.testing.assert_allclose(volume.affine[:3, 3], (4e-3, 5e-3, 6e-3))
+
+
+def hdr(folder, code=4, dim=(3, 2, 3, 4, 1, 1, 1, 1), offset=0.0, slope=0.0, size=348):
+    """An Analyze pair by hand."""
+    header = bytearray(348)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, *dim)
+    struct.pack_into("<hh", header, 70, code, 16)
+    struct.pack_into("<8f", header, 76, 0, 1, 1, 1, 0, 0, 0, 0)
+    struct.pack_into("<3f", header, 108, offset, slope, 7.0)
+    (folder / "a.hdr").write_bytes(header[:size])
+    (folder / "a.img").write_bytes(VALUES.tobytes())
+    return folder / "a.hdr"
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"code": 32}, "datatype code 32 found"),
+        ({"dim": (2, 2, 12, 1, 1, 1, 1, 1)}, "expected three or more positive numbers"),
+        ({"dim": (8, 2, 3, 4, 1, 1, 1, 1)}, "expected three or more positive numbers"),
+        ({"dim": (4, 2, 3, 4, 0, 1, 1, 1)}, "expected three or more positive numbers"),
+        ({"offset": np.nan}, "vox_offset is nan"),
+        ({"offset": 2.0**41}, "vox_offset is "),
+        ({"size": 347}, "no Analyze header found"),
+    ],
+    ids=str,
+)
+def test_analyze_headers(tmp_path, changes, told):
+    with pytest.raises(VolumeError, match=told):
+        read(hdr(tmp_path, **changes), input_format="analyze")
+
+
+@pytest.mark.parametrize(
+    ("slope", "expected"), [(2.0, (2, 7)), (0.0, (1, 0)), (np.nan, (1, 0)), (np.inf, (1, 0))]
+)
+def test_analyze_scaling(tmp_path, slope, expected):
+    volume = read(hdr(tmp_path, slope=slope))
+    assert (volume.slope, volume.intercept) == expected
+
+
+@pytest.mark.parametrize("dim", [(3, 2, 3, 4, 0, 0, 0, 0), (7, 2, 3, 4, 1, 1, 1, 1)])
+def test_analyze_axes_that_are_taken(tmp_path, dim):
+    assert read(hdr(tmp_path, dim=dim)).shape == (2, 3, 4)
+
+
+@pytest.mark.parametrize(("dim", "taken"), [(0, False), (1, False), (7, True), (8, False)])
+def test_nifti_axes(tmp_path, dim, taken):
+    nib.save(nib.Nifti1Image(VALUES.T, np.eye(4)), tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    struct.pack_into("<h", content, 40, dim)
+    (tmp_path / "a.nii").write_bytes(content)
+    if taken:
+        assert read(tmp_path / "a.nii").shape == (2, 3, 4)
+        return
+    with pytest.raises(
+        VolumeError, match=r"axes found in the header; expected 1 to 7|at least two along each axis"
+    ):
+        read(tmp_path / "a.nii")
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "is_told"),
+    [(0, 1, False), (1, 1000, False), (2, 1, False), (3, 1e-3, False), (4, 1, True), (10, 1, False)],
+)
+def test_nifti_units(tmp_path, unit, scale, is_told):
+    nib.save(nib.Nifti1Image(VALUES.T, np.eye(4)), tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    content[123] = unit
+    (tmp_path / "a.nii").write_bytes(content)
+    volume = read(tmp_path / "a.nii")
+    np.testing.assert_allclose(volume.spacing, [scale] * 3)
+    assert bool(volume.warnings) == is_told
+
+
+def test_npz_entries_are_named_where_one_is_to_be_chosen(tmp_path):
+    np.savez(tmp_path / "a.npz", one=VALUES, flat=VALUES[0], two=VALUES + 1)
+    with pytest.raises(AmbiguousVolumeError, match=r"2 volumes found \(0: one, 1: two\)"):
+        read(tmp_path / "a.npz")
+    np.testing.assert_array_equal(read(tmp_path / "a.npz", volume_index=1).values, VALUES + 1)
+    (entry,) = list_volumes(str(tmp_path / "a.npz"), ReadSettings())
+    assert entry.size == (2, 3, 4)
+
+
+@pytest.mark.parametrize("packer", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_npz_entries_that_numpy_does_not_write(tmp_path, packer):
+    np.save(tmp_path / "a.npy", VALUES)
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", packer) as archive:
+        archive.write(tmp_path / "a.npy", "a.npy")
+    with pytest.raises(UnsupportedFormatError, match=r"no numeric array with three axes.*savez"):
+        read(tmp_path / "a.npz")
+
+
+def test_an_npz_of_too_many_entries(tmp_path, monkeypatch):
+    from dmc_cli.volume import numpy_file
+
+    monkeypatch.setattr(numpy_file, "MAX_ENTRIES", 2)
+    for count in (2, 3):
+        np.savez(tmp_path / f"{count}.npz", VALUES, *([np.zeros(2)] * (count - 1)))
+    assert read(tmp_path / "2.npz").shape == (2, 3, 4)
+    with pytest.raises(DamagedVolumeError, match="3 entries found; expected at most 2"):
+        read(tmp_path / "3.npz")
+
+
+def no_slice(folder, **changes):
+    for k, position in enumerate(axial()):
+        save(make_slice(position, k, **changes), folder / f"{k}")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"SamplesPerPixel": 3}, "a colour image"),
+        ({"PhotometricInterpretation": "PALETTE COLOR"}, "an image of kind PALETTE COLOR"),
+        ({"BitsAllocated": 12}, "an image of 12 bits a pixel"),
+        ({"ImagePositionPatient": None}, "no position or orientation"),
+        ({"ImageOrientationPatient": None}, "no position or orientation"),
+        ({"PixelSpacing": None}, "no pixel spacing"),
+        ({"Rows": 0}, "no image"),
+    ],
+    ids=str,
+)
+def test_dicom_files_that_are_no_slices_tell_why(tmp_path, changes, told):
+    with pytest.raises(VolumeError) as caught:
+        read(no_slice(tmp_path, **changes))
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "orientation", [(2, 0, 0, 0, 1, 0), (1, 0, 0, 0, 2, 0), (1, 0, 0, 0.5, 0.8660254, 0)]
+)
+def test_dicom_orientations_are_two_perpendicular_directions(tmp_path, orientation):
+    with pytest.raises(DamagedVolumeError, match="expected two perpendicular directions"):
+        read(no_slice(tmp_path, ImageOrientationPatient=list(orientation)))
+
+
+@pytest.mark.parametrize("shift", [0.019, 0.021, 0.24, 0.26])
+def test_slices_beside_the_line(tmp_path, shift):
+    """Of pixels of 0.5 mm: told from a twentieth on, refused from a half."""
+    positions = axial(5)
+    positions[2] = (10.0 + shift, 20.0, 34.0)
+    save_stack(tmp_path, positions, names="abcde")
+    if shift > 0.25:
+        with pytest.raises(UnsupportedFormatError, match=r"c lies 0\.260 mm beside the line"):
+            read(tmp_path)
+        return
+    warnings = read(tmp_path).warnings
+    assert [f"{shift:.3f} mm beside" in warning for warning in warnings] == [True] * (shift > 0.025)
+
+
+def test_pixel_data_are_the_last_that_is_read():
+    stop = _behind_pixels()
+    assert [stop(tag, None, 0) for tag in (0x00280010, 0x7FE00010, 0xFFFCFFFC)] == [False, False, True]
+
+
+def test_what_was_left_out_is_told_in_numbers():
+    assert left_out([], "file", "files") == []
+    assert left_out(["a"], "file", "files") == ["1 file was left out: a"]
+    assert left_out(list("abcd"), "file", "files") == ["4 files were left out: a, b, c and 1 more"]
+    assert shortened(list("abc"), "; ") == "a; b; c"
+
+
+@pytest.mark.parametrize("free", [47, 48, None])
+def test_values_that_do_not_fit_are_refused_before_they_are_allocated(monkeypatch, free):
+    monkeypatch.setattr(allocation, "available_bytes", lambda: free)
+    if free == 47:
+        with pytest.raises(MemoryBudgetError, match=r"2 x 3 x 4 values of int16"):
+            allocation.allocate_values("a", (2, 3, 4), ">i2")
+        return
+    made = allocation.allocate_values("a", (2, 3, 4), ">i2")
+    assert (made.shape, made.dtype) == ((4, 3, 2), np.dtype("i2"))
+
+
+def test_a_forecast_is_asked_instead(monkeypatch):
+    asked = []
+    monkeypatch.setattr(allocation, "available_bytes", lambda: 0)
+    with allocation.forecasting(lambda nodes, size: asked.append((nodes, size))):
+        allocation.allocate_values("a", (2, 3, 4), "i2")
+    assert asked == [(24, 48)]
+    with pytest.raises(MemoryBudgetError):
+        allocation.allocate_values("a", (2, 3, 4), "i2")
+
+
+def test_raw_sizes_to_the_byte(tmp_path):
+    settings = {"shape": (2, 3, 4), "dtype": "int16", "skip_bytes": 3}
+    for size, taken in ((50, False), (51, True), (52, False)):
+        (tmp_path / "a.raw").write_bytes(bytes(size))
+        if taken:
+            assert read(tmp_path / "a.raw", **settings).shape == (2, 3, 4)
+            continue
+        with pytest.raises(DamagedVolumeError, match=rf"{size} bytes found, 51 expected") as caught:
+            read(tmp_path / "a.raw", **settings)
+        assert ("--skip-bytes 4" in str(caught.value)) == (size == 52)
+
+
+def test_the_lines_that_are_skipped_are_not_endless(tmp_path, monkeypatch):
+    monkeypatch.setattr(values, "MAX_LINE", 10)
+    path = nrrd(tmp_path, b"123456789\n" + VALUES.tobytes(), line_skip="1")
+    np.testing.assert_array_equal(read(path).values, VALUES)
+    with pytest.raises(DamagedVolumeError, match="fewer or longer lines"):
+        read(nrrd(tmp_path, b"1234567890\n" + VALUES.tobytes(), line_skip="1"))
+
+
+def test_values_from_the_end_of_a_file(tmp_path):
+    assert FROM_END == -1
+    path = nrrd(tmp_path, b"whatever" + VALUES.tobytes(), byte_skip="-1")
+    np.testing.assert_array_equal(read(path).values, VALUES)
+
+
+def test_an_encrypted_zip_is_to_be_unpacked(tmp_path):
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        for k, position in enumerate(axial(3)):
+            archive.write(save(make_slice(position, k), tmp_path / "in" / f"{k}"), f"{k}")
+    content = bytearray(path.read_bytes())
+    place = content.index(b"PK\1\2")
+    content[place + 8] |= 1
+    path.write_bytes(content)
+    with pytest.raises(VolumeError, match="the zip is encrypted; unpack it"):
+        read(path)
+
+
+def test_slices_of_a_gray_and_a_colour_tiff(tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    tifffile.imwrite(tmp_path / "0.tif", plane_values(0).view("u2"))
+    tifffile.imwrite(tmp_path / "1.tif", np.zeros((4, 5, 3), "u1"), photometric="rgb")
+    with pytest.raises(UnsupportedFormatError, match=r"1\.tif: an image of shape .*expected a grey slice"):
+        read(tmp_path)
