@@ -35,6 +35,9 @@ ARITHMETIC = {
 }
 LOGIC = {ast.And: ("and", "or"), ast.Or: ("or", "and")}
 SWAPPED = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
+GRAIN, AHEAD = "_A_SLAB", "fetch_"
+"""How the names end of what says how large a share of a launch is, and how those start of functions that ask
+for memory ahead: a fault there shows in nothing but time."""
 LEAVES = (ast.Raise, ast.Return, ast.Continue, ast.Break)
 
 
@@ -95,7 +98,8 @@ class Finder(ast.NodeVisitor):
                 self.visit(statement)
 
     def visit_Expr(self, node):
-        if "set_module_options" in ast.unparse(node):
+        called = ast.unparse(node.value.func) if isinstance(node.value, ast.Call) else ""
+        if called.startswith(AHEAD) or called.endswith("set_module_options"):
             return
         if isinstance(node.value, ast.Call):
             self.replace("statement", node, "pass")
@@ -103,7 +107,7 @@ class Finder(ast.NodeVisitor):
 
     def visit_Assign(self, node):
         names = {t.id for t in node.targets if isinstance(t, ast.Name)}
-        if "__all__" in names:
+        if "__all__" in names or any(name.endswith(GRAIN) for name in names):
             return
         stored = any(isinstance(t, ast.Attribute | ast.Subscript) for t in node.targets)
         if stored or (names and names <= self.known):
@@ -174,6 +178,8 @@ class Finder(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_BinOp(self, node):
+        if any(isinstance(n, ast.Name) and n.id.endswith(GRAIN) for n in ast.walk(node)):
+            return
         if type(node.op) in ARITHMETIC and not any(_is_text(side) for side in (node.left, node.right)):
             old, news = ARITHMETIC[type(node.op)]
             for new in news:
