@@ -39,3 +39,21 @@ def signal_main_thread(number: int) -> None:
         signal.pthread_kill(main_thread().ident or 0, number)
     else:
         interrupt_main(signal.Signals(number))
+
+
+def let_system_reset(number: int) -> None:
+    """Have the system give a signal its usual effect back as soon as its handler was called once.
+
+    Python's handlers run between two steps of Python code. A second signal has to have its effect in the
+    middle of a long one, too. Where the C library has no such call, it has it as soon as the step is over.
+    """
+    if sys.platform != "linux":
+        return
+    import ctypes
+
+    library = ctypes.CDLL(None)
+    if hasattr(library, "sysv_signal"):
+        library.signal.restype = ctypes.c_void_p
+        library.sysv_signal.restype = ctypes.c_void_p
+        handler = library.signal(number, 0)  # Python's own, in C
+        library.sysv_signal(number, ctypes.c_void_p(handler))

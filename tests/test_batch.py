@@ -7,7 +7,7 @@ import pytest
 from dmc_cli import batch, pipeline
 from dmc_cli.batch import Outcome, convert_all
 from dmc_cli.errors import DamagedVolumeError
-from dmc_cli.progress import SilentProgress
+from dmc_cli.progress import SILENT, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare, OutputSettings, SurfaceSettings
 
 
@@ -36,6 +36,12 @@ def items(*sources):
     ]
 
 
+def outcomes_of(planned, jobs=1, progress=SILENT):
+    told = []
+    convert_all(planned, told.append, jobs, progress)
+    return told
+
+
 @pytest.fixture
 def seen(monkeypatch):
     """Let conversions raise what their input names, and note the settings that they had."""
@@ -61,7 +67,7 @@ def seen(monkeypatch):
 def test_outcomes_come_in_the_order_of_the_items(seen, tmp_path, monkeypatch, jobs):
     monkeypatch.chdir(tmp_path)
     planned = items("damaged", "synth:torus:12", "large", "bug")
-    first, second, third, fourth = convert_all(planned, jobs)
+    first, second, third, fourth = outcomes_of(planned, jobs)
     assert first == Outcome(input="damaged", isovalue=0.0, output="0.ply", status=3, error="cut short")
     assert (second.status, second.error, second.isovalue, second.output) == (5, second.error, 0.5, "1.ply")
     assert third == Outcome(
@@ -82,25 +88,25 @@ def test_an_outcome_counts_and_warns(tmp_path, monkeypatch):
     item = ConvertSettings(
         input="synth:torus:12", surface=SurfaceSettings(isovalue=0.0), output=OutputSettings(path="a.off")
     )
-    (found,) = convert_all([item])
+    (found,) = outcomes_of([item])
     assert (found.status, found.error, found.warnings) == (
         0,
         None,
         ("OFF files hold no normals: they were left out",),
     )
     assert found.vertices == found.quads > 100  # a torus
-    assert list(convert_all([])) == []
+    assert outcomes_of([]) == []
 
 
 def test_one_item_is_alone_whatever_the_jobs(seen, monkeypatch):
-    monkeypatch.setattr(batch, "ThreadPoolExecutor", lambda *_: pytest.fail("threads were started"))
-    assert [found.status for found in convert_all(items("bug"), 4)] == [1]
+    monkeypatch.setattr(batch, "Thread", lambda **_: pytest.fail("threads were started"))
+    assert [found.status for found in outcomes_of(items("bug"), 4)] == [1]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_progress_tells_how_many_are_done(seen, jobs):
     listener = Listener()
-    assert len(list(convert_all(items("bug", "damaged", "large", "bug"), jobs, listener))) == 4
+    assert len(outcomes_of(items("bug", "damaged", "large", "bug"), jobs, listener)) == 4
     if jobs == 1:
         assert listener.stages == [f"item {number} of 4" for number in (1, 2, 3, 4)]
     else:
@@ -120,7 +126,7 @@ def test_jobs_work_at_the_same_time_and_no_more_of_them(monkeypatch):
         raise DamagedVolumeError("done")
 
     monkeypatch.setattr(pipeline, "convert", convert)
-    assert [found.status for found in convert_all(items(*"abcd"), 2)] == [3] * 4
+    assert [found.status for found in outcomes_of(items(*"abcd"), 2)] == [3] * 4
     assert max(most) == 2
 
 
@@ -134,16 +140,19 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
         raise DamagedVolumeError("done")
 
     monkeypatch.setattr(pipeline, "convert", convert)
-    outcomes = convert_all(items(*"abcdefgh"), 2)
-    next(outcomes)
-    threading.Timer(0.2, go_on.set).start()
-    outcomes.close()
+
+    def listen(_outcome):
+        threading.Timer(0.2, go_on.set).start()
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        convert_all(items(*"abcdefgh"), listen, 2)
     assert len(begun) <= 4
 
 
 def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):
     order = []
     monkeypatch.setattr(pipeline, "load_needed_kernels", lambda loaded, _: order.append(len(loaded)))
-    list(convert_all(items("bug", "bug"), 2))
-    list(convert_all(items("bug", "bug"), 1))
+    outcomes_of(items("bug", "bug"), 2)
+    outcomes_of(items("bug", "bug"), 1)
     assert order == [2]

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from dmc_cli import read_ahead
 from dmc_cli.errors import DamagedVolumeError, MemoryBudgetError, VolumeError
 from dmc_cli.memory import reserve_cells
 from dmc_cli.read_ahead import ReadAhead
@@ -80,3 +81,27 @@ def test_a_missing_input_costs_no_import_of_warp(tmp_path):
     )
     assert (result.returncode, result.stdout) == (3, "False\n")
     assert result.stderr.startswith("Error: ")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, GeneratorExit, RuntimeError])
+def test_whatever_ends_the_thread_is_raised_where_the_result_is_asked_for(noise, monkeypatch, error):
+    """No thread prints a traceback of its own, and nobody waits for a volume that never comes."""
+
+    def fail(*_):
+        raise error("told")
+
+    monkeypatch.setattr(read_ahead, "read_volume", fail)
+    ahead = ReadAhead(settings_of(noise[0]))
+    with pytest.raises(error, match="told"):
+        ahead.result()
+
+
+def test_where_no_thread_can_be_made_the_caller_reads(noise, monkeypatch):
+    def refuse(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(read_ahead.Thread, "start", refuse)
+    path, volume = noise
+    ahead = ReadAhead(settings_of(path))
+    ahead.check()
+    np.testing.assert_array_equal(ahead.result().values, volume.values)

@@ -1,7 +1,7 @@
 """`dmc batch`: many inputs and isovalues in one run."""
 
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -9,7 +9,11 @@ from dmc_cli.cli import options
 from dmc_cli.cli.parameters import complete_files
 from dmc_cli.cli.progress import echo_data, shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
+from dmc_cli.cli.signals import signals_held
 from dmc_cli.errors import BatchError
+
+if TYPE_CHECKING:
+    from dmc_cli.batch import Outcome
 from dmc_cli.printable import json_text
 
 
@@ -66,9 +70,13 @@ def batch(
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
             from dmc_cli.batch import convert_all
-        for outcome in convert_all(items, jobs, progress):
+
+        def tell(outcome: "Outcome") -> None:
+            nonlocal failed
             echo_data(json_text(asdict(outcome)), progress)
             failed += outcome.status != 0
+
+        convert_all(items, tell, jobs, progress, signals_held)
     if failed:
         raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")
     if not quiet:

@@ -6,6 +6,7 @@ is as manifold, as unfolded and as near to the surface and to the old vertices (
 temperature falls to 0; a quad that goes costs more the fewer there are.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,9 +19,9 @@ from dmc_cli.mesh.glide import make_scene
 from dmc_cli.mesh.guests import list_guests, lodge_vertices, with_nearer_hosts
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.more_blocks import Blocks, find_normals, freeze_fans, make_blocks, with_spares
-from dmc_cli.mesh.more_mend import Limits, mark_high, mend_kernel
+from dmc_cli.mesh.more_mend import MEND_PASSES, Limits, mark_high, mend_kernel
 from dmc_cli.mesh.more_mesh import Mesh, with_room, without_gaps
-from dmc_cli.mesh.more_sweep import HEIGHT_LIMIT, Rules, sweep_kernel
+from dmc_cli.mesh.more_sweep import HEIGHT_LIMIT, PASSES, Rules, sweep_kernel
 from dmc_cli.mesh.more_work import CHANGES, CORE, GUESTS, JOURNAL, LINKS, PATCH, TALLIES, Work
 from dmc_cli.mesh.relax import measure_shapes, relax
 from dmc_cli.progress import SILENT, Progress
@@ -47,6 +48,9 @@ MENDINGS, BAD_SHARE = 3, 0.002
 
 MOST_MENDINGS = 8
 """Times at most: those after the first few are only for quads that are still high."""
+
+VISITS = 4096
+"""Of a block's vertices in one launch at most, which is a tenth of a second where all are irregular."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,8 @@ class Rounds:
         self._mesh = with_room(self._mesh, blocks.spare, device)
         work = self._work(blocks, vertices)
         inputs = [self._scene, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
-        device.launch(sweep_kernel, blocks.count, inputs, [work], grain=1)
+        for visits in _portions(blocks, PASSES):
+            device.launch(sweep_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
         done = int(work.tally.numpy()[:, CHANGES].sum())
         del work, blocks, inputs
         self._close_gaps()
@@ -169,7 +174,8 @@ class Rounds:
         self._mesh = with_room(self._mesh, blocks.spare, device)
         work = self._work(blocks, vertices)
         inputs = [self._scene, blocks.starts, blocks.items, high, limits]
-        device.launch(mend_kernel, blocks.count, inputs, [work], grain=1)
+        for visits in _portions(blocks, MEND_PASSES):
+            device.launch(mend_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
         del work, blocks, inputs
         self._close_gaps()
 
@@ -212,6 +218,13 @@ def _rules(turn: int, rounds: int, share: float) -> Any:
     rules.temperature = TEMPERATURE * max(0.0, 1.0 - turn / ((1.0 - COLD_SHARE) * rounds))
     rules.price = float(np.clip(PRICE_SLOPE * (LEAST_SHARE - share), 0.0, 2.0))
     return rules
+
+
+def _portions(blocks: Blocks, passes: int) -> Iterator[tuple[int, int]]:
+    """Yield portions of the visits of a block's vertices, `passes` each, as begin and end; at least one."""
+    most = passes * int(np.diff(blocks.starts.numpy()).max(initial=0))
+    for begin in range(0, max(most, 1), VISITS):
+        yield begin, begin + VISITS
 
 
 def _mesh_of(

@@ -37,7 +37,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 LEAST_GAIN = wp.constant(1.0e-4)
 """What a step must gain in shape, or in cells of height."""
 
-PASSES = 6
+MEND_PASSES = 6
 """Times that a block goes through its vertices."""
 
 DIRECTIONS, LENGTHS = 8, 3
@@ -208,11 +208,17 @@ def mend_kernel(
     items: wp.array(dtype=wp.int32),
     high: wp.array(dtype=wp.uint8),
     limits: Limits,
+    begin: wp.int32,
+    end: wp.int32,
     # In/out:
     work_inout: Work,
 ):
-    """Mend the quads round the vertices of a block, in turn. One thread a block."""
+    """Mend the quads round the vertices of a block, in turn, from visit `begin` up to `end`.
+
+    One thread a block; `MEND_PASSES` visits a vertex.
+    """
     b = first + wp.tid()
-    for _turn in range(PASSES):
-        for n in range(starts[b], starts[b + 1]):
-            mend_vertex(scene, work_inout, b, items[n], high[items[n]] != wp.uint8(0), limits)
+    count = starts[b + 1] - starts[b]
+    for visit in range(begin, wp.min(end, MEND_PASSES * count)):
+        v = items[starts[b] + visit % count]
+        mend_vertex(scene, work_inout, b, v, high[v] != wp.uint8(0), limits)

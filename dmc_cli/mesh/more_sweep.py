@@ -290,15 +290,22 @@ def sweep_kernel(
     spare_starts: wp.array(dtype=wp.int64),
     vertex_count: wp.int32,
     quad_count: wp.int32,
+    begin: wp.int32,
+    end: wp.int32,
     # In/out:
     work_inout: Work,
 ):
-    """Try operations at the irregular vertices of a block, in turn. One thread a block."""
+    """Try operations at the irregular vertices of a block, in turn, from visit `begin` up to `end`.
+
+    One thread a block; `PASSES` visits a vertex.
+    """
     b = first + wp.tid()
-    work_inout.tally[b, SPARE_VERTEX] = vertex_count + wp.int32(spare_starts[b])
-    work_inout.tally[b, SPARE_QUAD] = quad_count + wp.int32(spare_starts[b])
-    work_inout.tally[b, CHANGES] = 0
+    if begin == 0:
+        work_inout.tally[b, SPARE_VERTEX] = vertex_count + wp.int32(spare_starts[b])
+        work_inout.tally[b, SPARE_QUAD] = quad_count + wp.int32(spare_starts[b])
+        work_inout.tally[b, CHANGES] = 0
     last = wp.vec2i(vertex_count + wp.int32(spare_starts[b + 1]), quad_count + wp.int32(spare_starts[b + 1]))
-    for turn in range(PASSES):
-        for n in range(starts[b], starts[b + 1]):
-            try_vertex(scene, work_inout, b, items[n], rules, turn, last)
+    count = starts[b + 1] - starts[b]
+    for visit in range(begin, wp.min(end, PASSES * count)):
+        turn = visit // count
+        try_vertex(scene, work_inout, b, items[starts[b] + visit - turn * count], rules, turn, last)

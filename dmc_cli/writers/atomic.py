@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from dmc_cli.errors import WriteError
+from dmc_cli.runtime.stop import check_stop
 from dmc_cli.settings import STREAM
 
 try:
@@ -106,6 +107,7 @@ def write_output(path: str, chunks: Iterable[bytes], *, force: bool) -> int:
         pending: Future[int] | None = None
         begin: Callable[..., Future[int]] = writer.submit
         for chunk in chunks:
+            check_stop()
             if pending is not None:
                 pending.result()
             try:

@@ -1,7 +1,13 @@
-"""Signals where Python swallows exceptions."""
+"""Signals: soon, with their status and message, wherever they strike; a second one kills."""
 
+import ctypes
+import json
+import os
+import signal
 import subprocess
 import sys
+import time
+from contextlib import contextmanager
 
 import pytest
 
@@ -90,3 +96,161 @@ print([signal.getsignal(number) is signal.SIG_DFL for number in (signal.SIGINT, 
 def test_signals_that_the_caller_ignores_stay_ignored():
     run = subprocess.run([sys.executable, "-c", IGNORED], capture_output=True, encoding="utf-8", check=True)
     assert run.stdout.splitlines() == ["[True, True]"] * 4
+
+
+HELD = """
+import os, signal, time
+from dmc_cli.cli.signals import Stopped, raise_on_signals, signals_held
+
+raise_on_signals()
+try:
+    with signals_held():
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(0.05)
+        print("whole")
+    print("not reached")
+except Stopped as stopped:
+    print(stopped.exit_status)
+with signals_held():
+    print("and on")
+"""
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_waits_for_the_end_of_what_must_be_whole(name, status):
+    script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    run = run_script(script + HELD.format(name=name))
+    assert run.stdout.split() == ["whole", str(status), "and", "on"]
+    assert run.stderr == ""
+
+
+def run_script(script):
+    words = [sys.executable, "-c", script]
+    return subprocess.run(words, capture_output=True, encoding="utf-8", check=False, timeout=60)
+
+
+NATIVE = """
+import collections, itertools, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from dmc_cli.cli.signals import raise_on_signals
+
+raise_on_signals()
+print("ready", flush=True)
+collections.deque(itertools.repeat(0), maxlen=0)  # never ends, and Python runs no handler before it has
+"""
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or not hasattr(ctypes.CDLL(None), "sysv_signal"), reason="not glibc"
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_a_second_signal_kills_in_the_middle_of_native_code(number):
+    with subprocess.Popen([sys.executable, "-c", NATIVE], stdout=subprocess.PIPE) as run:
+        try:
+            assert run.stdout.readline() == b"ready\n"
+            run.send_signal(number)
+            time.sleep(0.3)
+            assert run.poll() is None
+            run.send_signal(number)
+            assert run.wait(60) == -number
+        finally:
+            run.kill()
+
+
+CLEANING_UP = """
+import os, signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from dmc_cli.cli.signals import raise_on_signals
+
+raise_on_signals()
+try:
+    os.kill(os.getpid(), signal.{first})
+    time.sleep(20)
+finally:
+    os.kill(os.getpid(), signal.{second})
+    time.sleep(20)
+"""
+
+
+@pytest.mark.parametrize("second", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("first", ["SIGINT", "SIGTERM"])
+def test_a_second_signal_kills_whichever_it_is(first, second):
+    run = run_script(CLEANING_UP.format(first=first, second=second))
+    assert run.returncode == -signal.Signals[second]
+
+
+AT_ONCE = 20
+"""Seconds: far less than is left to do, far more than the end takes on a busy machine."""
+
+
+@contextmanager
+def running(folder, *words, **options):
+    """A run of `dmc`, in which SIGINT is not ignored, and which is killed at last."""
+    script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    script += "from dmc_cli.cli import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, *words],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        **options,
+    ) as run:
+        try:
+            yield run
+        finally:
+            run.kill()
+
+
+def end_of(run, number):
+    """Send a signal; exit status, output and messages of the run, which ends soon."""
+    run.send_signal(number)
+    start = time.monotonic()
+    printed, messages = run.communicate(timeout=100)
+    assert time.monotonic() - start < AT_ONCE
+    assert "Traceback" not in messages
+    return run.returncode, printed, messages
+
+
+REMESH = ["-i", "0", "--simplify", "more", "--rounds"]
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_a_signal_ends_a_remeshing_of_minutes(tmp_path, threads):
+    words = ["convert", "synth:noise:48", "mesh.ply", *REMESH, "1000", "--threads", threads, "-v"]
+    with running(tmp_path, *words) as run:
+        for line in run.stderr:
+            if line.startswith("simplifying"):
+                break
+        time.sleep(0.5)
+        status, _, messages = end_of(run, signal.SIGINT)
+    assert status == 130
+    assert messages.endswith("interrupted; no output was left incomplete\n")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_a_batch_after_the_outcomes_of_what_is_done(tmp_path, number, status):
+    words = ["batch", "synth:noise:80", "synth:torus:8", "synth:noise:81", *REMESH, "40", "--jobs", "2"]
+    with running(tmp_path, *words) as run:
+        while not (tmp_path / "synth_torus_8_0.ply").exists():
+            assert run.poll() is None
+            time.sleep(0.05)
+        time.sleep(1)  # its outcome is there, too; it would be told after that of the first item
+        found, printed, messages = end_of(run, number)
+    assert found == status
+    assert [json.loads(line)["input"] for line in printed.splitlines()] == ["synth:torus:8"]
+    assert messages.endswith("no output was left incomplete\n")
+    assert os.listdir(tmp_path) == ["synth_torus_8_0.ply"]
+
+
+def test_a_signal_ends_a_run_that_waits_for_standard_input(tmp_path):
+    words = ["convert", "-", "mesh.ply", "-i", "0", "-v"]
+    with running(tmp_path, *words, stdin=subprocess.PIPE) as run:
+        for line in run.stderr:
+            if line.startswith("loading kernels"):
+                break
+        time.sleep(0.2)
+        status, _, messages = end_of(run, signal.SIGTERM)
+    assert status == 143
+    assert messages.endswith("terminated; no output was left incomplete\n")

@@ -64,7 +64,9 @@ def test_a_bug_in_a_batch_tells_its_traceback(tmp_path, monkeypatch):
     monkeypatch.setattr("dmc_cli.pipeline.convert", broken)
     output = OutputSettings(path=str(tmp_path / "a.ply"))
     item = ConvertSettings(input="synth:sphere:8", surface=SurfaceSettings(isovalue=0.0), output=output)
-    (found,) = convert_all([item])
+    outcomes = []
+    convert_all([item], outcomes.append)
+    (found,) = outcomes
     assert found.status == 1
     assert found.error.startswith("Traceback")
     assert "vertex 3 is in no quad" in found.error

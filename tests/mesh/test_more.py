@@ -274,10 +274,11 @@ def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings
         told.append(turn)
         return mend_once(mesh, guests, high, surface, scene, turn)
 
-    def launch(self, kernel, dim, inputs, outputs, grain=64):
+    def launch(self, kernel, dim, inputs, outputs, **sizes):
         if kernel.key == "mend_kernel":
-            told.append(("may fold", inputs[-1].may_fold, round(inputs[-1].height, 6)))
-        return launch_once(self, kernel, dim, inputs, outputs, grain)
+            *_, limits, _begin, _end = inputs
+            told.append(("may fold", limits.may_fold, round(limits.height, 6)))
+        return launch_once(self, kernel, dim, inputs, outputs, **sizes)
 
     mend_once, launch_once = more._mend, Device.launch
     monkeypatch.setattr(more, "_mend", mend)
