@@ -270,18 +270,18 @@ def test_colors_stay_proper(extract):
 def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings(monkeypatch):
     told = []
 
-    def mend(mesh, guests, high, surface, scene, turn):
+    def mend(self, high, turn):
         told.append(turn)
-        return mend_once(mesh, guests, high, surface, scene, turn)
+        return mend_once(self, high, turn)
 
-    def launch(self, kernel, dim, inputs, outputs, **sizes):
+    def launch(self, kernel, dim, inputs, outputs, *sizes, **named):
         if kernel.key == "mend_kernel":
             *_, limits, _begin, _end = inputs
             told.append(("may fold", limits.may_fold, round(limits.height, 6)))
-        return launch_once(self, kernel, dim, inputs, outputs, **sizes)
+        return launch_once(self, kernel, dim, inputs, outputs, *sizes, **named)
 
-    mend_once, launch_once = more._mend, Device.launch
-    monkeypatch.setattr(more, "_mend", mend)
+    mend_once, launch_once = more.Rounds._mend, Device.launch
+    monkeypatch.setattr(more.Rounds, "_mend", mend)
     monkeypatch.setattr(Device, "launch", launch)
     monkeypatch.setattr(
         more, "mark_high", lambda mesh, scene, device: wp.full(mesh.vertex_count, 1, wp.uint8)
