@@ -130,13 +130,14 @@ def run_script(script):
 
 
 NATIVE = """
-import collections, itertools, signal
+import collections, functools, itertools, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from dmc_cli.cli.signals import raise_on_signals
 
 raise_on_signals()
-print("ready", flush=True)
-collections.deque(itertools.repeat(0), maxlen=0)  # never ends, and Python runs no handler before it has
+told = map(functools.partial(print, flush=True), ["ready"])
+# never ends, and Python runs no handler before it has
+collections.deque(itertools.chain(told, itertools.repeat(0)), maxlen=0)
 """
 
 
