@@ -33,7 +33,7 @@ FULL = "standard output cannot be written: the disk is full"
     ],
 )
 def test_the_status_is_documented_whatever_the_streams(tmp_path, words, redirected, status, told):
-    command = f"exec {sys.executable} -m dmc_cli {words} {redirected}"
+    command = f"unset PYTHONUNBUFFERED; exec {sys.executable} -m dmc_cli {words} {redirected}"
     result = subprocess.run(
         ["sh", "-c", command],
         cwd=tmp_path,
