@@ -53,10 +53,10 @@ def batch(
     """Convert all INPUTS at all isovalues, and go on after a failure.
 
     INPUTS are files, folders, patterns in quotes, synth:FIELD:N, or one .toml file with the same options
-    (`inputs`, `isovalue`, `output`, ...) and, under [[items]], tables of them that go before the common ones.
-    An item without inputs takes the common ones; if all have their own, the common ones are converted too.
-    Each item's outcome is a line of JSON on standard output; --report is a template too. Ends with status 8
-    if an item failed.
+    (`inputs`, `isovalue`, `output`, ...; not --jobs, -q, -v) and, under [[items]], tables of them that go
+    before the common ones. An item without inputs takes the common ones; if all have their own, the common
+    ones are converted too. Each item's outcome is a line of JSON on standard output; --report is a template
+    too. Ends with status 8 if an item failed.
 
     \b
     Examples:

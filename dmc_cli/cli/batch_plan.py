@@ -1,9 +1,9 @@
 """What a batch has to do: inputs x isovalues, each with its output, from the options or a TOML file.
 
-A TOML file holds the options of `dmc batch` under their long names, and `inputs`; its `[[items]]` are tables
-of the same keys that add to the common ones and go before them. An item without inputs takes the common ones;
-where every item has its own, the common ones are an item as well, so that none is left out. Options on the
-command line go before the file's. Paths in a file are relative to its folder.
+A TOML file holds the options of `dmc batch` under their long names, but those of the whole run, and `inputs`;
+its `[[items]]` are tables of the same keys that add to the common ones and go before them. An item without
+inputs takes the common ones; where every item has its own, the common ones are an item as well, so that none
+is left out. Options on the command line go before the file's. Paths in a file are relative to its folder.
 """
 
 import glob
@@ -29,6 +29,9 @@ from dmc_cli.settings import (
 
 _COMPRESSED = {".gz", ".bz2", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
+
+_NOT_IN_FILES = {"jobs", "quiet", "verbose", "help"}
+"""Options of the whole run, which no table of items can have."""
 
 _PATHS = ("output", "halfedges", "report")
 """Options that are templates of paths."""
@@ -87,12 +90,15 @@ def _tables(path: Path, ctx: click.Context) -> Iterator[dict[str, Any]]:
 
 def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterator[tuple[str, Any]]:
     """Yield the names with their values as the option of that name would have converted them."""
-    options = {parameter.name: parameter for parameter in ctx.command.params}
+    options = {p.name: p for p in ctx.command.params if p.name and p.name not in _NOT_IN_FILES}
     for key, value in table.items():
         option = options.get(key)
-        if option is None or key in ("quiet", "verbose", "help"):
-            known = ", ".join(sorted(name for name in options if name))
-            raise SettingsError(f"{path}: {key!r} is no option of dmc batch; expected one of {known}")
+        if option is None:
+            where = "no option of a file, give it on the command line" if key in _NOT_IN_FILES else ""
+            raise SettingsError(
+                f"{path}: {key!r} is {where or 'no option of dmc batch'}; expected one of"
+                f" {', '.join(sorted(options))}"
+            )
         if (option.multiple or option.nargs == -1) and not isinstance(value, list):
             value = [value]  # noqa: PLW2901 - one value stands for a list of one
         try:

@@ -1,0 +1,214 @@
+"""The lines that people read, word for word."""
+
+import pytest
+
+from dmc_cli.cli.summary import doctor_lines, info_lines, measure_lines, summary_lines
+
+INPUT = {"shape": [4, 5, 6], "spacing_mm": [0.123456, 1.0, 2.5], "dtype": "int16", "space": "LPS"}
+TOPOLOGY = {
+    "non_manifold_edges": 0,
+    "non_manifold_vertices": 0,
+    "boundary_loops": 0,
+    "components": 2,
+    "genus": 1.0,
+    "euler_characteristic": 2,
+    "valence_histogram": {"3": 8, "4": 20},
+    "irregular_percent": 28.5714,
+}
+
+
+def report(**changes):
+    made = {
+        "warnings": [],
+        "input": INPUT,
+        "settings": {"space": "native"},
+        "surface": {"isovalue": 300.0, "stored_isovalue": 300.0},
+        "mesh": {"vertices": 12, "quads": 10, "area": None, "volume": None},
+        "topology": None,
+        "deviation": None,
+        "timings_ms": None,
+    }
+    return list(summary_lines(made | changes))
+
+
+def test_a_conversion_that_measured_nothing():
+    assert report() == [
+        "volume    4 x 5 x 6 nodes of int16, 0.1235 x 1 x 2.5 mm, LPS",
+        "surface   isovalue 300",
+        "mesh      12 vertices, 10 quads, LPS",
+    ]
+
+
+def test_a_conversion_with_all_that_there_is():
+    lines = report(
+        warnings=["one", "two"],
+        surface={"isovalue": 300.0, "stored_isovalue": 1323.5},
+        mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234},
+        topology=TOPOLOGY,
+        deviation={"max_relative": 1.234e-8, "max_mm": None},
+        timings_ms={"total": 1234.5, "compile": 0.0, "relax": 340.4, "surface": 20.0, "coloring": 9.0},
+    )
+    assert lines[:2] == ["warning: one", "warning: two"]
+    assert lines[3:] == [
+        "surface   isovalue 300, cut at the stored value 1323.5",
+        "mesh      12 vertices, 10 quads, area 1.23457e+06 mm², volume -0.0001234 mm³, LPS",
+        "topology  manifold, closed, 2 component(s), genus 1",
+        "deviation at most 1.2e-08 of the value range, unknown mm",
+        "time      1.23 s (surface 0.02, relax 0.34)",
+    ]
+    assert report(timings_ms={"total": 10.0})[-1] == "time      0.01 s"
+
+
+@pytest.mark.parametrize(
+    ("asked", "stored", "told"),
+    [
+        ("native", "none", "no space"),
+        ("native", "RAS", "RAS"),
+        ("lps", "RAS", "LPS"),
+        ("ras", "LPS", "RAS"),
+        ("voxel", "RAS", "grid indices"),
+    ],
+)
+def test_the_space_of_the_mesh(asked, stored, told):
+    mesh = {"vertices": 1, "quads": 1, "area": 1.5, "volume": 2.5}
+    line = report(settings={"space": asked}, input=INPUT | {"space": stored}, mesh=mesh)[2]
+    unit = ("", "") if asked == "voxel" else (" mm²", " mm³")
+    assert line == f"mesh      1 vertices, 1 quads, area 1.5{unit[0]}, volume 2.5{unit[1]}, {told}"
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"boundary_loops": 3}, "topology  manifold, open (3 boundary loop(s)), 2 component(s), genus 1"),
+        ({"non_manifold_edges": 1, "genus": None}, "topology  not manifold, closed, 2 component(s)"),
+        (
+            {"non_manifold_vertices": 1, "genus": 0.5},
+            "topology  not manifold, closed, 2 component(s), genus 0.5",
+        ),
+    ],
+)
+def test_the_topology(changes, line):
+    assert report(topology=TOPOLOGY | changes)[-1] == line
+
+
+def measured(**changes):
+    quality = {"shape_mean": 0.123456, "shape_min": 0.123456, "mean_ratio_mean": 0.87654}
+    quality |= {"scaled_jacobian_min": None, "min_angle": 41.16789, "max_angle": 142.8}
+    made = {
+        "warnings": [],
+        "mesh": {"vertices": 12, "quads": 10, "triangles": 0},
+        "topology": TOPOLOGY,
+        "quality": quality,
+        "deviation": None,
+    }
+    return list(measure_lines(made | changes))
+
+
+def test_a_mesh_file():
+    assert measured() == [
+        "mesh      12 vertices, 10 quads",
+        "topology  manifold, closed, 2 component(s), genus 1, Euler characteristic 2",
+        "valences  8 of 3, 20 of 4; 28.57 % irregular",
+        "shape     mean 0.1235, least 0.12; mean ratio 0.8765; scaled Jacobian at least unknown",
+        "angles    41.17 to 142.8 degrees",
+    ]
+    mesh = {"vertices": 12, "quads": 0, "triangles": 20}
+    deviation = {"mean": 0.00018, "max": 0.00234, "max_relative": 1.8e-6, "max_mm": 8.1e-6}
+    lines = measured(warnings=["one"], mesh=mesh, deviation=deviation)
+    assert lines[:2] == ["warning   one", "mesh      12 vertices, 0 quads, 20 triangles"]
+    told = "deviation mean 0.00018, at most 0.0023 in values, 1.8e-06 of their range, 8.1e-06 mm"
+    assert lines[-1] == told
+
+
+def entry(number, **changes):
+    return {"number": number, "modality": "", "size": [4, 5, 6], "description": "nrrd", "uid": ""} | changes
+
+
+VOLUME = {
+    "format": "dicom",
+    "files": 40,
+    **INPUT,
+    "value_range": [-1024.0, 3071.5],
+    "slope": 1.0,
+    "intercept": 0.0,
+    "affine": [[1.0, 0.0, -0.0, -12.3456789], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+}
+
+
+def test_a_volume():
+    lines = list(info_lines({"path": "scan", **VOLUME, "series": [entry(1)], "warnings": ["one"]}))
+    assert lines == [
+        "path      scan",
+        "format    dicom, 40 file(s)",
+        "volume    4 x 5 x 6 nodes of int16, 0.1235 x 1 x 2.5 mm, LPS",
+        "values    -1024 to 3071.5",
+        "affine    1 0 0 -12.3457; 0 1 0 0; 0 0 1 0",
+        "warning   one",
+    ]
+
+
+@pytest.mark.parametrize(("slope", "intercept"), [(2.0, 0.0), (1.0, -1024.0)])
+def test_a_volume_of_scaled_values_and_one_without_any(slope, intercept):
+    changes = {"slope": slope, "intercept": intercept, "value_range": None}
+    lines = list(info_lines({"path": "scan", **VOLUME, **changes, "series": []}))
+    assert lines[3] == "values    none that is finite"
+    assert lines[4] == f"scaling   {slope:g} * stored value + {intercept:g}"
+
+
+def test_the_series_of_a_folder():
+    series = [entry(1, modality="CT", description="thorax", uid="1.2"), entry(12, uid="1.3", description="")]
+    lines = list(info_lines({"path": "folder", "series": series}))
+    assert lines == [
+        "path      folder",
+        "series    choose one with --series",
+        "  1     CT  4 x 5 x 6  thorax  1.2",
+        "  12    4 x 5 x 6  1.3",
+    ]
+    chosen = list(info_lines({"path": "folder", **VOLUME, "series": series}))
+    assert not any("choose one" in line for line in chosen)
+    assert chosen[-2:] == lines[-2:]
+    alone = list(info_lines({"path": "folder", **VOLUME, "series": series[:1]}))
+    assert alone[-1] == lines[2]
+
+
+def diagnosis(*devices):
+    return {
+        "platform": "Linux",
+        "python": "3.11",
+        "packages": {"numpy": "2.0", "zarr": None},
+        "cpu_cores": 8,
+        "devices": [{"alias": "cpu", "name": "x86_64", "memory_bytes": None}, *devices],
+        "codecs": {"RLE": True, "HTJ2K": False},
+        "kernel_cache": {"modules": 3, "bytes": 3 << 19, "path": "/cache"},
+    }
+
+
+def test_an_installation():
+    assert list(doctor_lines(diagnosis())) == [
+        "platform  Linux",
+        "python    3.11",
+        "packages  numpy 2.0, zarr missing",
+        "device    cpu: x86_64 8 core(s)",
+        "device    cuda: no usable CUDA device was found; everything runs on the CPU",
+        "codec     DICOM RLE: available",
+        "codec     DICOM HTJ2K: missing",
+        "kernels   3 compiled module(s), 1.5 MiB in /cache",
+    ]
+    card = {"alias": "cuda:0", "name": "H100", "memory_bytes": 80 << 30}
+    lines = list(doctor_lines(diagnosis(card)))
+    assert lines[3:5] == ["device    cpu: x86_64 8 core(s)", "device    cuda:0: H100 80.0 GiB"]
+    assert not any("no usable CUDA" in line for line in lines)
+
+
+def test_the_kernels_of_the_cache_are_counted(tmp_path, monkeypatch):
+    import warp as wp
+
+    from dmc_cli.cli.description import _kernel_cache
+
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    (tmp_path / "module").mkdir()
+    for name in ("a.o", "b.cubin", "c.ptx", "d.cpp", "e.meta"):
+        (tmp_path / "module" / name).write_bytes(b"12345")
+    assert _kernel_cache() == {"path": str(tmp_path), "modules": 3, "bytes": 25}
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path / "missing"))
+    assert _kernel_cache() == {"path": str(tmp_path / "missing"), "modules": 0, "bytes": 0}
