@@ -5,8 +5,8 @@
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the
 stored values at the vertex's cell-local coordinates, in double precision. The rounding of the file's
 coordinates has a part in it only where it counts (`rounding.py`). Divided by the length of T's gradient it
-is, to first order, a distance in millimetres; vertices without a gradient have none. Where T has no value,
-beside a node without data, there is nothing to measure.
+is, to first order, a distance in millimetres; vertices off the surface without a gradient have none. Where T
+has no value, beside a node without data, there is nothing to measure.
 """
 
 import math
@@ -50,7 +50,7 @@ class Deviation:
         rms: Root of its mean square.
         max: Largest.
         max_relative: Largest, as a share of the volume's value range; None if the range is empty.
-        mean_mm: Mean distance in millimetres over the vertices that have a gradient; None if none has.
+        mean_mm: Mean distance in millimetres over the vertices that have one; None if none has.
         max_mm: Largest of them.
         rounding_mm: How far rounding to float32 moves a vertex at most, in millimetres; None if not known.
         rounding_relative: The same along an axis, as a share of the spacing.
@@ -107,8 +107,8 @@ def measure_deviation_kernel(
         total[4] += wp.float64(1.0)
         peaks[0] = wp.max(peaks[0], deviation)
         gradient = wp.length(to_world * slope)
-        if gradient > wp.float64(0.0):
-            distance = deviation / gradient
+        if gradient > wp.float64(0.0) or deviation == wp.float64(0.0):
+            distance = wp.where(gradient > wp.float64(0.0), deviation / gradient, wp.float64(0.0))
             total[2] += distance
             total[3] += wp.float64(1.0)
             peaks[1] = wp.max(peaks[1], distance)

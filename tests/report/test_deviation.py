@@ -162,3 +162,10 @@ def test_a_vertex_beside_a_node_without_data_is_left_out():
     assert (found.mean, found.rms, found.max, found.mean_mm) == (1.0, 1.0, 1.0, 0.25)
     none = deviation_of(make_volume(values), 1.0, [[1, 0, 0]], [[0.5, 0.5, 0.5]])
     assert (none.mean, none.max, none.max_mm) == (None, None, None)
+
+
+def test_a_vertex_on_the_surface_is_no_distance_away_though_there_is_no_gradient():
+    flat = np.full((2, 2, 3), 5.0)
+    flat[:, :, 2] = 7.0
+    found = deviation_of(make_volume(flat), 5.0, [[0, 0, 0], [1, 0, 0]], [[0.5, 0.5, 0.5], [0.5, 0, 0]])
+    assert (found.mean, found.mean_mm, found.max_mm) == (0.5, 0.25, 0.5)

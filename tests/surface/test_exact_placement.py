@@ -138,3 +138,21 @@ def test_the_root_on_a_segment_is_the_nearest_that_a_sixteenth_of_it_tells(cells
     inside = np.linalg.norm(expected - ends, axis=1) > 1e-3 * np.linalg.norm(ways, axis=1)
     assert inside.sum() > 50
     assert wrong.mean() < 0.005  # where the interpolant is 0 but for rounding
+
+
+@pytest.mark.parametrize(("second", "expected"), [(0.0615, 1.0), (0.0635, 0.055)])
+def test_two_roots_between_samples_are_not_seen(second, expected, device):
+    """Along a cell's diagonal the interpolant is a cubic, whose Bernstein coefficients the corners are."""
+    roots = np.poly([0.055, second, 1.0])[::-1]  # coefficients of 1, t, t^2, t^3
+    bernstein = [
+        roots[0],
+        roots[0] + roots[1] / 3,
+        roots[0] + 2 * roots[1] / 3 + roots[2] / 3,
+        roots.sum(),
+    ]
+    values = np.array([[bernstein[bin(c).count("1")] for c in range(8)]], np.float32)
+    out = wp.zeros(1, dtype=wp.vec3, device=device)
+    inputs = [on_device(values, CornerValues, device)]
+    inputs += [on_device(np.full((1, 3), x, np.float32), wp.vec3, device) for x in (0.0, 1.0)]
+    select_device(device, 1).launch(segment_kernel, 1, inputs, [out])
+    np.testing.assert_allclose(out.numpy()[0], np.full(3, expected), atol=1e-4)

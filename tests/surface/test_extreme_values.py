@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from dmc_cli.errors import EmptySurfaceError, MeshInvariantError
 from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface import compute_normals
 from dmc_cli.surface import surface as stages
 from dmc_cli.surface import vertices as placed
 from tests.fields import smooth_noise, volume_of
@@ -154,6 +155,11 @@ def test_a_range_beyond_float64_has_a_surface(extract):
     surface = extract(volume_of(values), 1e308)
     assert_sound(surface, is_closed=True)
     assert surface.vertex_local.numpy().min() > 0
+    normals = compute_normals(surface, SurfaceSettings(isovalue=1e308)).numpy()
+    outwards = surface.vertices.numpy() - 1.5
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    assert np.sum(normals * outwards, axis=1).min() > 0.9
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("placement", ["exact", "sampled", "iterative", "centroid"])
