@@ -117,6 +117,7 @@ class Trial:
                 return
             outcome, seconds, told = self.attempt(mutant, tree)
             self.results.append((mutant, outcome))
+            self.choice.learn(told)
             reason = "" if outcome == "survived" else told.strip().splitlines()[-1][:110]
             print(f"{number} {outcome} {seconds:.0f} s {mutant} | {reason}", flush=True)
 

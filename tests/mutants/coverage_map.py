@@ -3,7 +3,8 @@
 import hashlib
 import json
 import os
-from collections import defaultdict
+import re
+from collections import Counter, defaultdict
 
 from tests.mutants.child import run_pytest
 from tests.mutants.graph import users
@@ -11,7 +12,8 @@ from tests.mutants.mutant import PACKAGE
 from tests.mutants.source import Source
 from tests.mutants.tree import NO_TESTS, QUICK, WORK, environment
 
-MAP = WORK / "map.json"
+MAP, NOTICED = WORK / "map.json", WORK / "noticed.json"
+"""What tests run, and how many faults each has noticed so far."""
 
 
 def load_map():
@@ -71,6 +73,7 @@ class Choice:
 
     def __init__(self, recorded):
         self.users = users()
+        self.noticed = Counter(json.loads(NOTICED.read_text()) if NOTICED.exists() else {})
         self.seconds = {}
         self.tests = defaultdict(set)
         for facts_of_file in recorded.values():
@@ -89,7 +92,8 @@ class Choice:
             same = home.endswith(f"test_{name}.py") or name.startswith(
                 home.rsplit("/", 1)[-1].removeprefix("test_").removesuffix(".py")
             )
-            return not same, home not in files, self.seconds[test], test
+            worth = self.noticed[test] / (1.0 + self.seconds[test])
+            return not same, home not in files, -worth, self.seconds[test], test
 
         chosen, taken = [], 0.0
         for test in sorted(found, key=rank):
@@ -97,6 +101,12 @@ class Choice:
                 chosen.append(test)
                 taken += self.seconds[test]
         return chosen, taken
+
+    def learn(self, told):
+        """Note which test has noticed a fault: it may well notice the next one."""
+        for test in re.findall(r"^FAILED (.+?)(?: - |$)", told, re.MULTILINE):
+            self.noticed[test] += 1
+        NOTICED.write_text(json.dumps(self.noticed))
 
     def _reaching(self, start):
         """Tests that run a function, or else what uses it, and so on."""
