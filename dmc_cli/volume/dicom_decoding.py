@@ -51,6 +51,12 @@ MOST_FRAGMENTS = 4096
 COMPRESSED_SLACK = 1 << 20
 """Bytes beside twice the values that compressed ones may take with all their tables."""
 
+RLE_SLACK = 1 << 16
+"""The same of RLE, which pydicom unpacks byte by byte."""
+
+TABLE_BYTES = 1024
+"""Bytes of tables beside that in each frame, which may have fewer values."""
+
 
 def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     """Compressed or otherwise unusual slices, through pydicom and its plugins."""
@@ -68,7 +74,9 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     if not decoder.is_available:
         raise _plugin_missing(header, str(decoder.UID.name))
     try:
-        most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + COMPRESSED_SLACK
+        slack = RLE_SLACK if header.syntax == RLE else COMPRESSED_SLACK
+        slack += TABLE_BYTES * pixels.frames
+        most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + slack
         with header.file.open(most) as file:
             dataset = read_partial(PiecewiseStream(file, header.file.effort), _behind_pixels(), force=True)  # type: ignore[arg-type]
             if not any(tag in dataset for tag in (PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA)):

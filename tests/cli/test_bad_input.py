@@ -96,3 +96,19 @@ def test_a_volume_thinner_than_two_nodes_is_refused(run, tmp_path):
     result = run("convert", path, tmp_path / "out.ply", "-i", 0, "--shape", "10,10,1", "--dtype", "uint8")
     assert result.exit_code == 3
     assert "at least two along each axis" in result.stderr
+
+
+def test_data_outside_the_folder_of_the_header_need_an_option(run, tmp_path):
+    write_volume(str(tmp_path / "ball.raw"), read_volume("synth:sphere:12", ReadSettings()))
+    header = tmp_path / "in" / "ball.nhdr"
+    header.parent.mkdir()
+    fields = "type: float\ndimension: 3\nsizes: 12 12 12\nencoding: raw\nendian: little\n"
+    header.write_text(f"NRRD0004\n{fields}data file: ../ball.raw\n")
+    output = tmp_path / "ball.ply"
+    result = run("convert", header, output, "-i", 0)
+    assert result.exit_code == 3
+    assert "lies outside the header's folder" in result.stderr
+    assert "--allow-outside" in result.stderr
+    assert not output.exists()
+    assert run("convert", header, output, "-i", 0, "--allow-outside").exit_code == 0
+    assert output.exists()

@@ -358,3 +358,29 @@ def test_told_sizes_of_blosc_and_lz4():
     for name in ("blosc", "lz4", "zstd"):
         packed = numcodecs.get_codec({"id": name}).encode(np.zeros(12_345, "u1"))
         assert told_size(name, bytes(packed)) == 12_345
+
+
+def test_rle_is_read_as_far_as_its_image_can_reach(tmp_path, monkeypatch):
+    """Megabytes of bytes that stand for nothing, before those of the image; and tables larger than frames."""
+    for k, position in enumerate(axial(3)):
+        dataset = make_slice(position, k, values=plane_values(k, "<u2", (64, 64)))
+        dataset.compress(uid.RLELossless)
+        frame = next(generate_frames(dataset.PixelData, number_of_frames=1))
+        dataset.PixelData = encapsulate([frame[:64] + b"\x80" * (1 << 22) + frame[64:]])
+        path = save(dataset, tmp_path / "bomb" / f"{k}")
+    assert try_file(zip_of(path.parent), "zip") == "DamagedVolumeError"
+    monkeypatch.setattr("dmc_cli.volume.dicom_decoding.RLE_SLACK", 64)
+    values = np.array([plane_values(k, "<u2", (2, 2)) for k in range(20)])
+    dataset = make_slice((0, 0, 0), 0, values=values[0], NumberOfFrames=20, ImagePositionPatient=None)
+    dataset.PixelData = values.tobytes()
+    dataset.compress(uid.RLELossless)
+    path = save(dataset, tmp_path / "frames" / "a.dcm")
+    np.testing.assert_array_equal(read(zip_of(path.parent)).values, values)
+
+
+def zip_of(folder):
+    path = folder.with_suffix(".zip")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.iterdir()):
+            archive.write(file, file.name)
+    return path
