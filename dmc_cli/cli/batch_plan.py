@@ -57,7 +57,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     items: list[ConvertSettings] = []
     for table in tables:
         ours = {name: value for name, value in values.items() if name in given or name not in table}
-        base = Path() if "output" in ours and "output" in given else folder
+        base = Path() if "output" in given else folder
         items.extend(_expand(table | ours, folder, base))
     refuse_overlaps(items, own)
     return items

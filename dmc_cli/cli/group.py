@@ -66,7 +66,7 @@ class DmcGroup(click.Group):
             raise Failure(str(error), error.exit_status) from error
         except MemoryError as error:
             raise Failure(
-                f"the memory is used up ({error or 'no more could be allocated'}); expected room for the"
+                f"the memory is used up ({str(error) or 'no more could be allocated'}); expected room for the"
                 " volume and its mesh; crop the volume, or run where more memory is free",
                 DeviceError.exit_status,
             ) from error

@@ -16,6 +16,7 @@ NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "report", "halfe
 """Parameters that are files or folders."""
 
 CASES = [
+    ("dmc ", sorted(dmc.commands)),
     ("dmc comp", ["completion"]),
     ("dmc convert s", ["scans"]),
     ("dmc convert scans/", ["scans/a.nrrd", "scans/b c.nrrd"]),

@@ -1,5 +1,7 @@
 import json
 
+import pytest
+
 
 def test_doctor_tells_versions_devices_and_codecs(run_process):
     result = run_process("doctor")
@@ -18,3 +20,12 @@ def test_doctor_as_json(run_process):
 
 def test_a_missing_driver_is_told_once(run_process):
     assert "Warp CUDA warning" not in run_process("doctor").stderr
+
+
+@pytest.mark.parametrize(("words", "times"), [([], 0), (["--warm-up"], 1)])
+def test_kernels_are_compiled_on_request(run, monkeypatch, words, times):
+    calls = []
+    monkeypatch.setattr("dmc_cli.pipeline.compile_kernels", calls.append)
+    monkeypatch.setattr("dmc_cli.cli.description.diagnose", lambda: {"a": 1})
+    assert json.loads(run("doctor", "--json", *words).stdout) == {"a": 1}
+    assert len(calls) == times

@@ -1,5 +1,7 @@
 """Errors become messages and exit status in one place."""
 
+import errno
+
 import click
 import pytest
 from click.testing import CliRunner
@@ -69,3 +71,18 @@ def test_a_signal_has_the_status_that_shells_use(number, status):
 def test_a_bug_of_ours_keeps_its_traceback():
     result = outcome(ZeroDivisionError("oops"))
     assert isinstance(result.exception, ZeroDivisionError)
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EBADF])
+def test_what_standard_output_runs_into_ends_with_status_9(number):
+    result = outcome(OSError(number, "oops"))
+    assert result.exit_code == 9
+    assert result.stderr.startswith("Error: standard output cannot be written: ")
+
+
+def test_any_other_error_of_the_system_is_a_bug_of_ours():
+    assert isinstance(outcome(PermissionError(errno.EACCES, "oops")).exception, PermissionError)
+
+
+def test_memory_that_is_used_up_is_told_without_words_of_the_system():
+    assert "the memory is used up (no more could be allocated)" in outcome(MemoryError()).stderr

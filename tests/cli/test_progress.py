@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from dmc_cli.cli.progress import BarProgress, LineProgress, shown_progress
+from dmc_cli.cli.progress import BarProgress, LineProgress, echo_data, shown_progress
 from dmc_cli.progress import SILENT
 
 
@@ -110,3 +110,22 @@ def test_lines_of_data_and_bars_do_not_mix_on_a_terminal(tmp_path, monkeypatch, 
     outcomes = [line for line in lines if '{"input"' in line]
     assert len(outcomes) == 2
     assert all(line.startswith("{") and line.endswith("}") for line in outcomes)
+
+
+def test_a_stage_that_fails_takes_its_bar_away(monkeypatch):
+    monkeypatch.setattr("sys.stderr", Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    with shown_progress(quiet=False, verbose=0) as progress:
+        progress.advance(0.5)  # of no stage
+        with progress.stage("outer"):
+            with pytest.raises(ValueError, match="broken"), progress.stage("inner"):
+                raise ValueError("broken")
+            progress.advance(0.25)
+            (task,) = progress._bar.tasks
+            assert (task.description, task.completed, task.total) == ("outer", 0.25, 1.0)
+        assert not progress._bar.tasks
+
+
+def test_data_are_printed_whoever_listens(capsys):
+    echo_data("a line", SILENT)
+    assert capsys.readouterr().out == "a line\n"

@@ -33,3 +33,14 @@ def test_standard_output_needs_a_format_and_carries_only_data(run):
     result = run("synth", "iwp", "-", "-n", 4, "--output-format", "raw")
     assert result.exit_code == 0
     assert len(result.stdout_bytes) == 4**3 * 4
+
+
+def test_the_output_is_looked_at_before_the_work(run, tmp_path):
+    result = run("synth", "iwp", tmp_path / "missing" / "a.nrrd", "-n", 20_000)
+    assert result.exit_code == 9
+    assert run("synth", "iwp", tmp_path / "a.xyz", "-n", 20_000).exit_code == 2
+
+
+def test_what_was_written_is_told(run, tmp_path):
+    path = tmp_path / "a.nrrd"
+    assert run("synth", "sphere", path, "-n", 9).stderr == f"{path}: 9^3 nodes, values -0.982051 to 0.75\n"

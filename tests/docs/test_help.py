@@ -37,3 +37,12 @@ def test_the_examples_run(command, tmp_path):
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
     for example in examples(command):
         output_of(example, tmp_path)
+
+
+def test_options_stand_under_their_headings_and_general_ones_last(run):
+    text = run("convert", "--help").stdout
+    headings = re.findall(r"^([A-Z][\w ]*):$", text, re.MULTILINE)
+    assert headings[-8:] == ["Surface", "Mesh", "Input", "Raw input", "Noise", "Output", "Run", "General"]
+    for before, option, after in (("Surface:", "-i, --isovalue", "Mesh:"), ("Run:", "--memory", "General:")):
+        assert text.index(before) < text.index(option) < text.index(after)
+    assert text.index("General:") < text.index("-q, --quiet") < text.index("-h, --help")
