@@ -22,6 +22,21 @@ def pytest_addoption(parser):
         action="store_true",
         help="fail the tests that need a CUDA device, instead of skipping them, where there is none",
     )
+    parser.addoption(
+        "--launches-by-warp",
+        action="store_true",
+        help="launch as with a version of Warp whose compiled kernels are called otherwise, on one thread",
+    )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def launches(request):
+    """Have the way of launching that the options ask for."""
+    if request.config.getoption("--launches-by-warp"):
+        from dmc_cli.runtime import worker_pool
+
+        worker_pool.takes_structs = lambda source, kernel: False
+        assert not worker_pool.worker_pool().knows_warp
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,122 @@
+"""A whole job of the library on devices that take the branches of other hardware: the same bytes by all."""
+
+import hashlib
+import json
+import sys
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.device import Device, select_device
+from dmc_cli.mesh.more import simplify_more
+from dmc_cli.mesh.relax import relax
+from dmc_cli.report.measures import measure_surface
+from dmc_cli.report.report import measured_sections
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.surface import compute_normals, extract_surface, quads, upload_volume, vertices
+from dmc_cli.volume.volume import Volume
+from tests.fields import smooth_noise, volume_of, white_noise
+from tests.mesh.meshes import colored
+
+
+class AsOnGpu(Device):
+    """The CPU as a device that is none: all that a GPU does otherwise, but for what is compiled for it."""
+
+    @property
+    def is_cpu(self) -> bool:
+        """Whether kernels run on the CPU: as far as anybody can see, not."""
+        return False
+
+
+def with_holes() -> Volume:
+    values = smooth_noise(22).values.copy()
+    values[8:12, 5:20, 9:15] = np.nan
+    return volume_of(values)
+
+
+def uneven_slices() -> Volume:
+    depths = np.cumsum(np.random.default_rng(4).uniform(0.5, 2.0, 22))
+    affine = np.diag([0.7, 0.8, 1.1, 1.0])
+    return volume_of(smooth_noise(22).values, affine=affine, slice_positions=depths - depths[0])
+
+
+def small_integers() -> Volume:
+    noise = np.random.default_rng(5).standard_normal((21, 22, 70)) * 40
+    return volume_of(np.clip(noise, -100, 100).astype(np.int16), space="LPS", affine=np.diag([-1.0, 2, 3, 1]))
+
+
+def long_rows() -> Volume:
+    """Many special cells, more than are flipped by one thread, and lists that NumPy does not go through."""
+    return white_noise(34)
+
+
+VOLUMES = {
+    "smooth": (lambda: smooth_noise(22), {}),
+    "holes": (with_holes, {"border": "closed"}),
+    "integers": (small_integers, {"border": "closed", "inside": "below"}),
+    "noise": (long_rows, {}),
+    "not manifold": (lambda: white_noise(24), {"topology": "asymptotic"}),
+    "uneven": (uneven_slices, {}),
+}
+
+REMESHED = ("smooth", "holes")
+"""The others have so many irregular vertices that it takes long."""
+
+
+@cache
+def volume_named(name: str) -> Volume:
+    return VOLUMES[name][0]()
+
+
+def bytes_of(name: str, device: Device) -> dict[str, bytes]:
+    """What each stage makes of a volume on a device."""
+    volume, chosen = volume_named(name), SurfaceSettings(isovalue=0.0, **VOLUMES[name][1])
+    surface = extract_surface(upload_volume(volume, device), chosen)
+    found = {
+        "vertices and quads": arrays_of(surface),
+        "normals": compute_normals(surface, chosen).numpy().tobytes(),
+        "counts": repr(surface.counts).encode(),
+    }
+    if chosen.topology != "manifold":
+        return found
+    mesh = colored(surface)
+    found |= {key: getattr(mesh, key).numpy().tobytes() for key in ("color", "color24")}
+    found["twins"] = mesh.halfedges.twin.numpy().tobytes()
+    found["measures"] = measures_of(surface, mesh.halfedges, volume)
+    result = mesh.simplified()
+    found["simplified"] = everything_of(result.surface, result.halfedges)
+    if name in REMESHED:
+        more = simplify_more(result.surface, result.halfedges, 2, result.color, result.color24)
+        found["remeshed"] = everything_of(more.surface, more.halfedges) + more.color.numpy().tobytes()
+        found["remeshed measures"] = measures_of(more.surface, more.halfedges, volume)
+    relaxed = relax(result.surface, result.halfedges, 3)
+    found["relaxed"] = everything_of(relaxed, result.halfedges)
+    return found
+
+
+def arrays_of(surface) -> bytes:
+    arrays = [surface.vertices, surface.quads, surface.vertex_cell, surface.vertex_local]
+    return b"".join(array.numpy().tobytes() for array in arrays)
+
+
+def everything_of(surface, halfedges) -> bytes:
+    return arrays_of(surface) + halfedges.twin.numpy().tobytes()
+
+
+def measures_of(surface, halfedges, volume) -> bytes:
+    return json.dumps(measured_sections(measure_surface(surface, halfedges.twin, volume))).encode()
+
+
+def surface_hash(name: str) -> str:
+    volume, device = volume_named(name), select_device("cpu", 2)
+    chosen = SurfaceSettings(isovalue=0.0, **VOLUMES[name][1])
+    return hashlib.sha256(arrays_of(extract_surface(upload_volume(volume, device), chosen))).hexdigest()
+
+
+if __name__ == "__main__":
+    # what lists bits, compiled with other flags; the hashes of some surfaces
+    for module in (vertices, quads):
+        wp.get_module(module.__name__).options["cpu_compiler_flags"] = sys.argv[1]
+    for name in sys.argv[2:]:
+        print(surface_hash(name))
