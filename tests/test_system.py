@@ -26,7 +26,7 @@ main()
 """
 
 WINDOWS = {
-    "modules": ["fcntl", "grp", "pwd", "resource", "select", "termios", "tty"],
+    "modules": ["fcntl", "grp", "pwd", "resource", "termios", "tty"],
     "names": [
         *(f"os.{name}" for name in ("O_NOFOLLOW", "fchmod", "fork", "geteuid", "getloadavg", "getuid")),
         *(f"os.{name}" for name in ("mkfifo", "nice", "pathconf", "pread", "pwrite", "readv")),
