@@ -22,6 +22,7 @@ from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.runtime.stop import check_stop, stopping_on
 from dmc_cli.settings import ConvertSettings, MemoryShare
+from dmc_cli.system import lacks_memory
 from dmc_cli.volume.allocation import available_bytes
 
 _BUG = 1
@@ -165,9 +166,9 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
         return Outcome(**facts, status=error.exit_status, error=told)
-    except MemoryError as error:
-        return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
-    except Exception:
+    except Exception as error:
+        if lacks_memory(error):
+            return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
         return Outcome(**facts, status=_BUG, error=traceback.format_exc())
     return Outcome(
         **facts,

@@ -25,7 +25,7 @@ from dmc_cli.runtime.compiled_kernel import LOADING
 from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
-from dmc_cli.system import usable_cores
+from dmc_cli.system import lacks_memory, usable_cores
 
 MOST_ITEMS = 2**31 - 1
 """Most vertices or quads: mesh indices are int32, as every mesh format and Warp itself have them."""
@@ -298,6 +298,8 @@ def initialize_warp() -> None:
 
     Raises:
         WriteError: The kernel cache cannot be made.
+        DeviceError: Warp does not work on this system.
+        MemoryError: There is no memory for it.
     """
     wp.config.log_level = wp.LOG_WARNING
     sys.stderr.flush()
@@ -307,6 +309,14 @@ def initialize_warp() -> None:
     try:
         with usable_cache():
             wp.init()
+    except RuntimeError as error:  # a library of Warp's cannot be loaded
+        cause = error.__cause__ or error
+        if lacks_memory(cause):
+            raise MemoryError(str(cause)) from error
+        raise DeviceError(
+            f"Warp, which runs the kernels, cannot be started ({cause}); expected a working installation; see"
+            " `dmc doctor`, or install warp-lang again"
+        ) from error
     finally:
         os.dup2(kept, 2)
         os.close(kept)

@@ -4,6 +4,7 @@ Linux has all of it, macOS no affinity of processes, Windows neither that nor `r
 locks on files (`writers/atomic.py`).
 """
 
+import errno
 import os
 import signal
 import sys
@@ -14,6 +15,12 @@ try:
     import resource
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
+
+_NO_MEMORY = ("cannot allocate memory", "failed to map segment", "can't start new thread")
+"""What loaders of libraries and of threads say where there is no memory for them."""
+
+LEAST_ADDRESS_SPACE = 192 << 20
+"""Bytes without which NumPy cannot be loaded."""
 
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 """Bytes in the unit of `ru_maxrss`: Linux counts kibibytes, macOS bytes."""
@@ -31,6 +38,24 @@ def peak_memory() -> int | None:
     if resource is None:
         return None
     return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * RSS_UNIT
+
+
+def check_address_space() -> None:
+    """Raise MemoryError where a limit on memory is so low that NumPy's libraries would end the process."""
+    if resource is None:
+        return
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
+        raise MemoryError(f"the limit set for it (ulimit -v) is {limit >> 20} MiB")
+
+
+def lacks_memory(error: BaseException) -> bool:
+    """Return whether an error means that the system gives no more memory, or no more threads."""
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return True
+    return isinstance(error, (ImportError, OSError, RuntimeError)) and any(
+        words in str(error).lower() for words in _NO_MEMORY
+    )
 
 
 def signal_main_thread(number: int) -> None:

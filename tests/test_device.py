@@ -1,5 +1,7 @@
 """Sums of counts, and memory whose former content never shows."""
 
+import os
+
 import numpy as np
 import pytest
 import warp as wp
@@ -147,3 +149,25 @@ def test_what_memory_held_before_never_shows(name, border, monkeypatch):
     assert len(meshes[0][1]) > 1000
     for other in meshes[1:]:
         assert all(np.array_equal(a, b) for a, b in zip(meshes[0], other, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("told", "error", "words"),
+    [
+        ("warp.so: failed to map segment from shared object", MemoryError, "warp.so"),
+        (
+            "libstdc++.so.6: cannot open shared object file",
+            DeviceError,
+            r"cannot be started .*libstdc.*install",
+        ),
+    ],
+)
+def test_a_library_that_cannot_be_loaded_is_told(monkeypatch, told, error, words):
+    def fail():
+        raise RuntimeError("Failed to load the shared library") from OSError(told)
+
+    monkeypatch.setattr(wp, "init", fail)
+    descriptors = len(os.listdir("/proc/self/fd"))
+    with pytest.raises(error, match=words):
+        select_device("cpu")
+    assert len(os.listdir("/proc/self/fd")) == descriptors

@@ -99,3 +99,22 @@ def test_a_signal_reaches_the_main_thread_with_its_number(monkeypatch, can_wake)
     finally:
         signal.signal(signal.SIGTERM, before)
     assert got == [signal.SIGTERM]
+
+
+@pytest.mark.parametrize(
+    ("limit", "is_enough"), [(-1, True), (1 << 27, False), (1 << 28, True), (192 << 20, True)]
+)
+def test_a_limit_that_nothing_can_run_under_is_told(monkeypatch, limit, is_enough):
+    monkeypatch.setattr(system.resource, "getrlimit", lambda what: (limit, -1))
+    if is_enough:
+        system.check_address_space()
+    else:
+        with pytest.raises(MemoryError, match=rf"ulimit -v.* is {limit >> 20} MiB"):
+            system.check_address_space()
+
+
+def test_memory_is_in_bytes_and_none_where_nobody_tells(monkeypatch):
+    assert system.peak_memory() > 10 << 20
+    monkeypatch.setattr(system, "resource", None)
+    assert system.peak_memory() is None
+    system.check_address_space()

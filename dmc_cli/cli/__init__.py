@@ -54,6 +54,9 @@ that stay, and looking through them every few hundred, as is the default, takes 
 def main() -> None:
     """Run the command line as a program: signals and their exit status included."""
     open_closed_streams()
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # NumPy's, which would make a thread a core as it loads
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     try:
         raise_on_signals()

@@ -13,6 +13,7 @@ from dmc_cli.cli.signals import Stopped
 from dmc_cli.cli.terminal import escape_streams
 from dmc_cli.errors import DeviceError, DmcError, WriteError
 from dmc_cli.settings import STREAM
+from dmc_cli.system import check_address_space, lacks_memory
 from dmc_cli.writers.atomic import write_error
 
 VERBOSE = "dmc_cli.verbose"
@@ -55,6 +56,7 @@ class DmcGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a bug of ours passes through and ends with status 1."""
         try:
+            check_address_space()
             return super().invoke(ctx)
         except DmcError as error:
             if error.exit_status == DmcError.exit_status:
@@ -64,16 +66,24 @@ class DmcGroup(click.Group):
             if isinstance(error, WriteError):
                 _forget_broken_stdout()
             raise Failure(str(error), error.exit_status) from error
-        except MemoryError as error:
-            raise Failure(
-                f"the memory is used up ({str(error) or 'no more could be allocated'}); expected room for the"
-                " volume and its mesh; crop the volume, or run where more memory is free",
-                DeviceError.exit_status,
-            ) from error
-        except OSError as error:
-            raise _stdout_failure(error) from error
+        except (ImportError, MemoryError, OSError, RuntimeError) as error:
+            if lacks_memory(error):
+                raise _no_memory(error) from error
+            if isinstance(error, OSError):
+                raise _stdout_failure(error) from error
+            raise
         except Stopped as stop:
             raise Failure(stop.message, stop.exit_status) from None
+
+
+def _no_memory(error: Exception) -> Failure:
+    """Return the failure that is no memory."""
+    found = " ".join(str(error).split()) or "no more could be allocated"
+    return Failure(
+        f"the memory is used up ({found}); expected room for the program, the volume and its mesh; crop the"
+        " volume, or run where more memory is free",
+        DeviceError.exit_status,
+    )
 
 
 def _stdout_failure(error: OSError) -> Failure:

@@ -1,6 +1,8 @@
 """Errors become messages and exit status in one place."""
 
 import errno
+import os
+import resource
 
 import click
 import pytest
@@ -59,6 +61,42 @@ def test_no_memory_ends_with_status_7():
     result = outcome(MemoryError("Unable to allocate 9 TiB"))
     assert result.exit_code == 7
     assert "Unable to allocate 9 TiB" in result.stderr
+
+
+NO_MEMORY = [
+    MemoryError(),
+    OSError(errno.ENOMEM, "Cannot allocate memory"),
+    ImportError("libopenblas.so: failed to map segment from shared object"),
+    RuntimeError("can't start new thread"),
+]
+
+
+@pytest.mark.parametrize("error", NO_MEMORY, ids=lambda error: type(error).__name__)
+def test_whatever_means_no_memory_ends_with_status_7(error):
+    result = outcome(error)
+    assert result.exit_code == 7
+    assert result.stderr.startswith("Error: the memory is used up (")
+    assert "()" not in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EIO, "odd"), ImportError("odd"), RuntimeError("odd")])
+def test_what_means_something_else_stays_what_it_is(error):
+    assert outcome(error).exception is error
+
+
+@pytest.mark.parametrize("megabytes", [150, 400])
+def test_a_limit_on_memory_ends_with_status_7_wherever_it_strikes(run_process, tmp_path, megabytes):
+    """In NumPy's libraries, which would end the process, and in Warp's."""
+    limits = (megabytes << 20, resource.RLIM_INFINITY)
+    result = run_process(
+        "convert", "synth:torus:16", tmp_path / "mesh.ply", "-i", 0,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, limits),
+    )  # fmt: skip
+    assert result.returncode == 7, result.stderr
+    assert result.stderr.startswith("Error: the memory is used up (")
+    assert result.stderr.count("\n") == 1
+    assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.parametrize(("number", "status"), [(2, 130), (15, 143)])
