@@ -19,6 +19,7 @@ The data flow is the package. Whoever reads the files in this order meets the me
     report       topology, quality, deviation; the papers' tables
     writers      mesh and volume files, complete or not at all
     memory       the forecast that is held against a budget
+    memory_limits  what this process may still take
     file_keys    what a file is known by, whatever its path
     overlaps     no output is an input or another output
     pipeline     the table of contents: one call a stage

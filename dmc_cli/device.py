@@ -146,6 +146,10 @@ class Device:
         lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))
         return _host_array(lease.block.address, lease, shape, dtype)
 
+    def let_go(self) -> None:
+        """Give the system back what is kept of arrays that are gone: what follows needs other sizes."""
+        self._memory.let_go()
+
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """Return an array of zeros; on CPU a page of it costs nothing until it is written to."""
         if not self.is_cpu:

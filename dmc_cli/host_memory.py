@@ -86,6 +86,12 @@ class HostMemory:
             self._most_in_use = max(self._most_in_use, self._in_use)
         return Lease(block, self._returned)
 
+    def let_go(self) -> None:
+        """Keep nothing of what came back so far."""
+        with _LOCK:
+            self._collect()
+            self._keep_at_most(0)
+
     def _collect(self) -> None:
         """Keep what came back since."""
         while self._returned:

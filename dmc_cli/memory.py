@@ -1,89 +1,250 @@
-"""How much memory a conversion needs, told before it is taken."""
+"""How much memory a conversion needs, told before it is taken.
 
-import os
+A stage's arrays are counted in bytes a word of 32 nodes, a special cell, a vertex and a quad; the forecast is
+that of the largest stage. It is held against the budget, or against what this process may still take
+(`memory_limits.py`), as soon as it can be known: the nodes before values are read, the quads when cells are
+found, the vertices before they are placed. Python, Warp and its kernels take some 200 MiB more.
+`tests/memory` holds it against what runs take.
+"""
+
+import mmap
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
+from dmc_cli.host_memory import SPARE_SHARE
+from dmc_cli.memory_limits import available_memory, total_memory
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume.allocation import available_bytes
-from dmc_cli.volume.mapping import mapped_file
 from dmc_cli.volume.volume import Volume
 
-BITS_BYTES_A_NODE = 6 / 8
-"""Inside, active and ordinary bits, bits of nodes with data, and two ranks a word."""
 
-VERTEX_BYTES = 12 + 12 + 8 + 12
-"""Position, local coordinates, cell and normal."""
+@dataclass(frozen=True)
+class Cost:
+    """Bytes of arrays: so many a word of nodes, a special cell, a vertex and a quad."""
 
-QUAD_BYTES = 16
+    word: int = 0
+    special: int = 0
+    vertex: int = 0
+    quad: int = 0
 
-HALFEDGE_NODE_BYTES = 1 / 2
+    def __add__(self, other: "Cost") -> "Cost":
+        """Return what both take together."""
+        return Cost(
+            self.word + other.word,
+            self.special + other.special,
+            self.vertex + other.vertex,
+            self.quad + other.quad,
+        )
+
+
+CELLS = Cost(word=24, special=36)
+"""Inside, active and ordinary bits, two ranks, a sixteenth of eight sums; what is known of a special cell."""
+
+TRACING = Cost(special=13)
+"""Counts and marks while special cells are traced."""
+
+MESH = Cost(vertex=12 + 12 + 8, quad=16)
+"""Position, local coordinates and cell; four corners."""
+
+UNEVEN_SLICES = Cost(vertex=12)
+"""Positions with even slices."""
+
+RANKS = Cost(word=16)
 """The quads' ranks: three bits a node and a number a word."""
 
-HALFEDGE_VERTEX_BYTES = 4 + 4 + 1
-"""A halfedge, the valence, and whether the vertex has gone."""
+TWINS = Cost(vertex=4 + 4, quad=16 + 1)
+"""A halfedge and the valence; twins and defect."""
 
-HALFEDGE_QUAD_BYTES = 16 + 1 + 1 + 1 + 2 + 8
-"""Twins, defect, whether the quad has gone and may go, two colours; lists of quads with a pattern."""
+COLORS = Cost(quad=2)
+MEASURES = Cost(vertex=15)
+"""Degrees, starts and valences, what is wrong at a vertex; components take less, and earlier."""
 
-RELAX_VERTEX_BYTES = 12 + 19
-RELAX_SPARE_BYTES = 12 + 8 + 12 + 12
-RELAX_QUAD_BYTES = 4 + 1
-"""Of a vertex a normal, where a step aims and whether it may go there; of each of two spares all of a vertex
-and its normal; of a quad its shape and whether it fails."""
+PATTERNS = Cost(vertex=1 + 4, quad=2 + 3)
+"""What has gone and who may go; lists of quads with a pattern."""
+
+SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, quad=4 + 1)
+"""Of smoothing: all of a vertex with its normal, once more; normals, aims, shapes and marks."""
+
+TRACKED = Cost(vertex=12 + 4 + 2, quad=1)
+"""Of remeshing: the vertices before it, each with its nearest quad; marks."""
+
+NORMALS = Cost(vertex=12)
+CHECKS = Cost(vertex=5, quad=16)
+"""Walks round vertices, and comparisons of the halfedges."""
+
+WRITING = Cost(vertex=3)
+"""Whether coordinates are finite; the text of a file goes by small pieces."""
 
 
-def reserve_values(nodes: int, value_bytes: int, settings: ConvertSettings) -> None:
+@dataclass(frozen=True)
+class Sizes:
+    """What there is so far: bytes of values, words of nodes, special cells, vertices, quads."""
+
+    values: int
+    words: int
+    special: int = 0
+    vertices: int = 0
+    quads: int = 0
+
+    def bytes_of(self, cost: Cost) -> int:
+        """Return what the values and a stage take together, with the memory that may be kept beside."""
+        counts = (self.words, self.special, self.vertices, self.quads)
+        costs = (cost.word, cost.special, cost.vertex, cost.quad)
+        arrays = sum(count * size for count, size in zip(counts, costs, strict=True))
+        return self.values + arrays + arrays // SPARE_SHARE
+
+
+def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, Cost]:
+    """Return what each stage of a run takes beside the values, everything that is alive then counted in."""
+    mesh, output = settings.mesh, settings.output
+    surface = MESH if even_slices else MESH + UNEVEN_SLICES
+    stages = {"surface": CELLS + TRACING + surface}
+    alive = CELLS + MESH
+    if settings.needs_halfedges:
+        by_paper = mesh.simplify != "none" and mesh.simplify_rules == "paper"
+        colors = COLORS if output.halfedges is not None or by_paper else Cost()
+        alive = MESH + TWINS + colors
+        stages["halfedges"] = CELLS + RANKS + alive
+        if mesh.simplify != "none":
+            stages["simplify"] = alive + (MEASURES if output.is_measured else PATTERNS)
+        if mesh.simplify == "more":
+            stages["simplify_more"] = alive + TRACKED + SHAPES + SPARE + SPARE
+        if mesh.relax:
+            spares = SPARE if mesh.relax == 1 else SPARE + SPARE
+            stages["relax"] = alive + SHAPES + spares
+    if output.normals or output.halfedges is not None:
+        alive += NORMALS
+        stages["normals"] = alive
+    if output.is_measured:
+        stages["report"] = alive + MEASURES
+    if output.check:
+        stages["check"] = alive + CHECKS
+    stages["write"] = alive + WRITING
+    return stages
+
+
+def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, int]:
+    """Return the bytes that each stage of a run takes, the values counted in."""
+    costs = stage_costs(settings, even_slices=even_slices)
+    return {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
+
+
+def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless a volume fits, before its values are read."""
-    _reserve(value_bytes + int(BITS_BYTES_A_NODE * nodes), settings, "the volume and its cells")
-    jobs = settings.share.jobs
-    available = available_bytes() if jobs == 1 else settings.share.free
-    if settings.output.memory is None and available is not None and value_bytes > available // jobs:
-        raise MemoryBudgetError(
-            f"the volume needs {_readable(value_bytes)}, but {_readable(available)} of memory are free"
-            f"{_for_each(available, jobs)}; end other programs, {_fewer(jobs)}crop or downsample the volume,"
-            " or force it with --memory"
-        )
+    free, limit = _free(settings)
+    if settings.output.memory is None and free is not None and value_bytes > free // settings.share.jobs:
+        raise _too_much(f"the volume needs {_readable(value_bytes)}", free, limit, settings)
+    sizes = Sizes(value_bytes, words_of(shape, settings))
+    _reserve({"cells": sizes.bytes_of(CELLS)}, 0, settings, "the volume and its cells")
 
 
 def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit."""
-    _reserve(_node_bytes(volume), settings, "the volume and its cells")
+    sizes = sizes_of(volume, settings)
+    _reserve({"cells": sizes.bytes_of(CELLS)}, held_bytes(volume), settings, "the volume and its cells")
 
 
-def reserve_mesh(vertices: int, quads: int, volume: Volume, settings: ConvertSettings) -> None:
-    """Raise MemoryBudgetError unless the mesh fits beside the volume; called before it is made."""
-    needed = _node_bytes(volume) + vertices * VERTEX_BYTES + quads * QUAD_BYTES
-    steps = settings.mesh.relax
-    if settings.needs_halfedges:
-        needed += int(HALFEDGE_NODE_BYTES * volume.values.size)
-        needed += vertices * HALFEDGE_VERTEX_BYTES + quads * HALFEDGE_QUAD_BYTES
-    if steps:
-        needed += vertices * (RELAX_VERTEX_BYTES + min(steps, 2) * RELAX_SPARE_BYTES)
-        needed += quads * RELAX_QUAD_BYTES
-    _reserve(needed, settings, f"the volume and a mesh of {quads} quads")
+@dataclass
+class MeshForecast:
+    """Holds the forecast for a volume's mesh against the budget as its counts become known.
+
+    `special` and `largest` are the special cells and the bytes of the largest stage, as far as is known.
+    """
+
+    volume: Volume
+    settings: ConvertSettings
+    special: int = 0
+    largest: int = 0
+
+    def of_cells(self, ordinary: int, special: int, quads: int) -> None:
+        """Raise MemoryBudgetError if the mesh of these cells cannot fit: each ordinary one has a vertex."""
+        self.special = special
+        self.of_mesh(ordinary, quads)
+
+    def of_mesh(self, vertices: int, quads: int) -> None:
+        """Raise MemoryBudgetError unless the mesh fits beside the volume."""
+        found = sizes_of(self.volume, self.settings)
+        sizes = Sizes(found.values, found.words, self.special, vertices, quads)
+        is_even = self.volume.slice_positions is None or self.settings.output.space == "voxel"
+        stages = forecast(sizes, self.settings, even_slices=is_even)
+        self.largest = max(stages.values())
+        taken = sizes.bytes_of(Cost(word=CELLS.word))
+        _reserve(stages, taken, self.settings, f"the volume and a mesh of {quads} quads")
 
 
-def _node_bytes(volume: Volume) -> int:
-    """Bytes of the volume's values, unless a file holds them, and of the bits of its nodes."""
-    held = 0 if mapped_file(volume.values) is not None else volume.values.nbytes
-    return held + int(BITS_BYTES_A_NODE * volume.values.size)
+def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:
+    """Return the sizes of a volume; 64-bit integers are counted twice, since they become shorter numbers."""
+    values = held_bytes(volume)
+    if volume.values.dtype.kind in "iu" and volume.values.dtype.itemsize == 8:
+        values += volume.values.nbytes // 2
+    return Sizes(values, words_of(volume.shape, settings))
 
 
-def _reserve(needed: int, settings: ConvertSettings, what: str) -> None:
-    budget, jobs = settings.output.memory, settings.share.jobs
-    if budget is not None and needed > budget // jobs:
-        each = f"{_readable(budget // jobs)} that each of {jobs} jobs has of the " if jobs > 1 else ""
-        raise MemoryBudgetError(
-            f"{what} need {_readable(needed)}, more than the {each}{_readable(budget)} of --memory; raise it,"
-            f" {_fewer(jobs)}or crop or downsample the volume"
-        )
+def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
+    """Return the words of a volume's nodes; half of the bits' planes has a layer of zeros on both sides."""
+    border = 2 * (settings.surface.border == "closed")
+    nx, ny, nz = (n + border for n in shape)
+    layer = -(-nx // 32) * ny
+    return layer * nz + layer
+
+
+def held_bytes(volume: Volume) -> int:
+    """Return the bytes of a volume's values, none if a file that is mapped holds them."""
+    return 0 if _is_mapped(volume.values) else volume.values.nbytes
+
+
+def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
+    """Whether values lie in a file that is mapped, behind whatever views there are of it."""
+    owner: Any = values
+    while isinstance(owner, (np.ndarray, memoryview)):
+        owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
+    return isinstance(owner, mmap.mmap)
+
+
+def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what: str) -> None:
+    """Raise MemoryBudgetError unless the largest stage fits; so many bytes of it are taken already."""
+    needed, budget, jobs = max(stages.values()), settings.output.memory, settings.share.jobs
+    if budget is not None:
+        if needed > budget // jobs:
+            each = f"{_readable(budget // jobs)} that each of {jobs} jobs has of the " if jobs > 1 else ""
+            raise MemoryBudgetError(
+                f"{what} need {_readable(needed)}, more than the {each}{_readable(budget)} of --memory; raise"
+                f" it, {_fewer(jobs)}or crop or downsample the volume"
+            )
+        return
+    free, limit = _free(settings)
+    more = needed - taken if jobs == 1 else needed
+    if free is not None and more > free // jobs:
+        besides = " more" if more < needed else ""
+        raise _too_much(f"{what} need {_readable(more)}{besides}", free, limit, settings)
     present = total_memory()
-    if budget is None and present is not None and needed > present // jobs:
+    if present is not None and needed > present // jobs:
         raise MemoryBudgetError(
             f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory"
             f"{_for_each(present, jobs)}; {_fewer(jobs)}crop or downsample the volume, or force it with"
             " --memory"
         )
+
+
+def _free(settings: ConvertSettings) -> tuple[int | None, str]:
+    """Return what can still be had, for all jobs together, and what limits it."""
+    found = available_memory()
+    limit = found.limit if found is not None else ""
+    return (available_bytes() if settings.share.jobs == 1 else settings.share.free), limit
+
+
+def _too_much(what: str, free: int, limit: str, settings: ConvertSettings) -> MemoryBudgetError:
+    """Return the error that says what is free, why no more, and what would help."""
+    jobs = settings.share.jobs
+    why = f" ({limit})" if limit else ""
+    end = "raise that limit" if limit else "end other programs"
+    return MemoryBudgetError(
+        f"{what}, but {_readable(free)} of memory are free{_for_each(free, jobs)}{why}; {end},"
+        f" {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
+    )
 
 
 def _for_each(size: int, jobs: int) -> str:
@@ -94,14 +255,6 @@ def _for_each(size: int, jobs: int) -> str:
 def _fewer(jobs: int) -> str:
     """What may help where several jobs share the memory."""
     return "take fewer --jobs, " if jobs > 1 else ""
-
-
-def total_memory() -> int | None:
-    """Return the machine's memory in bytes, or None where the system does not tell."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (ValueError, OSError, AttributeError):
-        return None
 
 
 def _readable(size: int) -> str:

@@ -18,7 +18,7 @@ from typing import Any
 from dmc_cli import scan
 from dmc_cli.device import Device, load_kernels, select_device
 from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
-from dmc_cli.memory import reserve_cells, reserve_mesh
+from dmc_cli.memory import MeshForecast, reserve_cells
 from dmc_cli.mesh import kernel_modules as mesh_kernels
 from dmc_cli.overlaps import refuse_overlaps
 from dmc_cli.progress import SILENT, Progress
@@ -124,6 +124,7 @@ def _make_mesh(
     output = settings.output
     affine, space = output_affine(volume, output.space)
     reserve_cells(volume, settings)
+    forecast = MeshForecast(volume, settings)
     with watch.stage("surface", "extracting the surface"):
         uploaded = upload_volume(volume, device)
         connected = ConnectedMesh(
@@ -132,7 +133,8 @@ def _make_mesh(
                 settings.surface,
                 affine,
                 even_slices=output.space == "voxel",
-                reserve=lambda v, q: reserve_mesh(v, q, volume, settings),
+                reserve=forecast.of_mesh,
+                reserve_tracing=forecast.of_cells,
             )
         )
     _refuse_empty(connected.surface, volume, settings)
@@ -144,11 +146,13 @@ def _make_mesh(
     surface = connected.surface
     if settings.mesh.is_changed:
         refuse_lost(surface.vertex_local.numpy())
+    device.let_go()
     normals = None
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(surface, settings.surface)
     report = _make_report(settings, volume, connected, watch)
+    device.let_go()
     if output.check:
         from dmc_cli.mesh.check import check_mesh
 

@@ -69,7 +69,7 @@ class ReadAhead:
 
     def _read(self, progress: Progress) -> Volume:
         settings = self._settings
-        with forecasting(lambda nodes, size: reserve_values(nodes, size, settings)):
+        with forecasting(lambda shape, size: reserve_values(shape, size, settings)):
             return read_volume(settings.input, settings.read, progress)
 
     def tell(self, fraction: float) -> None:

@@ -15,7 +15,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 NO_TWIN = -1
 
-PIECE = 1 << 19
+PIECE = 1 << 17
 """Halfedges or vertices that are looked at together."""
 
 

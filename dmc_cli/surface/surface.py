@@ -96,6 +96,7 @@ def extract_surface(
     *,
     even_slices: bool = False,
     reserve: Callable[[int, int], None] | None = None,
+    reserve_tracing: Callable[[int, int, int], None] | None = None,
 ) -> Surface:
     """Extract the isosurface of a volume as quads.
 
@@ -106,6 +107,8 @@ def extract_surface(
         even_slices: Leave slice positions aside, as grid coordinates do.
         reserve: Called with the numbers of vertices and quads, of quads at most that many where nodes are
             without data, before memory for them is taken; it may raise.
+        reserve_tracing: Called with the numbers of ordinary and special cells and of quads before the special
+            ones are traced; it may raise as well.
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
@@ -115,7 +118,7 @@ def extract_surface(
     device.wake()
     with intact(volume.volume.values, volume.volume.path):
         try:
-            surface = _run_stages(volume, settings, affine, even_slices, reserve)
+            surface = _run_stages(volume, settings, affine, even_slices, reserve, reserve_tracing)
         except BaseException:
             device.drop()
             raise
@@ -129,6 +132,7 @@ def _run_stages(
     affine: np.ndarray[Any, Any] | None,
     even_slices: bool,
     reserve: Callable[[int, int], None] | None,
+    reserve_tracing: Callable[[int, int, int], None] | None,
 ) -> Surface:
     """Extract the isosurface; the last launch may be begun only."""
     device = volume.device
@@ -144,6 +148,8 @@ def _run_stages(
     to_output = grid_affine(target, grid)
     matrix = kernel_matrix(to_output)
     depths = slice_depths(None if even_slices else volume.volume, grid, device)
+    if reserve_tracing is not None:
+        reserve_tracing(cells.ordinary_count, cells.special_count, cells.quad_count)
     polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
         reserve(polygons.vertex_count, cells.quad_count)

@@ -1,19 +1,18 @@
 """Memory for a volume's values: asked for once, and refused where it cannot fit."""
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
+from dmc_cli.memory_limits import available_memory
 
-Forecast = Callable[[int, int], None]
-"""Takes a number of nodes and the bytes of their values; raises MemoryBudgetError if that is too much."""
+Forecast = Callable[[tuple[int, int, int], int], None]
+"""Takes nodes along x, y, z and the bytes of their values; raises MemoryBudgetError if that is too much."""
 
 _forecast: ContextVar[Forecast | None] = ContextVar("forecast", default=None)
 
@@ -29,18 +28,9 @@ def forecasting(forecast: Forecast) -> Iterator[None]:
 
 
 def available_bytes() -> int | None:
-    """Memory that can be had without swapping, in bytes, or None where the system does not tell."""
-    try:
-        with Path("/proc/meminfo").open(encoding="ascii") as table:
-            for line in table:
-                if line.startswith("MemAvailable:"):
-                    return int(line.split()[1]) * 1024
-    except (OSError, ValueError, IndexError):
-        pass
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
-        return None
+    """Memory that this process can still have, in bytes, or None where the system does not tell."""
+    found = available_memory()
+    return None if found is None else found.size
 
 
 def allocate_values(
@@ -60,7 +50,7 @@ def allocate_values(
     needed = math.prod(shape) * native.itemsize
     forecast = _forecast.get()
     if forecast is not None:
-        forecast(math.prod(shape), needed)
+        forecast(shape, needed)
     available = available_bytes()
     message = (
         f"{name}: {needed / 2**20:,.0f} MiB needed for {' x '.join(map(str, shape))} values of {native}; "

@@ -58,12 +58,12 @@ class Meter:
     def __init__(self) -> None:
         self.before = resident()
         CLEAR.write_text("5")
-        self.peaks = Peaks(self.before["RssAnon"])
+        self.peaks, self.files = Peaks(self.before["RssAnon"]), 0
 
     def take(self, name: str) -> None:
         now = resident()
-        files = max(now["RssFile"] - self.before["RssFile"], 0)
-        peak = now["VmHWM"] - self.before["VmRSS"] - files
+        self.files = max(self.files, now["RssFile"] - self.before["RssFile"])  # all go when a run ends
+        peak = now["VmHWM"] - self.before["VmRSS"] - self.files
         self.peaks.stages[name] = max(peak, self.peaks.stages.get(name, 0))
         CLEAR.write_text("5")
 
@@ -137,8 +137,21 @@ def load() -> None:
     import dmc_cli.report.measures  # noqa: F401
 
 
+def serve() -> None:
+    """Answer each line on standard input, the words of a convert in JSON, with a line of its peaks."""
+    for line in sys.stdin:
+        try:
+            answer = vars(in_a_process(json.loads(line)))
+        except RuntimeError as error:
+            answer = {"error": str(error)}
+        print(json.dumps(answer), flush=True)
+
+
 def main() -> None:
     load()
+    if sys.argv[1:] == ["--serve"]:
+        serve()
+        return
     peaks = in_a_process(["convert", *sys.argv[1:], "--force"])
     mib = 2**20
     forecasts = peaks.forecasts[-1]
