@@ -14,11 +14,10 @@ from typing import NamedTuple
 
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.file_keys import FileKeys
-from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
+from dmc_cli.settings import ConvertSettings, ReadSettings
 from dmc_cli.volume.content import CONTENTS
 from dmc_cli.volume.pair import pair_files
 from dmc_cli.volume.read import LAYOUT_READERS, input_format
-from dmc_cli.volume.synthetic import PREFIX
 from dmc_cli.volume.within import Bounds, Walk
 from dmc_cli.volume.zarr_store import is_zarr
 
@@ -74,8 +73,7 @@ def _outputs(item: ConvertSettings) -> Iterator[Output]:
 
 def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[str]:
     """Yield the files of an input beside the one that it is named by, as far as its headers tell."""
-    is_single = path.lower().endswith(_SINGLE_FILES) and read.input_format is None
-    if path == STREAM or path.startswith(PREFIX) or is_single:
+    if path.lower().endswith(_SINGLE_FILES) and read.input_format is None:
         return
     found = Path(path)
     if found.name.upper() == "DICOMDIR" and found.is_file():

@@ -157,6 +157,14 @@ def test_no_output_is_detached_data(run, folder, header, command):
     assert run(*words[command]).exit_code == 0
 
 
+def test_a_header_of_any_name_has_its_data(run, folder):
+    Path("b.raw").write_bytes(HEADERS["b.nhdr"])
+    Path("b.ply").write_bytes(VALUES.tobytes())
+    words = ["b.raw", "-i", 13.5, "--force", "--input-format", "nrrd", "-o"]
+    assert "is the file b.ply, which is read" in refused(run, folder, "batch", "a.nrrd", *words, "{stem}.ply")
+    assert run("batch", *words, "c.ply").exit_code == 0
+
+
 @pytest.mark.parametrize(("given", "other"), [("s.hdr", "s.img"), ("s.img", "s.hdr")])
 def test_no_output_is_the_other_one_of_a_pair(run, folder, given, other):
     import nibabel

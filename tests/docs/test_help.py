@@ -45,4 +45,5 @@ def test_options_stand_under_their_headings_and_general_ones_last(run):
     assert headings[-8:] == ["Surface", "Mesh", "Input", "Raw input", "Noise", "Output", "Run", "General"]
     for before, option, after in (("Surface:", "-i, --isovalue", "Mesh:"), ("Run:", "--memory", "General:")):
         assert text.index(before) < text.index(option) < text.index(after)
+    assert re.search(r"-v, --verbose +Tell more; twice: where errors come\s+from\.\n", text)
     assert text.index("General:") < text.index("-q, --quiet") < text.index("-h, --help")
