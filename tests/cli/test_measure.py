@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from dmc_cli.report.mesh_files.read import read_mesh
@@ -88,3 +89,19 @@ def test_what_is_no_mesh_ends_with_status_3(run, tmp_path, content):
 
 def test_a_missing_volume_ends_with_status_3(run, torus, tmp_path):
     assert run("measure", torus, "--volume", tmp_path / "missing.nii", "-i", 0).exit_code == 3
+
+
+@pytest.mark.parametrize("border", ["open", "closed"])
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_a_mesh_of_either_side_is_on_the_surface_beside_nodes_without_data(run, tmp_path, inside, border):
+    k, j, i = np.indices((10, 11, 12)) - 5.0
+    values = 4.2 - np.sqrt(i**2 + j**2 + k**2)
+    values[2, 5, 5] = values[9, 9, 9] = np.nan
+    volume, mesh = tmp_path / "ball.npy", tmp_path / "ball.ply"
+    np.save(volume, values)
+    sides = ("--inside", inside)
+    assert run("convert", volume, mesh, "-i", 0, *sides, "--border", border, "-q").exit_code == 0
+    found = json.loads(run("measure", mesh, "--volume", volume, "-i", 0, *sides, "--json").stdout)
+    assert found["deviation"]["max_relative"] < 1e-6
+    assert found["deviation"]["mean_mm"] < 1e-5
+    assert 0 < found["deviation"]["rounding_mm"] < 1e-5
