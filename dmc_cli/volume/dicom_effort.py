@@ -9,8 +9,8 @@ from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
 
-FREE_PIECES = 100_000
-"""Pieces of headers that any input may have, half a second's worth."""
+FREE_PIECES = 200_000
+"""Pieces of headers that any input may have, one to three seconds' worth."""
 
 BYTES_A_PIECE = 4
 """Beyond them, stored bytes a piece: a packed element takes more."""
