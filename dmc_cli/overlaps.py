@@ -16,6 +16,7 @@ from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.file_keys import FileKeys
 from dmc_cli.settings import ConvertSettings, ReadSettings
 from dmc_cli.volume.content import CONTENTS
+from dmc_cli.volume.layout import exists
 from dmc_cli.volume.pair import pair_files
 from dmc_cli.volume.read import LAYOUT_READERS, input_format
 from dmc_cli.volume.within import Bounds, Walk
@@ -76,9 +77,9 @@ def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[s
     if path.lower().endswith(_SINGLE_FILES) and read.input_format is None:
         return
     found = Path(path)
-    if found.name.upper() == "DICOMDIR" and found.is_file():
+    if found.name.upper() == "DICOMDIR" and exists(found) and found.is_file():
         found = found.parent
-    if found.is_dir():
+    if exists(found) and found.is_dir():
         walk = Walk(found, Bounds(found, allow_outside=read.allow_outside))
         for name, status in walk.files():
             file = os.fspath(found / name)

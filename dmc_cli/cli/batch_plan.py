@@ -26,6 +26,7 @@ from dmc_cli.settings import (
     SurfaceSettings,
     check_path,
 )
+from dmc_cli.volume.layout import exists
 
 _COMPRESSED = {".gz", ".bz2", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
@@ -157,7 +158,7 @@ def _sources(patterns: Any, folder: Path) -> Iterator[str]:
         check_path("inputs", pattern)
         if pattern.startswith("synth:"):
             yield pattern
-        elif glob.has_magic(pattern) and not (folder / pattern).exists():
+        elif glob.has_magic(pattern) and not exists(folder / pattern):
             found = sorted(glob.glob(str(folder / pattern), recursive=True))  # noqa: PTH207 - absolute ones too
             if not found:
                 raise SettingsError(f"no file matches {pattern}; expected at least one; check the pattern")
@@ -171,7 +172,7 @@ def _stem(source: str) -> str:
     if source.startswith("synth:"):
         return source.replace(":", "_")
     path = Path(_name(source))
-    if Path(source).is_dir():
+    if exists(Path(source)) and Path(source).is_dir():
         return path.name
     return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
 

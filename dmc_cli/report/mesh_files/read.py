@@ -11,6 +11,7 @@ from dmc_cli.report.mesh_files.mesh_input import MeshInput, make_mesh
 from dmc_cli.report.mesh_files.obj import read_obj
 from dmc_cli.report.mesh_files.off import read_off
 from dmc_cli.report.mesh_files.ply import read_ply
+from dmc_cli.volume.layout import exists
 
 READERS: dict[str, Callable[[Path], MeshInput]] = {".ply": read_ply, ".obj": read_obj, ".off": read_off}
 
@@ -26,7 +27,7 @@ def read_mesh(path: str | Path) -> MeshInput:
         MeshFileError: The file is missing, damaged or has no faces.
     """
     file = Path(path)
-    if not file.is_file():
+    if not exists(file) or not file.is_file():
         raise MeshFileError(f"{path}: no such file was found; expected a mesh")
     mesh = READERS.get(file.suffix.lower(), _read_with_meshio)(file)
     if not len(mesh.faces):
