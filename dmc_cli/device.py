@@ -91,7 +91,13 @@ class Device:
         and at most `longest`, if that is given: where one takes long, so many that nobody waits too long
         for the end of a chunk.
         """
-        self._launch(kernel, dim, [0, *inputs, *outputs], grain, longest, self.threads)
+        if dim == 0:
+            return
+        arguments = [0, *inputs, *outputs]
+        if self.is_cpu:
+            worker_pool().launch(kernel, dim, arguments, self.threads, grain, longest)
+        else:
+            wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
 
     def launch_in_order(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_SLAB
@@ -100,17 +106,10 @@ class Device:
 
         So must a kernel with atomics, which on CPU are plain loads and stores.
         """
-        self._launch(kernel, dim, [0, *inputs, *outputs], grain, 0, 1)
-
-    def _launch(
-        self, kernel: Any, dim: int, arguments: Sequence[Any], grain: int, longest: int, threads: int
-    ) -> None:
-        if dim == 0:
-            return
-        if self.is_cpu:
-            worker_pool().launch(kernel, dim, arguments, threads, grain, longest)
+        if self.is_cpu and dim:
+            worker_pool().launch(kernel, dim, [0, *inputs, *outputs], 1, grain)
         else:
-            wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
+            self.launch(kernel, dim, inputs, outputs)
 
     def begin(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB

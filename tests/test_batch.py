@@ -1,6 +1,7 @@
 """Many conversions in Python: each outcome in its order, whatever happens to an item."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -156,3 +157,13 @@ def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):
     outcomes_of(items("bug", "bug"), 2)
     outcomes_of(items("bug", "bug"), 1)
     assert order == [2]
+
+
+def test_a_hundred_items_need_no_more_threads_than_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (item,) = items("synth:torus:8")
+    planned = [replace(item, output=OutputSettings(path=f"{number}.ply")) for number in range(100)]
+    assert {found.status for found in outcomes_of(planned[:4], 2)} == {0}
+    before = threading.active_count()
+    assert {found.status for found in outcomes_of(planned[4:], 2)} == {0}
+    assert threading.active_count() <= before

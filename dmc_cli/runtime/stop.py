@@ -6,9 +6,10 @@ own: before and during launches, between stages, and between the pieces of what 
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Event, local
+from threading import Event, get_ident
 
-_thread = local()
+EVENTS: dict[int, Event] = {}
+"""By the number of each thread that may be asked to stop; mostly there is none, which is soon looked up."""
 
 
 class StopRequested(BaseException):
@@ -18,11 +19,11 @@ class StopRequested(BaseException):
 @contextmanager
 def stopping_on(event: Event) -> Iterator[None]:
     """Let `check_stop` raise in this thread once the event is set."""
-    _thread.event = event
+    EVENTS[get_ident()] = event
     try:
         yield
     finally:
-        del _thread.event
+        del EVENTS[get_ident()]
 
 
 def check_stop() -> None:
@@ -31,6 +32,6 @@ def check_stop() -> None:
     Raises:
         StopRequested: It was.
     """
-    event: Event | None = getattr(_thread, "event", None)
+    event = EVENTS.get(get_ident())
     if event is not None and event.is_set():
         raise StopRequested

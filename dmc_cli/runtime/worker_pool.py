@@ -27,7 +27,7 @@ import warp as wp
 from dmc_cli.runtime import job_slots
 from dmc_cli.runtime.compiled_kernel import OTHER_RECORDS, CompiledKernel, takes_structs
 from dmc_cli.runtime.job import JobSlot, SlotKernels
-from dmc_cli.runtime.stop import check_stop
+from dmc_cli.runtime.stop import EVENTS, check_stop
 from dmc_cli.system import usable_cores
 
 CHUNKS_PER_THREAD = 64
@@ -103,14 +103,17 @@ class WorkerPool:
             grain: Indices a chunk at least.
             longest: Indices a chunk at most; 64 grains if 0.
         """
-        check_stop()
+        if EVENTS:
+            check_stop()
         if not self.knows_warp:
             launch_by_warp(kernel, dim, arguments, longest or grain)
             return
         slot = self.slot
-        slot.finish()
-        compiled = self._compiled_kernel(kernel, arguments)
-        chunk = chunk_size(dim, threads, grain, longest)
+        if slot.is_begun:
+            slot.finish()
+        compiled = self._compiled.get(kernel) or self._compile(kernel, arguments)
+        is_short = dim < 2 * grain and not longest  # what `chunk_size` would tell, sooner
+        chunk = dim if is_short else chunk_size(dim, threads, grain, longest)
         if chunk == dim:
             compiled.prepared(arguments, dim)()
             return
@@ -130,7 +133,8 @@ class WorkerPool:
         check_stop()
         slot = self.slot
         slot.finish()
-        slot.lay(self._compiled_kernel(kernel, arguments), arguments, dim, chunk, threads)
+        compiled = self._compiled.get(kernel) or self._compile(kernel, arguments)
+        slot.lay(compiled, arguments, dim, chunk, threads)
         slot.workers += 1  # in the caller's place
         slot.open()
         self._summon(slot)
@@ -154,7 +158,7 @@ class WorkerPool:
     def slot(self) -> JobSlot:
         """The calling thread's."""
         try:
-            slot: JobSlot = self._thread.lease.slot
+            slot: JobSlot = self._thread.slot
         except AttributeError:
             slot = self._take_slot()
         return slot
@@ -176,13 +180,11 @@ class WorkerPool:
                 self._board.numpy()[job_slots.SLOT_COUNT] = number + 1
             else:
                 slot = JobSlot(make_board(), 0, self._kernels)  # where no worker looks
-        self._thread.lease = _Lease(slot, self._free_slots)
+        self._thread.slot, self._thread.lease = slot, _Lease(slot, self._free_slots)
         return slot
 
-    def _compiled_kernel(self, kernel: Any, arguments: Sequence[Any]) -> CompiledKernel:
-        compiled = self._compiled.get(kernel)
-        if compiled is None:
-            compiled = self._compiled[kernel] = CompiledKernel(kernel, arguments)
+    def _compile(self, kernel: Any, arguments: Sequence[Any]) -> CompiledKernel:
+        compiled = self._compiled[kernel] = CompiledKernel(kernel, arguments)
         return compiled
 
     def _summon(self, slot: JobSlot) -> None:

@@ -13,6 +13,7 @@ import warp as wp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dmc_cli.device import Device
 from dmc_cli.runtime import job_slots, worker_pool
 from dmc_cli.runtime.worker_pool import WorkerPool
 from tests.runtime.launcher import Launcher, count_visits_kernel, visits_of
@@ -347,3 +348,24 @@ def test_pools_are_one_a_process(monkeypatch):
 )
 def test_chunks_are_neither_short_nor_long(dim, threads, grain, longest, expected):
     assert worker_pool.chunk_size(dim, threads, grain, longest) == expected
+
+
+def test_devices_share_the_pool_of_the_process():
+    visits = wp.zeros(3000, dtype=wp.int32, device="cpu")
+    for threads in (2, 3, 1, 3, 2):
+        Device("cpu", threads).launch(count_visits_kernel, 3000, [1], [visits], 10)
+        assert len(worker_pool.worker_pool()._workers) >= threads - 1
+    found = len(worker_pool.worker_pool()._workers)
+    for _ in range(20):
+        Device("cpu", 3).launch(count_visits_kernel, 3000, [1], [visits], 10)
+    assert len(worker_pool.worker_pool()._workers) == found
+    assert (visits.numpy() == 25).all()
+
+
+def test_a_launch_in_order_goes_from_the_first_index_to_the_last():
+    order = wp.zeros(50_001, dtype=wp.int32, device="cpu")
+    device = Device("cpu", 4)
+    device.wake()
+    device.launch_in_order(note_order_kernel, 50_000, [], [order])
+    assert np.array_equal(order.numpy()[1:], np.arange(50_000))
+    device.launch_in_order(note_order_kernel, 0, [], [order])
