@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import resource
 import signal
 import sys
 
@@ -24,7 +25,7 @@ def run_pytest(tree, arguments, settings, limit=None):
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(PRELOADED)
     told = tree / "told.txt"
-    process = context.Process(target=_in_child, args=(tree, arguments, settings, told))
+    process = context.Process(target=_in_child, args=(tree, arguments, settings, limit, told))
     process.start()
     process.join(limit)
     status = process.exitcode
@@ -34,8 +35,10 @@ def run_pytest(tree, arguments, settings, limit=None):
     return status, told.read_text(errors="replace")
 
 
-def _in_child(tree, arguments, settings, told):
+def _in_child(tree, arguments, settings, limit, told):
     os.setsid()
+    if limit is not None:  # for a kernel that never ends, when whoever started it is gone
+        resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 1))
     output = os.open(told, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(output, 1)
     os.dup2(output, 2)
