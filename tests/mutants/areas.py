@@ -15,7 +15,7 @@ class Area:
 
 AREAS = {
     "surface": Area(("surface/*.py",), ("tests/surface", "tests/test_same_bytes.py")),
-    "mesh": Area(("mesh/*.py",), ("tests/mesh", "tests/test_same_bytes.py")),
+    "mesh": Area(("mesh/*.py",), ("tests/mesh", "tests/test_same_bytes.py", "tests/test_needed_kernels.py")),
     "report": Area(("report/**/*.py",), ("tests/report",)),
     "volume": Area(("volume/*.py",), ("tests/volume",)),
     "writers": Area(("writers/*.py",), ("tests/writers",)),
