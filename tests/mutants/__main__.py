@@ -33,9 +33,7 @@ def main():
     recorded = load_map()
     files = sorted({file for area in areas for file in files_with_tests_of(area)})
     missing = [f for f in files if f not in recorded or (chosen.record and is_changed(recorded, trees[0], f))]
-    if not record(trees[0], missing):
-        print("the tests fail without any fault, or were not all recorded", file=sys.stderr)
-        return 1
+    record(trees[0], missing)
     recorded = load_map()
     changed = [file for file in files if is_changed(recorded, trees[0], file)]
     trial = Trial(texts, chosen.most_seconds, Choice(recorded), changed)

@@ -32,22 +32,26 @@ def is_changed(recorded, tree, file):
 
 
 def record(tree, files):
-    """Run test files under coverage in a tree and add what they tell to the map; whether all passed."""
+    """Run test files under coverage in a tree and add what they tell to the map.
+
+    A test that fails without any fault is never chosen, and said to be left out.
+    """
     data, told = WORK / "recorded.coverage", WORK / "recorded.json"
     settings = environment(tree) | {"COVERAGE_FILE": str(data), "MUTANTS_SECONDS": str(told)}
-    passed = True
     for file in files:
         arguments = ["-q", *QUICK, "-p", "tests.mutants.plugin", f"--cov={PACKAGE}", "--cov-context=test"]
         status, text = run_pytest(tree, [*arguments, "--cov-report=", file], settings)
-        print(f"recorded {file}: {text.strip().splitlines()[-1]}", flush=True)
-        passed = passed and status in (0, NO_TESTS)
+        left_out = "" if status in (0, NO_TESTS) else "; what failed is left out"
+        print(f"recorded {file}: {text.strip().splitlines()[-1]}{left_out}", flush=True)
         seconds = json.loads(told.read_text()) if told.exists() else {}
         functions = _functions_by_test(tree, data)
-        tests = {t: {"seconds": s, "functions": sorted(functions[t])} for t, s in seconds.items()}
+        tests = {
+            test: {"seconds": taken, "functions": [] if failed else sorted(functions[test])}
+            for test, (taken, failed) in seconds.items()
+        }
         MAP.write_text(json.dumps(load_map() | {file: {"hash": hash_of(tree, file), "tests": tests}}))
         for path in (data, told):
             path.unlink(missing_ok=True)
-    return passed
 
 
 def _functions_by_test(tree, data):

@@ -7,13 +7,19 @@ from pathlib import Path
 _SECONDS = {}
 
 
+_FAILED = set()
+
+
 def pytest_runtest_logreport(report):
     _SECONDS[report.nodeid] = _SECONDS.get(report.nodeid, 0.0) + report.duration
+    if report.failed:
+        _FAILED.add(report.nodeid)
 
 
 def pytest_sessionfinish():
     if told := os.environ.get("MUTANTS_SECONDS"):
-        Path(told).write_text(json.dumps(_SECONDS))
+        found = {test: [seconds, test in _FAILED] for test, seconds in _SECONDS.items()}
+        Path(told).write_text(json.dumps(found))
 
 
 def pytest_collection_modifyitems(items):

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from dmc_cli.device import Device
+from dmc_cli.device import Device, select_device
 from dmc_cli.report.paper_tables import DATA_SETS, PAPER_VALUES, DataSet
 from dmc_cli.report.reproduce import (
     compare_tables,
@@ -41,7 +41,7 @@ def found():
         DataSet(field="iwp", nodes=32),
         DataSet(field="sphere", nodes=16),
     ]
-    return measure_data_sets(Device("cpu", 2), sets, "exact")
+    return measure_data_sets(select_device("cpu", 2), sets, "exact")
 
 
 def printed(table, data, mesh, quantity):
