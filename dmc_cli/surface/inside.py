@@ -120,8 +120,9 @@ def _above(dtype: np.dtype[Any], value: float) -> float:
     if dtype.kind == "f":
         with np.errstate(over="ignore"):
             rounded = dtype.type(value)
+            following = np.nextafter(rounded, dtype.type(math.inf))
         is_above = float(rounded) > value  # NumPy alone would round the value, too
-        return float(rounded if is_above else np.nextafter(rounded, dtype.type(math.inf)))
+        return float(rounded if is_above else following)
     return math.floor(value) + 1
 
 

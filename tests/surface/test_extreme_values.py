@@ -45,7 +45,7 @@ def extreme_volumes(draw):
     level = draw(st.sampled_from([number for number in known + some if math.isfinite(number)]))
     isovalue = slope * float(level) + intercept
     assume(math.isfinite(isovalue))
-    padding = draw(st.sampled_from([None, None, (some[0], some[0])]))
+    padding = draw(st.sampled_from([None, None, *[(n, n) for n in some if not math.isnan(n)]]))
     volume = volume_of(values.astype(dtype), slope=slope, intercept=intercept, padding=padding)
     return volume, SurfaceSettings(
         isovalue=isovalue,
@@ -149,13 +149,14 @@ def test_an_isovalue_beyond_every_number_is_told(extract, dtype):
         extract(volume, -1e308)
 
 
-def test_a_range_beyond_float64_has_a_surface(extract):
+@pytest.mark.parametrize("isovalue", [1e308, 0.0])
+def test_a_range_beyond_float64_has_a_surface(extract, isovalue):
     values = np.full((4, 4, 4), -1.5e308)
     values[1:3, 1:3, 1:3] = 1.5e308
-    surface = extract(volume_of(values), 1e308)
+    surface = extract(volume_of(values), isovalue)
     assert_sound(surface, is_closed=True)
     assert surface.vertex_local.numpy().min() > 0
-    normals = compute_normals(surface, SurfaceSettings(isovalue=1e308)).numpy()
+    normals = compute_normals(surface, SurfaceSettings(isovalue=isovalue)).numpy()
     outwards = surface.vertices.numpy() - 1.5
     outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
     assert np.sum(normals * outwards, axis=1).min() > 0.9

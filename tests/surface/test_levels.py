@@ -170,3 +170,12 @@ def test_the_values_are_handed_over_without_a_copy_and_kept_alive():
     assert uploaded.bytes.ptr == values.ctypes.data
     assert uploaded.bytes.shape == (6, 16)
     assert isinstance(uploaded.values, wp.array)
+
+
+@pytest.mark.parametrize("dtype", FLOAT_TYPES)
+def test_the_largest_number_may_be_the_isovalue_of_a_negative_slope(device, dtype):
+    largest = float(np.finfo(dtype).max)
+    values = np.full((2, 2, 40), largest, dtype)
+    values[0, 0, 3] = 1.0
+    found, _, absent = inside_of(volume_of(values, slope=-1.0), -largest, device)
+    assert (found.all(), absent) == (True, 0)
