@@ -28,6 +28,7 @@ CASES = [
     ("dmc convert a b --inside=ab", ["above"]),
     ("dmc convert a b --require closed,m", ["closed,manifold"]),
     ("dmc convert a b -i ", []),
+    ("dmc convert a b -i 1 -i 2 --inside ab", ["above"]),
 ]
 
 

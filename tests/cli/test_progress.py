@@ -129,3 +129,10 @@ def test_a_stage_that_fails_takes_its_bar_away(monkeypatch):
 def test_data_are_printed_whoever_listens(capsys):
     echo_data("a line", SILENT)
     assert capsys.readouterr().out == "a line\n"
+
+
+def test_data_are_printed_on_a_terminal_without_a_bar(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    echo_data("a line", SILENT)
+    assert terminal.getvalue() == "a line\n"
