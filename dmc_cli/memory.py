@@ -9,6 +9,7 @@ found, the vertices before they are placed. Python, Warp and its kernels take so
 
 import mmap
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,17 @@ import numpy as np
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.host_memory import SPARE_SHARE
 from dmc_cli.memory_limits import available_memory, total_memory
-from dmc_cli.settings import ConvertSettings
+from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.volume.allocation import available_bytes
 from dmc_cli.volume.volume import Volume
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Bytes of arrays: so many a word of nodes, a special cell, a vertex and a quad."""
+    """Bytes of arrays: so many a word of nodes, one near the surface, a special cell, a vertex and a quad."""
 
     word: int = 0
+    near: int = 0
     special: int = 0
     vertex: int = 0
     quad: int = 0
@@ -34,14 +36,15 @@ class Cost:
         """Return what both take together."""
         return Cost(
             self.word + other.word,
+            self.near + other.near,
             self.special + other.special,
             self.vertex + other.vertex,
             self.quad + other.quad,
         )
 
 
-CELLS = Cost(word=24, special=36)
-"""Inside, active and ordinary bits, two ranks, a sixteenth of eight sums; what is known of a special cell."""
+CELLS = Cost(word=16, near=8, special=36)
+"""Inside, active and ordinary bits, a sixteenth of eight sums; two ranks; what is known of a special cell."""
 
 TRACING = Cost(special=13)
 """Counts and marks while special cells are traced."""
@@ -52,7 +55,7 @@ MESH = Cost(vertex=12 + 12 + 8, quad=16)
 UNEVEN_SLICES = Cost(vertex=12)
 """Positions with even slices."""
 
-RANKS = Cost(word=16)
+RANKS = Cost(near=16)
 """The quads' ranks: three bits a node and a number a word."""
 
 TWINS = Cost(vertex=4 + 4, quad=16 + 1)
@@ -76,23 +79,30 @@ CHECKS = Cost(vertex=5, quad=16)
 """Walks round vertices, and comparisons of the halfedges."""
 
 WRITING = Cost(vertex=3)
-"""Whether coordinates are finite; the text of a file goes by small pieces."""
+"""Whether coordinates are finite."""
+
+PAGE_WORDS = 1 << 17
+"""Words whose ranks fill a huge page, which is there as a whole if one of them is."""
+
+TEXT_ROW, TEXT_ROWS = 240, 1 << 15
+"""Bytes of a row of text on its way to a file, in all its stages, and rows that are on their way together."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What there is so far: bytes of values, words of nodes, special cells, vertices, quads."""
+    """What there is so far: bytes of values, words of nodes, those near the surface, special cells, ..."""
 
     values: int
     words: int
+    near: int
     special: int = 0
     vertices: int = 0
     quads: int = 0
 
     def bytes_of(self, cost: Cost) -> int:
         """Return what the values and a stage take together, with the memory that may be kept beside."""
-        counts = (self.words, self.special, self.vertices, self.quads)
-        costs = (cost.word, cost.special, cost.vertex, cost.quad)
+        counts = (self.words, self.near, self.special, self.vertices, self.quads)
+        costs = (cost.word, cost.near, cost.special, cost.vertex, cost.quad)
         arrays = sum(count * size for count, size in zip(counts, costs, strict=True))
         return self.values + arrays + arrays // SPARE_SHARE
 
@@ -129,7 +139,17 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
 def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, int]:
     """Return the bytes that each stage of a run takes, the values counted in."""
     costs = stage_costs(settings, even_slices=even_slices)
-    return {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
+    stages = {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
+    if _is_text(settings.output):
+        stages["write"] += TEXT_ROW * min(max(sizes.vertices, sizes.quads), TEXT_ROWS)
+    return stages
+
+
+def _is_text(output: OutputSettings) -> bool:
+    """Whether a file of the mesh, or of its halfedges, is text."""
+    name = output.output_format or PurePath(output.path).suffix.lower().lstrip(".")
+    halfedges = output.halfedges or "none.npz"
+    return not output.dry_run and (output.ascii or name != "ply" or not halfedges.lower().endswith(".npz"))
 
 
 def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: ConvertSettings) -> None:
@@ -137,7 +157,8 @@ def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: Conv
     free, limit = _free(settings)
     if settings.output.memory is None and free is not None and value_bytes > free // settings.share.jobs:
         raise _too_much(f"the volume needs {_readable(value_bytes)}", free, limit, settings)
-    sizes = Sizes(value_bytes, words_of(shape, settings))
+    words = words_of(shape, settings)
+    sizes = Sizes(value_bytes, words, words)
     _reserve({"cells": sizes.bytes_of(CELLS)}, 0, settings, "the volume and its cells")
 
 
@@ -151,27 +172,28 @@ def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
 class MeshForecast:
     """Holds the forecast for a volume's mesh against the budget as its counts become known.
 
-    `special` and `largest` are the special cells and the bytes of the largest stage, as far as is known.
+    `near` and `special` are the words near the surface and the special cells, once they are known.
     """
 
     volume: Volume
     settings: ConvertSettings
+    near: int | None = None
     special: int = 0
-    largest: int = 0
 
-    def of_cells(self, ordinary: int, special: int, quads: int) -> None:
+    def of_cells(self, near: int | None, ordinary: int, special: int, quads: int) -> None:
         """Raise MemoryBudgetError if the mesh of these cells cannot fit: each ordinary one has a vertex."""
-        self.special = special
+        self.near, self.special = near, special
         self.of_mesh(ordinary, quads)
 
     def of_mesh(self, vertices: int, quads: int) -> None:
         """Raise MemoryBudgetError unless the mesh fits beside the volume."""
         found = sizes_of(self.volume, self.settings)
-        sizes = Sizes(found.values, found.words, self.special, vertices, quads)
+        near = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
+        near = min(near, found.words)
+        sizes = Sizes(found.values, found.words, near, self.special, vertices, quads)
         is_even = self.volume.slice_positions is None or self.settings.output.space == "voxel"
         stages = forecast(sizes, self.settings, even_slices=is_even)
-        self.largest = max(stages.values())
-        taken = sizes.bytes_of(Cost(word=CELLS.word))
+        taken = sizes.bytes_of(Cost(word=CELLS.word, near=CELLS.near))
         _reserve(stages, taken, self.settings, f"the volume and a mesh of {quads} quads")
 
 
@@ -180,7 +202,8 @@ def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:
     values = held_bytes(volume)
     if volume.values.dtype.kind in "iu" and volume.values.dtype.itemsize == 8:
         values += volume.values.nbytes // 2
-    return Sizes(values, words_of(volume.shape, settings))
+    words = words_of(volume.shape, settings)
+    return Sizes(values, words, words)
 
 
 def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:

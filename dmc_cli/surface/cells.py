@@ -17,6 +17,7 @@ Ordinary cells are numbered by rank: a count of the set bits before them, by wor
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.device import Device, mesh_size
@@ -139,6 +140,17 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
         quad_starts=quad_starts if nodes.data is None else None,
         quad_count=quad_count,
     )
+
+
+def words_near_quads(cells: Cells, grid: GridShape, device: Device) -> int | None:
+    """Return the words of the line from a layer and a row before the first quad to as far behind the last.
+
+    None where nodes are without data, or the counts are not on the host. Memory beyond them is never touched.
+    """
+    if cells.quad_starts is None or not device.is_cpu:
+        return None
+    first, last = np.searchsorted(cells.quad_starts.numpy(), [1, cells.quad_count]).tolist()
+    return LANES * (last - first + 1) + 2 * (grid.layer + grid.words) if cells.quad_count else 0
 
 
 @wp.func

@@ -13,7 +13,7 @@ import numpy as np
 from dmc_cli.device import Device
 from dmc_cli.errors import VolumeError
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.surface.cells import Cells, find_cells
+from dmc_cli.surface.cells import Cells, find_cells, words_near_quads
 from dmc_cli.surface.field import DeviceVolume, absent_value, make_field
 from dmc_cli.surface.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
 from dmc_cli.surface.inside import InsideBits, find_inside
@@ -96,7 +96,7 @@ def extract_surface(
     *,
     even_slices: bool = False,
     reserve: Callable[[int, int], None] | None = None,
-    reserve_tracing: Callable[[int, int, int], None] | None = None,
+    reserve_tracing: Callable[[int | None, int, int, int], None] | None = None,
 ) -> Surface:
     """Extract the isosurface of a volume as quads.
 
@@ -107,8 +107,8 @@ def extract_surface(
         even_slices: Leave slice positions aside, as grid coordinates do.
         reserve: Called with the numbers of vertices and quads, of quads at most that many where nodes are
             without data, before memory for them is taken; it may raise.
-        reserve_tracing: Called with the numbers of ordinary and special cells and of quads before the special
-            ones are traced; it may raise as well.
+        reserve_tracing: Called before special cells are traced, with the numbers of words that
+            `words_near_quads` tells, of ordinary and special cells, and of quads; it may raise as well.
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
@@ -132,7 +132,7 @@ def _run_stages(
     affine: np.ndarray[Any, Any] | None,
     even_slices: bool,
     reserve: Callable[[int, int], None] | None,
-    reserve_tracing: Callable[[int, int, int], None] | None,
+    reserve_tracing: Callable[[int | None, int, int, int], None] | None,
 ) -> Surface:
     """Extract the isosurface; the last launch may be begun only."""
     device = volume.device
@@ -149,7 +149,8 @@ def _run_stages(
     matrix = kernel_matrix(to_output)
     depths = slice_depths(None if even_slices else volume.volume, grid, device)
     if reserve_tracing is not None:
-        reserve_tracing(cells.ordinary_count, cells.special_count, cells.quad_count)
+        near = words_near_quads(cells, grid, device)
+        reserve_tracing(near, cells.ordinary_count, cells.special_count, cells.quad_count)
     polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
         reserve(polygons.vertex_count, cells.quad_count)
