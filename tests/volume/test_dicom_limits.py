@@ -271,3 +271,31 @@ def test_long_sequences_are_read_piece_by_piece(tmp_path, monkeypatch):
     monkeypatch.setattr(dicom_elements, "PIECES_AN_ITEM", -900_000)
     with pytest.raises(VolumeError, match=r"sequence .* cannot be read|no DICOM image"):
         read(tmp_path / "a.dcm")
+
+
+LOCALIZER = ["ORIGINAL", "PRIMARY", "LOCALIZER"]
+
+
+def test_one_localizer_among_slices_makes_no_stack_of_localizers(tmp_path):
+    for k, position in enumerate(axial(3)):
+        kind = {"ImageType": LOCALIZER} if k == 1 else {}
+        save(make_slice(position, k, **kind), tmp_path / f"a{k}")
+        save(make_slice(position, k, series="1.2.4"), tmp_path / f"b{k}")
+        save(make_slice(position, k, series="1.2.5", ImageType=LOCALIZER), tmp_path / f"c{k}")
+    entries = list_volumes(str(tmp_path), ReadSettings())
+    assert [entry.uid for entry in entries] == ["1.2.3", "1.2.4"]
+
+
+def test_localizers_alone_are_a_volume(tmp_path):
+    assert read(save_stack(tmp_path, axial(3), ImageType=LOCALIZER)).shape[2] == 3
+
+
+@pytest.mark.parametrize("series", [None, "1.2.3", "1"])
+def test_of_a_chosen_series_only_its_own_images_are_told(tmp_path, series):
+    save_stack(tmp_path, axial(3), names=["a0", "a1", "a2"])
+    save(make_slice((0, 0, 0), 0, orientation=(0, 1, 0, 0, 0, 1)), tmp_path / "a3")
+    save(make_slice((0, 0, 0), 0, series="1.2.4"), tmp_path / "b0")
+    save(make_slice((0, 0, 0), 0, series="1.2.4", ImageType=LOCALIZER), tmp_path / "b1")
+    own = "1 image of another orientation, spacing, size or type was left out: a3"
+    others = ("1 localizer was left out: b1", own, "1 image of a series without a volume was left out: b0")
+    assert read(tmp_path, series=series).warnings == (others if series is None else (own,))
