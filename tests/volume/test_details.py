@@ -5,6 +5,7 @@ import gzip
 import io
 import lzma
 import struct
+import zipfile
 import zlib
 
 import numpy as np
@@ -353,3 +354,17 @@ def test_a_series_in_a_folder_below(tmp_path):
     volume = read(tmp_path)
     assert [path.name for path in volume.files] == ["0", "1", "2"]
     assert io.BytesIO(volume.files[0].read_bytes()).read(132)[128:] == b"DICM"
+
+
+def test_a_geometry_that_spans_nothing_is_refused_before_slices_are_read(tmp_path, monkeypatch):
+    save_stack(tmp_path, axial(), PixelSpacing=["1e-200", "1e-200"])
+    monkeypatch.setattr(dicom, "read_slices", None)
+    with pytest.raises(VolumeError, match="do not span the space"):
+        read(tmp_path)
+
+
+def test_a_zip_without_images_is_no_zarr_store(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("notes.txt", "no image")
+    with pytest.raises(VolumeError, match="no DICOM image found"):
+        read(tmp_path / "a.zip")
