@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tests.memory.peaks import Peaks, can_measure
-from tests.memory.volumes import VOLUMES
+from tests.memory.volumes import VOLUMES, noise
 
 OPTIONS = {
     "plain": [],
@@ -68,6 +68,14 @@ def row(measure, path, case, options, folder):
     words = ["convert", path, folder / "mesh.ply", *case.options, *options, "--force", "--quiet"]
     peaks = measure(words)
     return max(peaks.forecasts[-1].values()) / 2**20, peaks.peak / 2**20
+
+
+def test_a_few_forecasts_are_near_the_peak(measure, tmp_path):
+    case = VOLUMES["white noise"]
+    path = case.write(tmp_path / "volume", noise((80, 80, 80)))
+    for key in ("plain", "OBJ", "halfedges"):
+        told, peak = row(measure, path, case, OPTIONS[key], tmp_path / "out")
+        assert 1 / MOST <= told / peak <= MOST, key
 
 
 @pytest.mark.slow
