@@ -452,9 +452,9 @@ def test_values_that_do_not_fit_are_refused_before_they_are_allocated(monkeypatc
 def test_a_forecast_is_asked_instead(monkeypatch):
     asked = []
     monkeypatch.setattr(allocation, "available_bytes", lambda: 0)
-    with allocation.forecasting(lambda nodes, size: asked.append((nodes, size))):
+    with allocation.forecasting(lambda shape, size: asked.append((shape, size))):
         allocation.allocate_values("a", (2, 3, 4), "i2")
-    assert asked == [(24, 48)]
+    assert asked == [((2, 3, 4), 48)]
     with pytest.raises(MemoryBudgetError):
         allocation.allocate_values("a", (2, 3, 4), "i2")
 
