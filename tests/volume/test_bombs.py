@@ -160,7 +160,7 @@ def packed(name):
 
 @pytest.mark.parametrize("codec", ["zlib", "gzip", "bz2", "zstd", "blosc", "lz4"])
 def test_a_chunk_of_a_zarr_store(tmp_path, codec):
-    pytest.importorskip("zarr")
+    pytest.importorskip("zarr", minversion="3")
     content = packed(codec)
     assert refused(store(tmp_path / "a.zarr", content, compressor={"id": codec}), "zarr")
 
@@ -177,12 +177,12 @@ def test_a_chunk_of_a_zarr_store(tmp_path, codec):
     ids=str,
 )
 def test_a_zarr_store_that_promises_too_much(tmp_path, changes):
-    pytest.importorskip("zarr")
+    pytest.importorskip("zarr", minversion="3")
     assert refused(store(tmp_path / "a.zarr", bytes(672), **changes), "zarr")
 
 
 def test_a_chunk_in_a_file_of_many_chunks(tmp_path):
-    zarr = pytest.importorskip("zarr")
+    zarr = pytest.importorskip("zarr", minversion="3")
     google_crc32c = pytest.importorskip("google_crc32c")
     array = zarr.create_array(
         tmp_path / "a.zarr",

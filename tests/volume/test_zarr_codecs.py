@@ -12,7 +12,7 @@ import pytest
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from tests.volume.reading import counting, read
 
-zarr = pytest.importorskip("zarr")
+zarr = pytest.importorskip("zarr", minversion="3")
 numcodecs = pytest.importorskip("numcodecs")
 google_crc32c = pytest.importorskip("google_crc32c")
 

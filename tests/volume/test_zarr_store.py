@@ -8,7 +8,7 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import list_volumes
 from tests.volume.reading import counting, read
 
-zarr = pytest.importorskip("zarr")
+zarr = pytest.importorskip("zarr", minversion="3")
 
 VALUES = counting((6, 16, 20), "<u2")
 
