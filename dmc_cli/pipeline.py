@@ -8,9 +8,8 @@ kernels are loaded. Stages that not every run needs are imported where they are 
 as much to import as a small surface to extract.
 """
 
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
@@ -21,7 +20,7 @@ from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
 from dmc_cli.memory import MeshForecast, reserve_cells
 from dmc_cli.mesh import kernel_modules as mesh_kernels
 from dmc_cli.overlaps import refuse_overlaps
-from dmc_cli.progress import SILENT, Progress
+from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.read_ahead import ReadAhead
 from dmc_cli.report import kernel_modules as report_kernels
 from dmc_cli.report.memory import measure_memory
@@ -64,27 +63,6 @@ class ConvertResult:
 
     mesh: MeshFile
     report: dict[str, Any]
-
-
-class Stopwatch:
-    """Times the stages of a run and tells their names to whoever listens."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.milliseconds: dict[str, float] = {}
-        self.progress = progress
-        self._start = time.perf_counter()
-
-    @contextmanager
-    def stage(self, name: str, shown: str) -> Iterator[None]:
-        """Time a stage; `shown` is its name for people."""
-        start = time.perf_counter()
-        with self.progress.stage(shown):
-            yield
-        self.milliseconds[name] = self.milliseconds.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
-
-    def total(self) -> None:
-        """Note the time since the start."""
-        self.milliseconds["total"] = 1e3 * (time.perf_counter() - self._start)
 
 
 def convert(

@@ -1,9 +1,10 @@
-"""How a long run tells what it is doing, without knowing who listens; imports nothing heavy.
+"""How a long run tells what it is doing and times it, without knowing who listens; imports nothing heavy.
 
 The pipeline and the readers report to a `Progress`. `SILENT` is the default of the Python API; the
 command line hands in one that draws a bar on a terminal.
 """
 
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol
@@ -41,3 +42,24 @@ class SilentProgress:
 
 
 SILENT = SilentProgress()
+
+
+class Stopwatch:
+    """Times the stages of a run and tells their names to whoever listens."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.milliseconds: dict[str, float] = {}
+        self.progress = progress
+        self._start = time.perf_counter()
+
+    @contextmanager
+    def stage(self, name: str, shown: str) -> Iterator[None]:
+        """Time a stage; `shown` is its name for people."""
+        start = time.perf_counter()
+        with self.progress.stage(shown):
+            yield
+        self.milliseconds[name] = self.milliseconds.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
+
+    def total(self) -> None:
+        """Note the time since the start."""
+        self.milliseconds["total"] = 1e3 * (time.perf_counter() - self._start)

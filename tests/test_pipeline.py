@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from dmc_cli import pipeline
+from dmc_cli import pipeline, progress
 from dmc_cli.errors import EmptySurfaceError, RequirementError, VolumeError, WriteError
 from dmc_cli.progress import SilentProgress
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
@@ -107,7 +107,7 @@ def test_both_measurements_of_a_simplified_mesh_are_timed(convert, monkeypatch):
             return super().stage(name)
 
     clock = iter(range(1000))
-    monkeypatch.setattr(pipeline.time, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: next(clock))
     report = convert(mesh=MeshSettings(simplify="3333"), require=("manifold",), progress=Listener()).report
     assert shown.count("measuring") == 2
     assert report["timings_ms"]["report"] == 2 * report["timings_ms"]["normals"] == 2000

@@ -38,7 +38,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     if deviation := report.get("deviation"):
         yield (
             f"deviation at most {_number(deviation['max_relative'])} of the value range,"
-            f" {_number(deviation['max_mm'])} mm"
+            f" {_number(deviation['max_mm'])} mm; rounding at most {_number(deviation['rounding_mm'])} mm"
         )
     if timings := report.get("timings_ms"):
         yield f"time      {_time_line(timings)}"

@@ -45,7 +45,7 @@ def test_a_conversion_with_all_that_there_is():
         surface={"isovalue": 300.0, "stored_isovalue": 1323.5},
         mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234},
         topology=TOPOLOGY,
-        deviation={"max_relative": 1.234e-8, "max_mm": None},
+        deviation={"max_relative": 1.234e-8, "max_mm": None, "rounding_mm": 1.5e-5},
         timings_ms={"total": 1234.5, "compile": 0.0, "relax": 340.4, "surface": 20.0, "coloring": 9.0},
     )
     assert lines[:2] == ["warning: one", "warning: two"]
@@ -53,7 +53,7 @@ def test_a_conversion_with_all_that_there_is():
         "surface   isovalue 300, cut at the stored value 1323.5",
         "mesh      12 vertices, 10 quads, area 1.23457e+06 mm², volume -0.0001234 mm³, LPS",
         "topology  manifold, closed, 2 component(s), genus 1",
-        "deviation at most 1.2e-08 of the value range, unknown mm",
+        "deviation at most 1.2e-08 of the value range, unknown mm; rounding at most 1.5e-05 mm",
         "time      1.23 s (surface 0.02, relax 0.34)",
     ]
     assert report(timings_ms={"total": 10.0})[-1] == "time      0.01 s"

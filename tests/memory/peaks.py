@@ -70,11 +70,11 @@ class Meter:
 
 def measured(words: list[str]) -> Peaks:
     """Run `dmc` with these words in this process, which is not of much use afterwards."""
-    from dmc_cli import memory, pipeline
+    from dmc_cli import memory, progress
     from dmc_cli.cli import dmc
 
     meter = Meter()
-    stage = pipeline.Stopwatch.stage
+    stage = progress.Stopwatch.stage
 
     @contextlib.contextmanager
     def watched(self, name, shown):
@@ -89,7 +89,7 @@ def measured(words: list[str]) -> Peaks:
 
     hold = memory._reserve
     memory._reserve = noted
-    pipeline.Stopwatch.stage = watched
+    progress.Stopwatch.stage = watched
     try:
         dmc(words, standalone_mode=False)
     except SystemExit as end:
