@@ -89,6 +89,10 @@ def test_of_two_in_a_clash_the_lower_key_takes_another_color_and_the_other_keeps
     pair, four = shapes.open_strip(2), shapes.open_strip(4)
     assert repaired(pair, [0, 0]) == [1, 0]
     assert repaired(pair, [3, 3]) == [0, 3]
+    points, quads = pair
+    assert repaired((points, np.stack([np.roll(quads[0], -1), quads[1]])), [0, 0]) == [1, 0], (
+        "across halfedge 0"
+    )
     # 0 and 2 wait for nobody; then no quad is left in a clash
     assert repaired(four, [0, 0, 0, 0]) == [1, 0, 1, 0]
     assert repaired(four, [2, 1, 1, 2]) == [2, 1, 0, 2]

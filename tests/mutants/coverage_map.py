@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 
 from tests.mutants.child import run_pytest
 from tests.mutants.graph import users
-from tests.mutants.mutant import PACKAGE
+from tests.mutants.mutant import PACKAGE, ROOT
 from tests.mutants.source import Source
 from tests.mutants.tree import NO_TESTS, QUICK, WORK, environment
 
@@ -88,8 +88,12 @@ class Choice:
 
     def tests_for(self, file, symbol, files, most_seconds):
         """Tests in the order in which to run them, within a time; `files` are those of the area."""
-        found = self._reaching(f"{file}::{symbol}") or {t for t in self.seconds if t.split("::")[0] in files}
         name = file.rsplit("/", 1)[-1].removesuffix(".py")
+        found = self._reaching(f"{file}::{symbol}")
+        if not self.tests[f"{file}::{symbol}"]:  # a test may read a constant without a function
+            readers = {home for home in files if re.search(rf"\b{name}\b", (ROOT / home).read_text())}
+            found |= {test for test in self.seconds if test.split("::")[0] in readers}
+        found = found or {test for test in self.seconds if test.split("::")[0] in files}
 
         def rank(test):
             home = test.split("::")[0]

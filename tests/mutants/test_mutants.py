@@ -119,12 +119,21 @@ RECORDED = {
 
 def test_a_fault_in_a_kernel_is_shown_to_the_tests_that_launch_it():
     choice = Choice(RECORDED)
-    chosen, seconds = choice.tests_for("mesh/simplify_3x3y.py", "safe_cut", list(RECORDED), 60)
+    chosen, seconds = choice.tests_for("mesh/simplify_3x3y.py", "safe_cut", [], 60)
     assert chosen == ["tests/mesh/test_simplify.py::same_name"]
     assert seconds == 5
-    chosen, _ = choice.tests_for("mesh/simplify.py", "_safe_3x3y", list(RECORDED), 60)
+    chosen, _ = choice.tests_for("mesh/simplify.py", "_safe_3x3y", [], 60)
     assert [c.split("::")[1] for c in chosen] == ["fast", "slow"]
-    assert choice.tests_for("mesh/simplify.py", "_safe_3x3y", list(RECORDED), 2)[1] == 1
+    assert choice.tests_for("mesh/simplify.py", "_safe_3x3y", [], 2)[1] == 1
+
+
+def test_a_fault_in_a_constant_is_shown_to_the_tests_that_read_its_module():
+    files = ["tests/mesh/test_simplify.py", "tests/mesh/test_selection.py"]
+    recorded_too = RECORDED | {
+        files[1]: {"tests": recorded(f"{files[1]}::plain", 1.0, "mesh/other.py::none")}
+    }
+    chosen, _ = Choice(recorded_too).tests_for("mesh/selection.py", "SHORT", files, 60)
+    assert chosen[0] == f"{files[1]}::plain"
 
 
 def test_a_fault_that_a_test_notices_is_killed(tmp_path):
