@@ -1,5 +1,16 @@
-"""`python -m dmc_cli` is `dmc`."""
+"""`python -m dmc_cli` and the command `dmc`."""
 
-from dmc_cli.cli import main
+import signal
 
-main()
+
+def main() -> None:
+    """Run the command line; Ctrl-C while it is imported ends the process, without a traceback."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from dmc_cli.cli import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -15,8 +15,10 @@ import os
 import shutil
 import zlib
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, wait
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import warp as wp
@@ -28,6 +30,9 @@ CHECKSUMS = "checksums.json"
 
 ROOM = 1 << 19
 """Bytes for a module that is to be compiled, at least: the largest have a tenth less."""
+
+LOOK_UP = 0.1
+"""Seconds between two looks for a signal, where waiting itself hides it."""
 
 BINARIES = {".cubin", ".o", ".ptx"}
 """Suffixes of compiled code."""
@@ -72,7 +77,7 @@ def compile_modules(device: str, modules: Sequence[Any], block_dim: int | None, 
     _check_room(cache, len(modules))
     try:
         try:
-            wp.force_load(device, modules, block_dim=block_dim, max_workers=workers)
+            _compile_beside(device, modules, block_dim, workers)
         except (MemoryError, OSError):
             raise
         except Exception:  # no thread could be started, or another run was at the same folder
@@ -82,6 +87,22 @@ def compile_modules(device: str, modules: Sequence[Any], block_dim: int | None, 
             shutil.rmtree(folder, ignore_errors=True)
     for module in modules:
         _write_checksums(_folder(module, block_dim))
+
+
+def _compile_beside(device: str, modules: Sequence[Any], block_dim: int | None, workers: int) -> None:
+    """Compile and load modules in a thread: LLVM would keep the caller from a signal for minutes."""
+    done: Future[None] = Future()
+
+    def work() -> None:
+        try:
+            done.set_result(wp.force_load(device, modules, block_dim=block_dim, max_workers=workers))
+        except BaseException as error:
+            done.set_exception(error)  # raised where the caller waits
+
+    Thread(target=work, name="dmc-compile", daemon=True).start()
+    while not done.done():
+        wait([done], timeout=LOOK_UP)
+    done.result()
 
 
 def _compile_again(device: str, modules: Sequence[Any], block_dim: int | None) -> None:

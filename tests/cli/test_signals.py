@@ -255,3 +255,24 @@ def test_a_signal_ends_a_run_that_waits_for_standard_input(tmp_path):
         status, _, messages = end_of(run, signal.SIGTERM)
     assert status == 143
     assert messages.endswith("terminated; no output was left incomplete\n")
+
+
+EARLY = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from dmc_cli.__main__ import main
+
+class Struck:
+    def find_spec(self, name, *_):
+        if name == "dmc_cli.cli":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Struck())
+main()
+"""
+
+
+def test_a_signal_while_the_command_line_is_imported_leaves_no_traceback():
+    run = run_script(EARLY)
+    assert run.returncode == -signal.SIGINT
+    assert run.stderr == ""

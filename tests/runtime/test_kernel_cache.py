@@ -4,6 +4,8 @@ import errno
 import json
 import os
 import shutil
+import signal
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -294,3 +296,41 @@ def test_what_is_wrong_with_the_cache_is_told(cache, error, message):
 def test_a_system_without_memory_is_not_a_bad_cache():
     with pytest.raises(MemoryError, match="Cannot allocate memory"), usable_cache():
         raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+
+class Struck(BaseException):
+    pass
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="no signal is free on this system")
+def test_a_signal_does_not_wait_for_the_compiler(cache, monkeypatch):
+    def strike(*_):
+        raise Struck
+
+    release, compilers = threading.Event(), []
+
+    def compile_for_long(*_, **__):
+        compilers.append(threading.current_thread())
+        release.wait(60)
+
+    monkeypatch.setattr(kernel_cache.wp, "force_load", compile_for_long)
+    before = signal.signal(signal.SIGUSR1, strike)
+    try:
+        threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGUSR1]).start()
+        with pytest.raises(Struck):
+            compile_modules("cpu", [MODULE], 1, 1)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+        release.set()
+    assert threading.main_thread() not in compilers
+    assert compilers
+    compilers[0].join(60)
+
+
+def test_what_the_compiler_raises_is_raised_where_it_is_waited_for(cache, monkeypatch):
+    def fail(*_, **__):
+        raise MemoryError("none left")
+
+    monkeypatch.setattr(kernel_cache.wp, "force_load", fail)
+    with pytest.raises(MemoryError, match="none left"):
+        compile_modules("cpu", [MODULE], 1, 1)
