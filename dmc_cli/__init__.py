@@ -3,6 +3,7 @@
 The data flow is the package. Whoever reads the files in this order meets the method's steps in theirs:
 
     settings     every choice there is, with its default
+    setting_types  what a setting may be, as its annotation says
     errors       every error that is raised on purpose
     threads      work in threads, as many as the system gives
     system       what one operating system has and another lacks

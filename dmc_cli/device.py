@@ -25,6 +25,7 @@ from dmc_cli.runtime.compiled_kernel import LOADING
 from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.scan import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
+from dmc_cli.settings import check_run
 from dmc_cli.system import lacks_memory, usable_cores
 
 MOST_ITEMS = 2**31 - 1
@@ -332,11 +333,13 @@ def select_device(name: str = "auto", threads: int | None = None) -> Device:
     `threads` is the number of CPU threads, all cores if None.
 
     Raises:
+        SettingsError: No device, or no number of threads.
         DeviceError: There is no such device.
     """
+    check_run(name, threads)
     initialize_warp()
     cuda = wp.is_cuda_available()
-    count = threads or usable_cores()
+    count = int(threads or usable_cores())
     if name == "cpu" or (name == "auto" and not cuda):
         return Device("cpu", count)
     if not cuda:
@@ -344,18 +347,10 @@ def select_device(name: str = "auto", threads: int | None = None) -> Device:
             f"device {name!r} was asked for, but no usable CUDA device was found; expected an NVIDIA GPU"
             " with a driver; use --device cpu or --device auto"
         )
-    index = 0 if name in ("auto", "cuda") else _cuda_index(name)
+    index = int(name.partition(":")[2] or 0)
     present = wp.get_cuda_device_count()
     if index >= present:
         raise DeviceError(
             f"device {name!r} was asked for, but only {present} CUDA device(s) were found; use cuda:0"
         )
     return Device(f"cuda:{index}", count)
-
-
-def _cuda_index(name: str) -> int:
-    """Return N of `cuda:N`."""
-    prefix, _, number = name.partition(":")
-    if prefix != "cuda" or not number.isdecimal():
-        raise DeviceError(f"device is {name!r}; expected auto, cpu, cuda or cuda:N")
-    return int(number)

@@ -7,9 +7,10 @@ Python API takes them as they are. Settings are immutable and hold plain values 
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal
 
 from dmc_cli.errors import SettingsError
+from dmc_cli.setting_types import is_whole, settle_types
 
 InputFormat = Literal["raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr"]
 OutputFormat = Literal["ply", "obj", "off"]
@@ -33,13 +34,6 @@ STREAM = "-"
 """The path that means standard input or standard output."""
 
 
-def check_choice(name: str, value: object, choices: object) -> None:
-    """Raise SettingsError unless `value` is one of the Literal type `choices`."""
-    allowed = get_args(choices)
-    if value not in allowed:
-        raise SettingsError(f"{name} is {value!r}; expected one of {', '.join(allowed)}")
-
-
 def check_path(name: str, path: str | None) -> None:
     """Raise SettingsError for a path that no system can have."""
     if path is not None and "\0" in path:
@@ -48,10 +42,10 @@ def check_path(name: str, path: str | None) -> None:
 
 def check_run(device: str, threads: int | None) -> None:
     """Raise SettingsError unless a device and a number of CPU threads can be meant."""
-    if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", device):
+    if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):
         raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
-    if threads is not None and threads < 1:
-        raise SettingsError(f"threads is {threads}; expected 1 or more")
+    if threads is not None and (not is_whole(threads) or threads < 1):
+        raise SettingsError(f"threads is {threads!r}; expected a whole number, 1 or more")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +75,8 @@ class ReadSettings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
+        """Check every type and range once, at the door."""
+        settle_types(self)
         if self.shape is not None and any(n < 1 for n in self.shape):
             raise SettingsError(f"shape is {self.shape}; expected three positive numbers of nodes")
         if self.spacing is not None and not all(math.isfinite(s) and s > 0 for s in self.spacing):
@@ -92,11 +87,6 @@ class ReadSettings:
             raise SettingsError(f"skip_bytes is {self.skip_bytes}; expected 0 or more")
         if not (math.isfinite(self.sigma) and self.sigma >= 0):
             raise SettingsError(f"sigma is {self.sigma}; expected 0 or a number of nodes")
-        check_choice("byte_order", self.byte_order, ByteOrder)
-        check_choice("slice_gaps", self.slice_gaps, SliceGaps)
-        check_choice("duplicates", self.duplicates, Duplicates)
-        if self.input_format is not None:
-            check_choice("input_format", self.input_format, InputFormat)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,8 +102,8 @@ class SynthSettings:
     force: bool = False
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
-        check_choice("field", self.field, SyntheticField)
+        """Check every type and range once, at the door."""
+        settle_types(self)
         check_path("output", self.path)
         if self.nodes < 2:
             raise SettingsError(f"nodes is {self.nodes}; expected at least 2 along each axis")
@@ -131,14 +121,10 @@ class SurfaceSettings:
     orientation: Orientation = "outward"
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
+        """Check every type and range once, at the door."""
+        settle_types(self)
         if not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
-        check_choice("inside", self.inside, Inside)
-        check_choice("topology", self.topology, Topology)
-        check_choice("placement", self.placement, Placement)
-        check_choice("border", self.border, Border)
-        check_choice("orientation", self.orientation, Orientation)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,13 +142,12 @@ class MeshSettings:
     relax: int = 0
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
+        """Check every type and range once, at the door."""
+        settle_types(self)
         if self.rounds < 0:
             raise SettingsError(f"rounds is {self.rounds}; expected a number, 0 or more")
         if self.relax < 0:
             raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
-        check_choice("simplify", self.simplify, Simplify)
-        check_choice("simplify_rules", self.simplify_rules, SimplifyRules)
         if self.simplify == "more" and (self.simplify_rules == "paper" or not self.project):
             found = "simplify_rules is 'paper'" if self.simplify_rules == "paper" else "project is off"
             raise SettingsError(
@@ -201,12 +186,8 @@ class OutputSettings:
     memory: int | None = None
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
-        if self.output_format is not None:
-            check_choice("output_format", self.output_format, OutputFormat)
-        check_choice("space", self.space, OutputSpace)
-        for requirement in self.require:
-            check_choice("require", requirement, Requirement)
+        """Check every type and range once, at the door."""
+        settle_types(self)
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
@@ -250,7 +231,8 @@ class ConvertSettings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
+        """Check every type and range once, at the door."""
+        settle_types(self)
         check_path("input", self.input)
         check_run(self.device, self.threads)
 
@@ -276,11 +258,11 @@ class MeasureSettings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
+        """Check every type and range once, at the door."""
+        settle_types(self)
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
         check_run(self.device, self.threads)
-        check_choice("inside", self.inside, Inside)
         if self.isovalue is not None and not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
         if self.isovalue is not None and self.volume is None:
@@ -301,10 +283,8 @@ class ReproduceSettings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        """Check every range once, at the door."""
-        for table in self.table:
-            check_choice("table", table, PaperTable)
+        """Check every type and range once, at the door."""
+        settle_types(self)
         if self.up_to < 1:
             raise SettingsError(f"up_to is {self.up_to}; expected a number of nodes an axis")
-        check_choice("placement", self.placement, Placement)
         check_run(self.device, self.threads)
