@@ -36,21 +36,25 @@ class FileKeys:
     def of_output(self, path: str) -> set[object]:
         """Return the keys of an output and of the file that it grows in; none of a device."""
         if path == STREAM:
-            return _key_of_stream(sys.stdout)
+            keys, size = _stream(sys.stdout)
+            # `> FILE` leaves it empty, with nothing to lose: the inputs' further files need no look
+            return self._remember(keys) if size else keys
         status = _status(path)
         if status is not None and stat.S_ISCHR(status.st_mode):
             return set()
+        if status is not None and stat.S_ISDIR(
+            status.st_mode
+        ):  # nothing grows beside it: it is refused later
+            return self._remember({_inode(status)})
         real = os.path.realpath(path) if os.path.islink(path) else path  # noqa: PTH114
         part = os.fspath(part_of(Path(real)))
         existing = {_inode(found) for found in (status, _status(part)) if found is not None}
-        self.has_outputs = self.has_outputs or bool(existing)
-        self._existing |= existing
-        return existing | {self._name(real), self._name(part)}
+        return self._remember(existing) | {self._name(real), self._name(part)}
 
     def of_input(self, path: str) -> set[object]:
         """Return the keys of an input or of one of its files."""
         if path == STREAM:
-            return _key_of_stream(sys.stdin)
+            return _stream(sys.stdin)[0]
         if path.startswith(PREFIX):
             return set()
         status = _status(path)
@@ -71,6 +75,12 @@ class FileKeys:
     def is_output(self, status: os.stat_result) -> bool:
         """Whether a file that exists is one of the outputs asked for so far."""
         return _inode(status) in self._existing
+
+    def _remember(self, existing: set[object]) -> set[object]:
+        """Return the keys of files that exist, kept as outputs that inputs may consist of."""
+        self.has_outputs = self.has_outputs or bool(existing)
+        self._existing |= existing
+        return existing
 
     def _name(self, path: str) -> object:
         """Return the key of a path that need not exist: its folder and its name there."""
@@ -109,10 +119,10 @@ def _inode(status: os.stat_result) -> object:
     return status.st_dev, status.st_ino
 
 
-def _key_of_stream(stream: Any) -> set[object]:
-    """Return the key of a standard stream that the shell has opened as a file."""
+def _stream(stream: Any) -> tuple[set[object], int]:
+    """Return the key and the bytes of a standard stream that the shell has opened as a file."""
     try:
         status = os.fstat(stream.fileno())
     except (OSError, AttributeError, ValueError):  # none, or no file
-        return set()
-    return {_inode(status)} if stat.S_ISREG(status.st_mode) else set()
+        return set(), 0
+    return ({_inode(status)}, status.st_size) if stat.S_ISREG(status.st_mode) else (set(), 0)

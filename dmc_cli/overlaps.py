@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.file_keys import FileKeys
-from dmc_cli.settings import ConvertSettings, ReadSettings
+from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
 from dmc_cli.volume.content import CONTENTS
 from dmc_cli.volume.layout import exists
 from dmc_cli.volume.pair import pair_files
@@ -27,31 +27,35 @@ _SINGLE_FILES = (".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", "
 
 
 class Output(NamedTuple):
-    """An output of an item: which it is, and where it goes."""
+    """An output of an item, or of the whole run: which it is, and where it goes."""
 
-    item: ConvertSettings
+    item: ConvertSettings | None
     role: str
     path: str
 
 
-def refuse_overlaps(items: Sequence[ConvertSettings], others: Iterable[Path | str] = ()) -> None:
+def refuse_overlaps(
+    items: Sequence[ConvertSettings], others: Iterable[Path | str] = (), *, tells: bool = False
+) -> None:
     """Raise if an output of one of the items is a file that one of them reads, or another one's output.
 
     Args:
         items: Conversions that are about to run, in whatever order.
         others: Further files that are read: those that a volume was found to consist of, a batch's own file.
+        tells: Whether the outcomes are printed on standard output, as a batch does.
 
     Raises:
         SettingsError: Two of the settings name the same file.
     """
     files = FileKeys()
     owners: dict[object, Output] = {}
-    outputs = [output for item in items for output in _outputs(item)]
+    outputs = [Output(None, "outcomes", STREAM)] if tells else []
+    outputs += [output for item in items for output in _outputs(item)]
     for output in outputs:
         for key in files.of_output(output.path):
             other = owners.setdefault(key, output)
             if other is not output:
-                raise _shared(output, other)
+                raise _shared(output, other, files)
     inputs = {item.input: item.read for item in items}
     for path in inputs:
         _refuse_read(files.of_input(path), owners, path)
@@ -119,15 +123,24 @@ def _read_too(output: Output, found: str) -> SettingsError:
     )
 
 
-def _shared(output: Output, other: Output) -> SettingsError:
+def _shared(output: Output, other: Output, files: FileKeys) -> SettingsError:
     """Say that two outputs are one file."""
     item, first = output.item, other.item
-    if item is first:
+    assert item is not None  # what belongs to the whole run comes first
+    if first is None or item is first:
         return SettingsError(
             f"{output.path} is the {output.role} and {other.path} the {other.role} of {item.input}, which is"
             " one file; expected a file for each; choose another name for one of them"
         )
+    isovalue, is_same = item.surface.isovalue, item.input == first.input
+    is_same = is_same or bool(files.of_input(item.input) & files.of_input(first.input))
+    if is_same and isovalue == first.surface.isovalue:
+        return SettingsError(
+            f"{output.path} is the output of {item.input} at {isovalue:g} twice; expected each input at each"
+            " isovalue once; leave one of the two out, or choose another name for its output"
+        )
     return SettingsError(
         f"{output.path} is the output of {first.input} at {first.surface.isovalue:g} and of {item.input} at"
-        f" {item.surface.isovalue:g}; expected one file an item; use {{stem}} and {{isovalue}} in its name"
+        f" {isovalue:g}; expected one file an item; use {{stem}} and {{isovalue}} in its name, and where they"
+        " do not differ {parent}, {index} or more digits, as in {isovalue:.9f}"
     )

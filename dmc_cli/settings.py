@@ -105,6 +105,8 @@ class SynthSettings:
         """Check every type and range once, at the door."""
         settle_types(self)
         check_path("output", self.path)
+        if not self.path:
+            raise SettingsError("the output's name is empty; expected a file's name; give one")
         if self.nodes < 2:
             raise SettingsError(f"nodes is {self.nodes}; expected at least 2 along each axis")
 
@@ -193,6 +195,8 @@ class OutputSettings:
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
         for name, path in outputs.items():
             check_path(name, path)
+            if path == "":
+                raise SettingsError(f"the name of the {name} is empty; expected a file's name; give one")
         streamed = [name for name, path in outputs.items() if path == STREAM]
         if len(streamed) > 1:
             raise SettingsError(

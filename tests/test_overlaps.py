@@ -105,6 +105,31 @@ def test_devices_may_be_used_by_all(run, folder):
     assert result.exit_code == 0, result.output
 
 
+def test_outputs_may_be_pipes_without_a_name(run, folder):
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb") as reader, os.fdopen(writing, "wb"):
+        result = run("convert", "a.nrrd", "m.ply", *AS_MESH, "--report", f"/dev/fd/{writing}")
+        assert result.exit_code == 0, result.output
+        assert reader.read1(1) == b"{"
+
+
+@pytest.mark.parametrize("path", [".", "./", "/", ".."])
+def test_a_folder_is_no_output(run, folder, path):
+    assert "is a folder" in refused(run, folder, "convert", "a.nrrd", path, *AS_MESH, status=9)
+    assert "has no suffix" in refused(run, folder, "convert", "a.nrrd", path, "-i", 13.5)
+    words = ["convert", "a.nrrd", "m.ply", *AS_MESH]
+    assert "is a folder" in refused(run, folder, *words, "--report", path, status=9)
+    assert "has no suffix" in refused(run, folder, *words, "--halfedges", path)
+
+
+def test_an_output_has_a_name(run, folder):
+    words = ["convert", "a.nrrd", "m.ply", *AS_MESH]
+    assert "the name of the mesh is empty" in refused(run, folder, "convert", "a.nrrd", "", *AS_MESH)
+    for option in ("report", "halfedges"):
+        assert f"the name of the {option} is empty" in refused(run, folder, *words, f"--{option}", "")
+    assert "name is empty" in refused(run, folder, "synth", "torus", "")
+
+
 def test_where_case_does_not_count_two_names_are_one(run, folder, monkeypatch):
     words = ["convert", "a.nrrd", "M.ply", *AS_MESH, "--report", "m.PLY"]
     assert run(*words).exit_code == 0
@@ -249,6 +274,57 @@ def test_standard_streams_that_are_files_count(run_process, folder):
         result = subprocess.run(words, stdout=target, check=False)
         assert result.returncode == 2
     assert snapshot(folder) == before
+
+
+def test_standard_output_is_no_further_file_of_an_input(run_stdout, folder, sample_data):
+    import nibabel
+
+    os.mkdir("slices")
+    for path in sorted((sample_data / "dicom" / "head_ct").iterdir())[:3]:
+        shutil.copy(path, folder / "slices" / path.name)
+    nibabel.save(nibabel.Nifti1Pair(VALUES, np.eye(4)), "s.hdr")
+    Path("list.mhd").write_bytes(HEADERS["list.mhd"])
+    for k, name in enumerate(("0.raw", "b.ply", "1.raw")):
+        Path(name).write_bytes(VALUES[k].tobytes())
+    for header, data in (
+        ("slices", min(Path("slices").iterdir())),
+        ("s.hdr", "s.img"),
+        ("list.mhd", "b.ply"),
+    ):
+        for words in (
+            ["convert", header, "-", *AS_MESH],
+            ["convert", header, "mesh.ply", *AS_MESH, "--report", "-"],
+            ["batch", header, *AS_MESH],
+        ):
+            assert "which is read" in run_stdout(data, *words)
+    Path("list.toml").write_bytes(b"isovalue = 13.5\ninputs = 'list.mhd'\n")
+    assert "list.toml, which is read" in run_stdout("list.toml", "batch", "list.toml")
+    Path("list.ply").write_bytes(b"old")
+    told = run_stdout("list.ply", "batch", "list.mhd", *AS_MESH, "-o", "list.ply")
+    assert "list.ply is the mesh and - the outcomes of list.mhd, which is one file" in told
+
+
+@pytest.fixture
+def run_stdout(run, folder, monkeypatch):
+    """Call `dmc` with a file as its standard output; it has to refuse, and to leave every file as it is."""
+
+    def call(path, *words):
+        with open(path, "ab") as target:
+            monkeypatch.setattr(file_keys, "_stream", lambda stream: stream_of(target))
+            return refused(run, folder, *words)
+
+    stream_of = file_keys._stream
+    return call
+
+
+def test_an_empty_standard_output_is_looked_up_in_no_input(monkeypatch, tmp_path):
+    for content, looks in ((b"", False), (b"x", True)):
+        (tmp_path / "out").write_bytes(content)
+        with (tmp_path / "out").open("a") as stream, monkeypatch.context() as patch:
+            patch.setattr(sys, "stdout", stream)
+            files = file_keys.FileKeys()
+            assert len(files.of_output("-")) == 1
+            assert files.has_outputs == looks
 
 
 def item(number, path="out/{}.ply"):

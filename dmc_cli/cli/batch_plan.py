@@ -60,7 +60,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
         ours = {name: value for name, value in values.items() if name in given or name not in table}
         base = Path() if "output" in given else folder
         items.extend(_expand(table | ours, folder, base))
-    refuse_overlaps(items, own)
+    refuse_overlaps(items, own, tells=True)
     return items
 
 
@@ -126,7 +126,7 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
         raise SettingsError(
             "no isovalue was given; expected one or more, with -i or as `isovalue` in the file"
         )
-    templates = {name: values[name] for name in _PATHS if values.get(name)}
+    templates = {name: values[name] for name in _PATHS if values.get(name) is not None}
     for index, source in enumerate(_sources(values.get("inputs", ()), folder), 1):
         named = {
             "stem": name_part(_stem(source)),

@@ -25,7 +25,7 @@ def fill_template(option: str, template: str, fields: dict[str, Any], base: Path
     without what would lead out of the path before it, and without a `/` behind it the folder's name.
 
     Raises:
-        SettingsError: The template is standard output, or holds something else than the fields.
+        SettingsError: The template is standard output or no file, or holds something else than the fields.
     """
     if template == STREAM:
         raise SettingsError(
@@ -48,6 +48,10 @@ def fill_template(option: str, template: str, fields: dict[str, Any], base: Path
             text += _folder(fields["parent"], base, leads=not text, is_path=follows.startswith("/"))
         else:
             text += format(fields[field], form or ("g" if field == "isovalue" else ""))
+    if Path(text).name in ("", os.pardir):
+        raise SettingsError(
+            f"{option} is {template[:200]!r}, which names no file; give a template of file names"
+        )
     return str(base / text)
 
 

@@ -59,7 +59,8 @@ def check_output(path: str, *, force: bool) -> None:
     if path == STREAM:
         return
     try:
-        _check_place(path, _real(path), force=force)
+        if not _is_device(path):
+            _check_place(path, _real(path), force=force)
     except WriteError:
         raise
     except OSError as error:
@@ -72,7 +73,7 @@ def _check_place(path: str, target: Path, *, force: bool) -> None:
     """Raise unless a file, links followed, can be written as far as its folder tells."""
     if target.is_dir():
         raise WriteError(
-            f"{path} is a folder; expected the name of a file in it, for example {target.name}/mesh.ply"
+            f"{path} is a folder; expected the name of a file in it, for example {Path(path, 'mesh.ply')}"
         )
     folder = target.parent
     if not folder.is_dir():
@@ -80,8 +81,6 @@ def _check_place(path: str, target: Path, *, force: bool) -> None:
         raise WriteError(
             f"{path} cannot be written: the folder {folder} {found}; create it, or choose another"
         )
-    if _is_device(target):
-        return
     if target.exists() and not force:
         raise WriteError(
             f"{path} exists already; expected a new name; choose another, or overwrite it with --force"
@@ -140,8 +139,8 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
         if path == STREAM:
             yield sys.stdout.buffer
             sys.stdout.buffer.flush()
-        elif _is_device(_real(path)):
-            with _real(path).open("wb") as stream:
+        elif _is_device(path):
+            with Path(path).open("wb") as stream:
                 yield stream
         else:
             with _part_file(path, force=force) as stream:
@@ -255,10 +254,13 @@ def _is_same_file(descriptor: int, path: Path) -> bool:
         return False
 
 
-def _is_device(target: Path) -> bool:
-    """Whether this is a device or a pipe, which is written directly and cannot be replaced."""
+def _is_device(path: str) -> bool:
+    """Whether this is a device or a pipe, which is written directly and cannot be replaced.
+
+    The path is asked as it is: a link such as `/dev/fd/3` to a pipe without a name leads to no other path.
+    """
     try:
-        mode = target.stat().st_mode
+        mode = Path(path).stat().st_mode
     except OSError:
         return False
     return stat.S_ISCHR(mode) or stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)

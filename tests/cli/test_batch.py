@@ -17,6 +17,10 @@ def scans(run, tmp_path, monkeypatch):
     return tmp_path
 
 
+NO_FILES = ["", ".", "./", "/", "..", "a/.."]
+"""Templates of outputs that have no last name."""
+
+
 def outcomes(result):
     return [json.loads(line) for line in result.stdout.splitlines()]
 
@@ -163,6 +167,15 @@ def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, mon
         ),
         (["synth:iwp:8", "-i", "0", "-o", "-"], "output is -, but a batch prints its outcomes there"),
         (["synth:iwp:8", "synth:torus:8", "-i", "0", "-o", "a.ply"], "use {stem} and {isovalue}"),
+        (["a.npy", "./a.npy", "-i", "10", "-i", "10.0"], "a_10.ply is the output of a.npy at 10 twice"),
+        *[
+            (["synth:iwp:8", "-i", "0", "-o", at], f"output is {at!r}, which names no file")
+            for at in NO_FILES
+        ],
+        (["synth:iwp:8", "-i", "0", "--report", ""], "report is '', which names no file"),
+        (["synth:iwp:8", "-i", "0", "--halfedges", "."], "halfedges is '.', which names no file"),
+        (["nameless.toml"], "output is '', which names no file"),
+        (["missing.toml", "b", "-i", "1", "-i", "1.0000001"], "or more digits, as in {isovalue:.9f}"),
         (["missing.toml"], "missing.toml cannot be read"),
         (["bad.toml"], "bad.toml is no TOML file"),
         (["unknown.toml"], "'isovlaue' is no option of dmc batch; expected one of"),
@@ -176,6 +189,7 @@ def test_a_plan_that_cannot_be_made_is_a_usage_error(run, tmp_path, monkeypatch,
     (tmp_path / "unknown.toml").write_text('inputs = "synth:iwp:8"\nisovlaue = 0')
     (tmp_path / "wrong.toml").write_text('inputs = "synth:iwp:8"\nisovalue = 0\nshape = [1, 2]')
     (tmp_path / "items.toml").write_text("items = 3")
+    (tmp_path / "nameless.toml").write_text('inputs = "synth:iwp:8"\nisovalue = 0\noutput = ""')
     result = run("batch", *words)
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())

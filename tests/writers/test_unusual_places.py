@@ -236,6 +236,25 @@ def test_pipes_and_sockets_are_never_replaced(tmp_path, kind):
     assert not path.is_file()
 
 
+@pytest.mark.parametrize("folder", ["/dev/fd", "/proc/self/fd"])
+def test_a_pipe_without_a_name_is_written_by_its_number(folder):
+    if not os.path.isdir(folder):
+        pytest.skip(f"there is no {folder}")
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb") as reader:
+        with os.fdopen(writing, "wb"):
+            check_output(f"{folder}/{writing}", force=False)
+            assert write_output(f"{folder}/{writing}", [b"thr", b"ough"], force=False) == 7
+        assert reader.read() == b"through"
+
+
+@pytest.mark.parametrize("path", [".", "./", "..", "/", "//"])
+def test_a_folder_without_a_name_is_no_output(target, monkeypatch, path):
+    monkeypatch.chdir(target.parent)
+    with pytest.raises(WriteError, match=r"is a folder; expected .* for example \S*mesh.ply"):
+        check_output(path, force=True)
+
+
 def test_all_bytes_are_on_the_disk_before_the_file_has_its_name(target, monkeypatch):
     found = []
 
