@@ -5,6 +5,7 @@ from typing import Any
 
 from dmc_cli.errors import RequirementError
 from dmc_cli.mesh.near_frame import COARSE
+from dmc_cli.report.rounding import cause_and_remedy
 from dmc_cli.settings import Requirement
 
 ON_SURFACE = 1e-5
@@ -59,9 +60,10 @@ def _on_surface(report: Section) -> str | None:
         return "on-surface: the deviation is not known; name the volume that the mesh was made from"
     rounding = report["deviation"].get("rounding_relative")
     if rounding is not None and rounding > COARSE:
+        cause, remedy = cause_and_remedy(report["deviation"]["rounding_mm"])
         return (
-            f"on-surface: float32 coordinates so far from the origin are off by {rounding:.3g} of the"
-            f" spacing; expected at most {COARSE:g} (--space voxel, or another origin)"
+            f"on-surface: {cause} float32 coordinates are off by {rounding:.3g} of the spacing;"
+            f" expected at most {COARSE:g} (--space voxel, or {remedy})"
         )
     if report["deviation"].get("max", 0.0) is None and report["mesh"]["vertices"]:
         return "on-surface: no vertex could be measured; expected cells whose corners have data"

@@ -15,6 +15,9 @@ from dmc_cli.mesh.near_frame import COARSE, HALF_STEP
 from dmc_cli.surface import Surface
 from dmc_cli.volume.volume import Volume
 
+SMALLEST_STEP = float(np.finfo(np.float32).smallest_subnormal)
+"""No numbers of float32 are closer: a point near the origin is off by up to half of it along each axis."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rounding:
@@ -28,7 +31,8 @@ def may_be_coarse(surface: Surface) -> bool:
     """Return whether coordinates of the grid are so large that rounding may count; costs nothing."""
     linear, origin = surface.affine[:3, :3], surface.affine[:3, 3]
     farthest = np.abs(linear) @ (surface.grid.nx, surface.grid.ny, surface.grid.nz) + np.abs(origin)
-    return bool((HALF_STEP * np.abs(np.linalg.inv(linear)) @ farthest).max() > COARSE)
+    half_steps = np.maximum(HALF_STEP * farthest, 0.5 * SMALLEST_STEP)
+    return bool((np.abs(np.linalg.inv(linear)) @ half_steps).max() > COARSE)
 
 
 def file_rounding(points: Any, volume: Volume) -> Rounding:
@@ -58,8 +62,15 @@ def rounding_warning(rounding: Rounding | None) -> str | None:
     """Return what a user should know of the rounding, or None if it is not worth a word."""
     if rounding is None or rounding.relative <= COARSE:
         return None
+    cause, remedy = cause_and_remedy(rounding.mm)
     return (
-        f"so far from the origin float32 coordinates are off by up to {rounding.mm:.2g} mm,"
-        f" {rounding.relative:.2g} of the spacing; write grid coordinates with --space voxel, or move the"
-        " volume's origin"
+        f"{cause} float32 coordinates are off by up to {rounding.mm:.2g} mm, {rounding.relative:.2g} of the"
+        f" spacing; write grid coordinates with --space voxel, or {remedy}"
     )
+
+
+def cause_and_remedy(mm: float) -> tuple[str, str]:
+    """Return why coordinates are so many millimetres off, as a message begins, and what else would help."""
+    if mm <= SMALLEST_STEP:
+        return "with so small a spacing", "choose a larger spacing"
+    return "so far from the origin", "move the volume's origin"

@@ -21,9 +21,8 @@ from dmc_cli.surface.polygons import Polygons, Tallies, trace_polygons
 from dmc_cli.surface.quads import connect_quads
 from dmc_cli.surface.slices import map_vertices, slice_depths
 from dmc_cli.surface.vertices import Vertices, count_fallbacks, place_vertices
+from dmc_cli.volume.checks import FARTHEST_MM
 from dmc_cli.volume.mapping import intact
-
-LARGEST_COORDINATE = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,7 @@ def _run_stages(
     if depths.shape[0]:
         position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
-    _refuse_infinite(position, to_output, grid)
+    _refuse_infinite(position, to_output, grid, depths)
     return Surface(
         vertices=position,
         vertex_cell=vertices.cell,
@@ -197,16 +196,17 @@ def _counts(
     )
 
 
-def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridShape) -> None:
+def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridShape, depths: Any) -> None:
     """Raise VolumeError if a position is beyond float32; positions are only looked at where one may be."""
     rows = to_output[:3].tolist()
-    sizes = (grid.nx, grid.ny, grid.nz, 1)
+    deepest = np.abs(depths.numpy()).max(initial=grid.nz)
+    sizes = (grid.nx, grid.ny, float(deepest), 1)
     farthest = max(sum(abs(a) * n for a, n in zip(row, sizes, strict=True)) for row in rows)
-    if farthest < LARGEST_COORDINATE or np.isfinite(position.numpy()).all():
+    if farthest < FARTHEST_MM or np.isfinite(position.numpy()).all():
         return
     raise VolumeError(
         f"the volume reaches as far as {farthest:g} mm; expected coordinates that float32 holds, up to"
-        f" {LARGEST_COORDINATE:.2g}; move its origin, or write grid coordinates with --space voxel"
+        f" {FARTHEST_MM:.2g}; move its origin, or write grid coordinates with --space voxel"
     )
 
 

@@ -5,12 +5,16 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.setting_types import as_real, is_whole
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 _Float64 = np.ndarray[Any, np.dtype[np.float64]]
 
 WIDENED = {"e": "f4", "?": "u1"}
 """Type characters that are widened: half floats and truth values."""
+
+FARTHEST_MM = float(np.finfo(np.float32).max)
+"""No slice is farther from another one, nor from the origin of a scanner: float32 holds no such vertex."""
 
 
 def check_shape(name: str, shape: tuple[int, ...]) -> None:
@@ -60,6 +64,11 @@ def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
     )
 
 
+def widened_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type that values of a type become in a volume, if there is one."""
+    return np.dtype(WIDENED.get(dtype.char, dtype))
+
+
 def checked_values(name: str, values: Any) -> _Array:
     """A read-only view of an array [k, j, i] that a volume can hold, or a converted copy where none can be.
 
@@ -75,15 +84,16 @@ def checked_values(name: str, values: Any) -> _Array:
             "it with np.asarray, and fill what is masked, with NaN for no data"
         )
     check_shape(name, values.shape[::-1])
-    dtype = np.dtype(WIDENED.get(values.dtype.char, values.dtype))
-    native = storable_type(name, dtype).newbyteorder("=")
+    native = storable_type(name, widened_type(values.dtype)).newbyteorder("=")
     held = np.require(values.view(np.ndarray), native, ["C", "A"]).view()
     held.flags.writeable = False
     return held
 
 
 def _float64(given: Any) -> _Float64:
-    """A copy in double precision; ValueError for what is no array of real numbers."""
+    """A copy in double precision; ValueError for what is no array of real numbers, all of them there."""
+    if isinstance(given, np.ma.MaskedArray):
+        raise ValueError("a masked array may lack some")
     found = np.asarray(given)
     if found.dtype.kind not in "iuf":
         raise ValueError(f"{found.dtype} is no type of real numbers")
@@ -99,7 +109,10 @@ def checked_affine(name: str, affine: Any) -> _Float64:
     try:
         held = _float64(affine)
     except (TypeError, ValueError) as error:
-        raise VolumeError(f"{name}: an affine of no real numbers found; expected a 4 x 4 matrix") from error
+        raise VolumeError(
+            f"{name}: an affine of no real numbers found ({error}); expected a 4 x 4 matrix of them, as "
+            "np.asarray makes it"
+        ) from error
     if held.shape != (4, 4) or (np.isfinite(held).all() and held[3].tolist() != [0, 0, 0, 1]):
         told = f"shape {held.shape}" if held.shape != (4, 4) else f"last row {held[3].tolist()}"
         raise VolumeError(
@@ -110,8 +123,8 @@ def checked_affine(name: str, affine: Any) -> _Float64:
     return held
 
 
-def checked_positions(name: str, positions: Any, slices: int) -> _Float64:
-    """A copy of the positions of uneven slices: one a slice, from 0 and increasing.
+def checked_positions(name: str, positions: Any, slices: int, step: float) -> _Float64:
+    """A copy of the positions of uneven slices: one a slice, from 0 and increasing; `step` is the affine's.
 
     Raises:
         VolumeError: They are not.
@@ -120,7 +133,8 @@ def checked_positions(name: str, positions: Any, slices: int) -> _Float64:
         held = _float64(positions)
     except (TypeError, ValueError) as error:
         raise VolumeError(
-            f"{name}: slice positions found that are no real numbers; expected {slices}"
+            f"{name}: slice positions found that are no real numbers ({error}); expected {slices} of them, "
+            "as np.asarray makes them"
         ) from error
     is_rising = (
         held.shape == (slices,) and np.isfinite(held).all() and held[0] == 0 and (np.diff(held) > 0).all()
@@ -131,29 +145,47 @@ def checked_positions(name: str, positions: Any, slices: int) -> _Float64:
             f"{', '.join(f'{p:g}' for p in held.ravel()[:3])}; expected {slices} finite millimetres from 0 "
             "and increasing; sort the slices, and subtract the first one's position"
         )
+    if held[-1] > FARTHEST_MM * min(step, 1.0):
+        raise VolumeError(
+            f"{name}: slice positions up to {held[-1]:g} mm found where the affine has steps of {step:g} mm; "
+            f"expected fewer than {FARTHEST_MM:.2g} millimetres and steps; give both in millimetres"
+        )
     return held
 
 
-def check_meaning(name: str, slope: float, intercept: float, padding: tuple[float, float] | None) -> None:
-    """Refuse what gives stored values no physical ones.
+def checked_scale(name: str, slope: Any, intercept: Any) -> tuple[float, float]:
+    """What gives stored values physical ones, in Python's own floats.
 
     Raises:
-        VolumeError: Slope 0, numbers that are not finite, or padding that is no range.
+        VolumeError: Slope 0, or what is no finite number.
     """
+    found = f"{name}: slope {slope!r:.80} and intercept {intercept!r:.80} found"
     try:
-        is_scale = bool(np.isfinite(slope) and slope != 0 and np.isfinite(intercept))
-        is_range = padding is None or (len(padding) == 2 and padding[0] <= padding[1])
-    except (TypeError, ValueError) as error:
+        held = as_real(slope), as_real(intercept)
+    except (TypeError, OverflowError) as error:
+        raise VolumeError(f"{found}; expected finite numbers") from error
+    if not np.isfinite(held).all() or held[0] == 0:
         raise VolumeError(
-            f"{name}: slope {slope!r}, intercept {intercept!r}, padding {padding!r} found; expected numbers"
-        ) from error
-    if not is_scale:
-        raise VolumeError(
-            f"{name}: slope {slope} and intercept {intercept} found; expected finite numbers, the slope "
-            "not 0; leave them out where values are physical"
+            f"{found}; expected finite numbers, the slope not 0; leave them out where values are physical"
         )
-    if not is_range:
-        raise VolumeError(
-            f"{name}: padding {padding} found; expected the lowest and the highest stored value that means "
-            "no data"
-        )
+    return held
+
+
+def checked_padding(name: str, padding: Any) -> tuple[float, float] | None:
+    """The closed range of stored values that mean no data, whole numbers exact.
+
+    Raises:
+        VolumeError: It is no range of numbers.
+    """
+    if padding is None:
+        return None
+    try:
+        low, high = (int(end) if is_whole(end) else as_real(end) for end in padding)
+        if low <= high:
+            return low, high
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise VolumeError(
+        f"{name}: padding {padding!r:.80} found; expected two numbers, the lowest and the highest stored "
+        "value that means no data"
+    )

@@ -11,7 +11,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from dmc_cli.errors import VolumeError
-from dmc_cli.volume.checks import check_meaning, checked_affine, checked_positions, checked_values
+from dmc_cli.volume.checks import (
+    checked_affine,
+    checked_padding,
+    checked_positions,
+    checked_scale,
+    checked_values,
+)
 
 Space = Literal["RAS", "LPS", "none"]
 
@@ -88,13 +94,17 @@ class Volume:
             raise VolumeError(
                 f"{name}: space {self.space!r} found; expected one of {', '.join(get_args(Space))}"
             )
-        check_meaning(name, self.slope, self.intercept, self.padding)
-        held = {
+        slope, intercept = checked_scale(name, self.slope, self.intercept)
+        held: dict[str, Any] = {
+            "slope": slope,
+            "intercept": intercept,
+            "padding": checked_padding(name, self.padding),
             "values": checked_values(name, self.values),
             "affine": checked_affine(name, self.affine),
         }
         if self.slice_positions is not None:
-            held["slice_positions"] = checked_positions(name, self.slice_positions, len(held["values"]))
+            step = float(np.linalg.norm(held["affine"][:3, 2]))
+            held["slice_positions"] = checked_positions(name, self.slice_positions, len(held["values"]), step)
         for attribute, value in held.items():
             object.__setattr__(self, attribute, value)
 

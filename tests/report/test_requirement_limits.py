@@ -15,7 +15,7 @@ SOUND = {
         "boundary_loops": 0,
     },
     "mesh": {"vertices": 8, "quads": 6},
-    "deviation": {"max": 0.5, "max_relative": ON_SURFACE, "rounding_relative": COARSE},
+    "deviation": {"max": 0.5, "max_relative": ON_SURFACE, "rounding_mm": 0.1, "rounding_relative": COARSE},
 }
 ALL = ("manifold", "closed", "all-quads", "on-surface")
 

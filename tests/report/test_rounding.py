@@ -98,6 +98,7 @@ def test_without_vertices_there_is_no_rounding():
         (4e4, 100, False),
         (4.0, 1e-5, True),
         (0, 1e-5, False),
+        (0, 1e-44, True),
     ],
 )
 def test_whether_rounding_may_count_is_seen_by_the_grid(origin, linear, coarse):
@@ -112,6 +113,13 @@ def test_coordinates_beyond_float32_are_refused():
     assert np.isfinite(surface_of(far_volume((0, 1e39, 0)), space="voxel").vertices.numpy()).all()
     nearly = far_volume((3.22e38, 0, 0), 1.6e36 * np.eye(3))
     assert np.isfinite(surface_of(nearly).vertices.numpy()).all()
+
+
+def test_uneven_slices_that_reach_beyond_float32_are_refused():
+    volume = far_volume((0, 0, 3e38), slice_positions=np.arange(12.0) * 2e37)
+    with pytest.raises(VolumeError, match=r"reaches as far as 5.2e\+38 mm"):
+        surface_of(volume)
+    assert np.isfinite(surface_of(volume, space="voxel").vertices.numpy()).all()
 
 
 def test_the_rounding_of_a_file_is_half_a_step_of_its_largest_coordinates():
@@ -132,8 +140,15 @@ def ball(tmp_path):
     path = tmp_path / "ball.raw"
     (5 - np.sqrt(i**2 + j**2 + k**2)).astype("<f4").tofile(path)
 
-    def words(origin):
-        geometry = ("--shape", "16,16,16", "--dtype", "float32", "--spacing", "1,1,1")
+    def words(origin, spacing=1):
+        geometry = (
+            "--shape",
+            "16,16,16",
+            "--dtype",
+            "float32",
+            "--spacing",
+            f"{spacing},{spacing},{spacing}",
+        )
         return path, (*geometry, "--origin", f"{origin},{origin},{origin}", "-i", 0)
 
     return words
@@ -152,7 +167,7 @@ def test_far_from_the_origin_what_is_written_is_measured_and_refused(run, ball, 
         "on-surface",
     )
     assert found.exit_code == 6
-    assert "on-surface: float32 coordinates so far from the origin are off by" in found.stderr
+    assert "on-surface: so far from the origin float32 coordinates are off by" in found.stderr
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["warnings"][0].startswith("so far from the origin float32 coordinates are off by up to")
     assert "--space voxel" in report["warnings"][0]
@@ -178,6 +193,17 @@ def test_where_rounding_does_not_count_nothing_is_said(run, ball, tmp_path, orig
     deviation = json.loads((tmp_path / "r.json").read_text())["deviation"]
     assert 0 < deviation["rounding_mm"] < 2e-3
     assert deviation["max_relative"] < 1e-6
+
+
+def test_a_spacing_of_float32_smallest_steps_is_named_as_the_cause(run, ball, tmp_path):
+    volume, words = ball(0, spacing=1e-44)
+    words = (*words, "--report", tmp_path / "r.json")
+    found = run("convert", volume, tmp_path / "a.ply", *words, "--require", "on-surface")
+    assert found.exit_code == 6
+    assert "on-surface: with so small a spacing float32 coordinates are off by" in found.stderr
+    warning = json.loads((tmp_path / "r.json").read_text())["warnings"][0]
+    assert warning.startswith("with so small a spacing float32 coordinates are off by up to 1.1e-45 mm")
+    assert warning.endswith("--space voxel, or choose a larger spacing")
 
 
 def test_a_far_mesh_is_no_bug_of_ours(run, ball, tmp_path):

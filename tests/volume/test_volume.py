@@ -101,6 +101,7 @@ def with_entry(row, column, number):
         (np.eye(4)[None], r"shape \(1, 4, 4\)"),
         (None, "4 x 4 matrix"),
         ("abc", "no real numbers"),
+        (np.ma.masked_equal(np.diag([2.0, 3.0, 4.0, 1.0]), 3), "masked array.*np.asarray"),
         (np.eye(4) * 1j, "no real numbers"),
         (with_entry(3, 3, 2), r"last row \[0.0, 0.0, 0.0, 2.0\]"),
         (with_entry(3, 0, 1), r"last row \[1.0, 0.0, 0.0, 1.0\]"),
@@ -134,14 +135,20 @@ def test_an_unknown_space_is_refused(space):
 
 
 @pytest.mark.parametrize(
-    ("slope", "intercept"), [(0, 0), (np.nan, 0), (np.inf, 0), (1, np.nan), (1, -np.inf), (None, 0), (1, "x")]
+    ("slope", "intercept"),
+    [
+        *[(0, 0), (np.nan, 0), (np.inf, 0), (1, np.nan), (1, -np.inf), (None, 0), (1, "x")],
+        *[(1j, 0), (1, 1j), (10**400, 0), (1, 10**400), (True, 0), (np.ones(2), 0)],
+    ],
 )
 def test_slopes_that_lose_the_values_are_refused(slope, intercept):
     with pytest.raises(VolumeError, match=r"slope .*expected .*numbers"):
         volume(slope=slope, intercept=intercept)
 
 
-@pytest.mark.parametrize("padding", [(3, 2), (np.nan, 2), (1,), (1, 2, 3), 5, ("a", 1)])
+@pytest.mark.parametrize(
+    "padding", [(3, 2), (np.nan, 2), (1,), (1, 2, 3), 5, ("a", 1), "ab", (1, 2j), (0, True)]
+)
 def test_padding_that_is_no_range_is_refused(padding):
     with pytest.raises(VolumeError, match=r"padding .*expected"):
         volume(padding=padding)
@@ -165,11 +172,31 @@ def test_padding_that_is_a_range_is_taken(padding):
         [0, 1, np.inf],
         "abc",
         ["a", "b", "c"],
+        [0, 1e300, 2e300],
+        [0, 1, 3.5e38],
+        np.ma.masked_equal([0.0, 1.0, 2.0], 1),
     ],
 )
 def test_slice_positions_that_do_not_rise_from_0_are_refused(positions):
     with pytest.raises(VolumeError, match=r"slice positions"):
         volume(slice_positions=positions)
+
+
+def test_slices_more_steps_apart_than_float32_holds_are_refused():
+    with pytest.raises(VolumeError, match=r"up to 2e\+38 mm found where the affine has steps of 1e-150 mm"):
+        volume(affine=np.diag([1e-150] * 3 + [1]), slice_positions=[0, 1, 2e38])
+
+
+def test_numbers_of_numpy_become_plain_ones():
+    made = volume(slope=np.float32(0.1), intercept=np.int16(3), padding=np.array([2**62 + 1, 2**62 + 3]))
+    assert (made.slope, made.intercept) == (float(np.float32(0.1)), 3.0)
+    assert made.padding == (2**62 + 1, 2**62 + 3)
+    assert [type(number) for number in (made.slope, made.intercept, *made.padding)] == [
+        float,
+        float,
+        int,
+        int,
+    ]
 
 
 def test_geometry_is_copied():
