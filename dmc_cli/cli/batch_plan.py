@@ -1,19 +1,16 @@
 """What a batch has to do: inputs x isovalues, each with its output, from the options or a TOML file.
 
-A TOML file holds the options of `dmc batch` under their long names, but those of the whole run, and `inputs`;
-its `[[items]]` are tables of the same keys that add to the common ones and go before them. An item without
-inputs takes the common ones; where every item has its own, the common ones are an item as well, so that none
-is left out. Options on the command line go before the file's. Paths in a file are relative to its folder.
+Options on the command line go before the file's. Paths in a file are relative to its folder.
 """
 
 import glob
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 
+from dmc_cli.cli.batch_file import read_tables
 from dmc_cli.cli.options import gather
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
@@ -31,9 +28,6 @@ from dmc_cli.volume.layout import exists
 _COMPRESSED = {".gz", ".bz2", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
 
-_NOT_IN_FILES = {"jobs", "quiet", "verbose", "help"}
-"""Options of the whole run, which no table of items can have."""
-
 _PATHS = ("output", "halfedges", "report")
 """Options that are templates of paths."""
 
@@ -42,7 +36,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     """Return what to convert, in the order of the inputs, the isovalues within an input.
 
     Raises:
-        SettingsError: An input pattern without a file, an isovalue or a template that is missing or wrong,
+        SettingsError: No input, a pattern without a file, an isovalue or a template that is missing or wrong,
             an output that is an input or another output, a file that is no TOML or has keys that are no
             options.
     """
@@ -51,7 +45,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     }
     if len(inputs) == 1 and inputs[0].lower().endswith(".toml"):
         path = Path(inputs[0])
-        tables = list(_tables(path, ctx))
+        tables = read_tables(path, ctx)
         folder, own = path.parent, [path]
     else:
         tables, folder, own = [{"inputs": list(inputs)}], Path(), []
@@ -64,61 +58,6 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     return items
 
 
-def _tables(path: Path, ctx: click.Context) -> Iterator[dict[str, Any]]:
-    """Yield the tables of a TOML file, the common keys added, values converted as options are."""
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
-    try:
-        data = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise SettingsError(
-            f"{path} cannot be read ({error.strerror}); give the name of a TOML file"
-        ) from error
-    except ValueError as error:
-        raise SettingsError(f"{path} is no TOML file: {error}; see `dmc batch --help`") from error
-    items = data.pop("items", [{}])
-    if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
-        raise SettingsError(f"{path}: items is no list of tables; write each under a [[items]] of its own")
-    common = _named(data, path)
-    tables = [_named(item, path) for item in items]
-    if "inputs" in common and all("inputs" in table for table in tables):
-        tables.insert(0, {})
-    for table in tables:
-        yield dict(_converted(common | table, path, ctx))
-
-
-def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterator[tuple[str, Any]]:
-    """Yield the names with their values as the option of that name would have converted them."""
-    options = {p.name: p for p in ctx.command.params if p.name and p.name not in _NOT_IN_FILES}
-    for key, value in table.items():
-        option = options.get(key)
-        if option is None:
-            where = "no option of a file, give it on the command line" if key in _NOT_IN_FILES else ""
-            raise SettingsError(
-                f"{path}: {key!r} is {where or 'no option of dmc batch'}; expected one of"
-                f" {', '.join(sorted(options))}"
-            )
-        if (option.multiple or option.nargs == -1) and not isinstance(value, list):
-            value = [value]  # noqa: PLW2901 - one value stands for a list of one
-        try:
-            yield key, option.type_cast_value(ctx, value)
-        except click.BadParameter as error:
-            raise SettingsError(f"{path}: {key} is {value!r}; {error.message}") from error
-
-
-def _named(table: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Return a table with the names of parameters as its keys."""
-    named: dict[str, Any] = {}
-    for key, value in table.items():
-        name = {"isovalues": "isovalue", "input": "inputs"}.get(key, key.replace("-", "_"))
-        if name in named:
-            raise SettingsError(f"{path}: {key!r} gives {name} a second time in one table; keep one of them")
-        named[name] = value
-    return named
-
-
 def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings]:
     """Yield the conversions of one table: each input with each isovalue."""
     read = gather(ReadSettings, values)
@@ -126,8 +65,12 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
         raise SettingsError(
             "no isovalue was given; expected one or more, with -i or as `isovalue` in the file"
         )
+    if not values.get("inputs"):
+        raise SettingsError(
+            "no input was given; expected one or more, as `inputs` in the file or in each item"
+        )
     templates = {name: values[name] for name in _PATHS if values.get(name) is not None}
-    for index, source in enumerate(_sources(values.get("inputs", ()), folder), 1):
+    for index, source in enumerate(_sources(values["inputs"], folder), 1):
         named = {
             "stem": name_part(_stem(source)),
             "name": name_part(_name(source)),
@@ -156,6 +99,8 @@ def _sources(patterns: Any, folder: Path) -> Iterator[str]:
     """Yield the inputs: patterns expanded and sorted, `synth:FIELD:N` and names as they are."""
     for pattern in patterns:
         check_path("inputs", pattern)
+        if not pattern:
+            raise SettingsError("an input's name is empty; expected a file, a folder or a pattern; give one")
         if pattern.startswith("synth:"):
             yield pattern
         elif glob.has_magic(pattern) and not exists(folder / pattern):

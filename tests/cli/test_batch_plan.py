@@ -1,11 +1,15 @@
 """What a batch plans: tables of a file, options before them, inputs, and where outputs lie."""
 
+import os
+
 import click
 import pytest
 
 from dmc_cli.cli import dmc
 from dmc_cli.cli.batch_plan import plan_batch
 from dmc_cli.errors import SettingsError
+
+NOT_IN_FILES = {"jobs", "quiet", "verbose", "help"}
 
 
 @pytest.fixture
@@ -117,11 +121,81 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
         ("inputs = 'a'\nisovalue = []", "no isovalue was given"),
         ("inputs = 'a'\nisovalue = 'x'", "isovalue is \\['x'\\]; 'x' is not a valid float"),
         ("inputs = 'no*such'\nisovalue = 1", "no file matches no\\*such"),
+        ("inputs = ''\nisovalue = 1", "an input's name is empty"),
+        ("inputs = []\nisovalue = 1", "no input was given"),
+        ("isovalue = 1", "no input was given"),
+        ("items = []\nisovalue = 1", "no input was given"),
+        ("isovalue = 1\n[[items]]\ninputs = 'synth:iwp:8'\n[[items]]", "no input was given"),
+        ("inputs = 'a'\nisovalue = " + "[" * 100_000, "is no TOML file: .*(nested|recursion)"),
+        (
+            "inputs = 'a'\nisovalue = 1\nrelax." + "a." * 2000 + "a = 1",
+            "relax is .*; expected a text or a number",
+        ),
+        ("inputs = 'a'\nisovalue = 0x" + "f" * 9000, "digits.*; expected a shorter number"),
+        ("#" + "x" * (4 << 20), "is longer than 4 MiB"),
     ],
 )
 def test_a_file_that_cannot_be_meant_is_refused(plan, text, message):
     with pytest.raises(SettingsError, match=message):
         plan("study.toml", study=text)
+
+
+SCALARS = [
+    "1979-05-27",
+    "07:32:00",
+    "1979-05-27T07:32:00Z",
+    "true",
+    "{a = 1}",
+    "[[1]]",
+    "[true]",
+    "[1979-05-27]",
+]
+
+
+def test_no_option_takes_what_no_words_could_give(plan):
+    options = {p.name: p for p in dmc.commands["batch"].params if p.name not in NOT_IN_FILES}
+    for name, option in options.items():
+        for value in SCALARS:
+            if getattr(option, "is_flag", False) and value == "true":
+                continue
+            lines = {"inputs": "'synth:iwp:8'", "isovalue": "1"} | {name: value}
+            with pytest.raises(SettingsError, match=rf"study.toml: {name} is "):
+                plan("study.toml", study="\n".join(f"{key} = {text}" for key, text in lines.items()))
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("relax = 1.5", "'1.5' is not a valid integer"),
+        ("rounds = 2.0", "'2.0' is not a valid integer"),
+        ("relax = [1]", "expected a text or a number"),
+        ("shape = [4, 5, 6.5]", "expected three integers"),
+        ("require = [1]", "'1' is not one of"),
+        ("force = 1", "expected true or false"),
+        ("force = 'true'", "expected true or false"),
+        ("border = 1", "'1' is not one of"),
+    ],
+)
+def test_a_value_is_refused_as_its_words_would_be(plan, line, message):
+    with pytest.raises(SettingsError, match=message):
+        plan("study.toml", study=f"inputs = 'synth:iwp:8'\nisovalue = 1\n{line}")
+
+
+def test_a_value_becomes_what_its_words_would_become(plan):
+    text = "inputs = 'synth:iwp:8'\nisovalue = [1, 0.1, '2']\nseries = 2\nproject = false\nsigma = 1\n"
+    items = plan("study.toml", study=text)
+    assert [item.surface.isovalue for item in items] == [1.0, 0.1, 2.0]
+    assert (items[0].read.series, items[0].read.sigma, items[0].mesh.project) == ("2", 1.0, False)
+
+
+@pytest.mark.parametrize("kind", ["device", "pipe", "folder"])
+def test_only_a_file_is_read_as_one(plan, tmp_path, kind):
+    path = tmp_path / "study.toml"
+    {"device": lambda: path.symlink_to("/dev/zero"), "pipe": lambda: os.mkfifo(path), "folder": path.mkdir}[
+        kind
+    ]()
+    with pytest.raises(SettingsError, match="give the name of"):
+        plan("study.toml")
 
 
 def test_patterns_are_expanded_in_order_and_a_name_that_looks_like_one_is_a_name(plan, tmp_path):
