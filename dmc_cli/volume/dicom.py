@@ -65,8 +65,20 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
             *aside,
             *geometry.warnings,
             *(() if is_placed else (NO_POSITIONS,)),
+            *_scale_told(geometry.frames),
         ),
     )
+
+
+def _scale_told(frames: list[Frame]) -> list[str]:
+    """A sentence on slopes of 0, if there are any."""
+    found = [frame.name for frame in frames if frame.lacks_scale]
+    if not found:
+        return []
+    return [
+        f"RescaleSlope 0 found in {len(found)} of {len(frames)} slices, first {found[0]}, where it should be "
+        "another number; their stored values are read with slope 1"
+    ]
 
 
 def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume import dicom_elements as elements
+from dmc_cli.volume.checks import FARTHEST_MM
 from dmc_cli.volume.dicom_elements import Header
 from dmc_cli.volume.dicom_incomplete import check_pixels_expected
 
@@ -85,6 +86,7 @@ class Frame:
         intercept: Physical value of stored 0.
         padding: Closed range of stored values that mean no data, or None.
         labels: What may tell apart frames at the same place.
+        lacks_scale: Whether the file tells a slope of 0, which cannot be meant and is read as 1.
         is_placed: Whether the file tells where the frame lies; if not, frames follow each other along z.
     """
 
@@ -98,6 +100,7 @@ class Frame:
     intercept: float
     padding: tuple[float, float] | None
     labels: dict[str, str]
+    lacks_scale: bool = False
     is_placed: bool = True
 
     @property
@@ -151,11 +154,12 @@ def read_frames(header: Header) -> list[Frame]:
                 position,
                 orientation,
                 spacing,
-                slope,
+                slope or 1.0,
                 intercept,
                 padding,
                 labels,
-                offsets is not None,
+                lacks_scale=slope == 0,
+                is_placed=offsets is not None,
             )
         )
     return frames
@@ -221,12 +225,24 @@ def _unplaced(dataset: Any, index: int) -> tuple[tuple[float, ...], tuple[float,
     between = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050) or [1.0]
     spacing = elements.numbers(dataset, 0x00280030, 2) or [1.0, 1.0]
     _check_spacing(spacing)
+    _check_place([between[0] * index])
     return (0.0, 0.0, index * (abs(between[0]) or 1.0)), (1.0, 0, 0, 0, 1, 0), (spacing[1], spacing[0])
 
 
 def _check_spacing(spacing: list[float]) -> None:
-    if not all(length > 0 for length in spacing):
-        raise DamagedVolumeError(f"pixel spacing {spacing} found; expected positive lengths")
+    if not all(0 < length <= FARTHEST_MM for length in spacing):
+        raise DamagedVolumeError(
+            f"pixel spacing {spacing} found; expected positive lengths up to {FARTHEST_MM:.2g} mm"
+        )
+
+
+def _check_place(millimetres: list[float]) -> None:
+    if not max(map(abs, millimetres)) <= FARTHEST_MM:
+        told = ", ".join(f"{number:g}" for number in millimetres)
+        raise DamagedVolumeError(
+            f"a slice at {told} mm found; expected coordinates that float32 holds, up to {FARTHEST_MM:.2g}; "
+            "get the file again"
+        )
 
 
 @dataclass(frozen=True)
@@ -260,6 +276,7 @@ class _Place:
         if spacing is None:
             raise NoSlice("no pixel spacing")
         _check_spacing(spacing)
+        _check_place([*position, offset] if offset else position)
         x, y = np.array(orientation[:3]), np.array(orientation[3:])
         if abs(x @ x - 1) > 0.01 or abs(y @ y - 1) > 0.01 or abs(x @ y) > 0.01:
             raise DamagedVolumeError(
@@ -270,12 +287,11 @@ class _Place:
         return tuple(position), tuple(orientation), (spacing[1], spacing[0])
 
     def rescale(self) -> tuple[float, float]:
-        """Slope and intercept; of a dose grid its scaling."""
+        """Slope, 1 where none is told, and intercept; of a dose grid its scaling."""
         slope = elements.numbers(self.find(0x00289145, 0x00281053), 0x00281053, 1)
         intercept = elements.numbers(self.find(0x00289145, 0x00281052), 0x00281052, 1)
         dose = elements.numbers(self.dataset, 0x3004000E, 1)
-        found = (slope or dose or [1.0])[0]
-        return found or 1.0, (intercept or [0.0])[0]
+        return (slope or dose or [1.0])[0], (intercept or [0.0])[0]
 
     def labels(self) -> dict[str, str]:
         """What may tell apart frames at the same place."""

@@ -170,6 +170,27 @@ def test_padding_becomes_nan_where_slices_differ(tmp_path):
 def test_a_slope_of_nothing_is_none(tmp_path, slope, expected):
     volume = read(save_stack(tmp_path, axial(), RescaleSlope=slope, RescaleIntercept="5"))
     assert (volume.slope, volume.intercept) == (expected, 5)
+    told = [warning for warning in volume.warnings if "RescaleSlope 0 found in 4 of 4 slices" in warning]
+    assert len(told) == len(volume.warnings) == (slope == "0")
+
+
+@pytest.mark.parametrize(
+    "positions",
+    [
+        [(0, 0, (k * k + 1) * 1e300) for k in range(4)],
+        [(1e39, 0, 2.0 * k) for k in range(4)],
+        [(0, 0, k * 1e308) for k in (-1, 0, 1)],
+    ],
+)
+def test_slices_farther_than_float32_holds_are_refused(tmp_path, positions):
+    with pytest.raises(VolumeError, match=r"a slice at .* mm found; expected coordinates that float32 holds"):
+        read(save_stack(tmp_path, positions))
+
+
+def test_slices_as_far_as_float32_holds_are_read(tmp_path):
+    positions = [(0, 0, 1e37 * (k * k + 1)) for k in range(4)]
+    volume = read(save_stack(tmp_path, positions), slice_gaps="keep")
+    np.testing.assert_allclose(volume.slice_positions, [0, 1e37, 4e37, 9e37])
 
 
 @pytest.mark.parametrize(("syntax", "ratio"), [(uid.RLELossless, 64), (uid.JPEG2000Lossless, 5000)])
