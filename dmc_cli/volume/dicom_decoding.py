@@ -87,7 +87,7 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
             plugin = next((name for name in PREFERRED if name in decoder.available_plugins), "")
             # pydicom's own correction of unused bits knows no HighBit
             planes = decoder.iter_array(
-                dataset, indices=wanted, raw=False, decoding_plugin=plugin, correct_unused_bits=False
+                dataset, indices=wanted, decoding_plugin=plugin, correct_unused_bits=False
             )
             for plane, _ in planes:
                 if plane.shape != pixels.shape[::-1]:

@@ -267,8 +267,12 @@ def _number_type(found: Any, name: str) -> np.dtype[Any]:
 
 def _fill(told: Any, dtype: np.dtype[Any]) -> Any:
     """The value of nodes that are not stored; 0 where the metadata have none."""
-    if told is None or dtype.kind not in "iuf":
+    if told is None or dtype.kind not in "iufb":
         return dtype.type(0)
+    if dtype.kind == "b":
+        if told not in (False, True):
+            raise ValueError(f"fill value {told!r} found; expected true or false")
+        return dtype.type(told)
     if dtype.kind == "f":
         if isinstance(told, str) and told.startswith("0x"):
             return np.array(int(told, 16), f"u{dtype.itemsize}").view(f"f{dtype.itemsize}")[()]

@@ -16,7 +16,7 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError,
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import check_shape, storable_type
+from dmc_cli.volume.checks import check_shape, storable_type, widened_type
 from dmc_cli.volume.layout import (
     MILLIMETRES,
     ZARR_MARKERS,
@@ -50,7 +50,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     array, shape = found.array, found.array.shape
     nodes = found.nodes(name)
     check_shape(name, nodes)
-    dtype = storable_type(name, array.packing.dtype)
+    dtype = storable_type(name, widened_type(array.packing.dtype))
     index = chosen_index(name, math.prod(shape[:-3]), settings.volume_index)
     where = tuple(int(n) for n in np.unravel_index(index, shape[:-3])) if shape[:-3] else ()
     files = chunk_files(found.folder, array, found.bounds, name)

@@ -1,3 +1,4 @@
+import gzip
 import io
 import os
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError, UnsupportedFormatError, VolumeError
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.content import format_of_content
 from dmc_cli.volume.read import LAYOUT_READERS, VOLUME_READERS, list_volumes
 from dmc_cli.volume.unused_options import USED_BY
 from dmc_cli.writers.volume_file import write_volume
@@ -50,6 +52,18 @@ def test_the_content_decides_where_the_suffix_does_not(tmp_path):
     (tmp_path / "scan.meta").write_bytes(meta_header().encode() + VALUES.tobytes())
     assert read(tmp_path / "scan").format == "nrrd"
     assert read(tmp_path / "scan.meta").format == "meta"
+
+
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_the_content_is_looked_at_for_four_kilobytes(tmp_path, pack):
+    header = meta_header().encode()
+    comment = b"Comment = " + b"c" * (4096 - len(b"Comment = ") - len(b"\nNDimsDimSize"))
+    content = comment + b"\nNDimsDimSize" + header
+    assert content[:4096].endswith(b"DimSize")
+    (tmp_path / "a").write_bytes(pack(content))
+    assert format_of_content(tmp_path / "a", "a") == "meta"
+    (tmp_path / "a").write_bytes(pack(b"c" + content))
+    assert format_of_content(tmp_path / "a", "a") is None
 
 
 def test_an_unknown_file_tells_what_is_known(tmp_path):

@@ -143,6 +143,25 @@ def test_a_fill_value_in_hexadecimal_and_chunks_missing_of_a_shard(tmp_path):
     np.testing.assert_array_equal(read(path).values, values)
 
 
+@pytest.mark.parametrize(
+    ("dtype", "fill", "becomes"), [("f2", 2.5, "f4"), ("?", True, "u1"), ("?", False, "u1")]
+)
+@pytest.mark.parametrize("version", [2, 3])
+def test_half_floats_and_truth_values_are_widened(tmp_path, version, dtype, fill, becomes):
+    values = (counting((6, 7, 9)) % 2).astype(dtype)
+    path = written(tmp_path / "a.zarr", values, zarr_format=version, fill_value=fill)
+    (path / ("1.1.0" if version == 2 else "c/1/1/0")).unlink()
+    found = read(path).values
+    values[4:, 3:6, :5] = fill
+    np.testing.assert_array_equal(found, values.astype(becomes))
+    assert found.dtype == np.dtype(becomes)
+
+
+def test_a_fill_value_of_truth_values_is_one(tmp_path):
+    with pytest.raises(DamagedVolumeError, match="expected true or false"):
+        read(store(tmp_path / "a.zarr", bytes(6 * 7 * 9), dtype="|b1", fill_value=2))
+
+
 @pytest.mark.parametrize("sharded", [False, True])
 def test_a_volume_among_several_is_put_together_from_its_own_chunks(tmp_path, sharded):
     values = counting((3, 5, 6, 7, 9), "<u2")
@@ -211,7 +230,7 @@ def test_metadata_that_cannot_be_meant_are_refused(tmp_path, changes):
         read(store(tmp_path / "a.zarr", **changes))
 
 
-@pytest.mark.parametrize("dtype", ["|b1", "<c8", "<f2", "|O", "|V4", "<M8[ns]", [["a", "<i2"]]])
+@pytest.mark.parametrize("dtype", ["<c8", "|O", "|V4", "<M8[ns]", [["a", "<i2"]]])
 def test_values_that_are_no_numbers_are_refused(tmp_path, dtype):
     with pytest.raises(UnsupportedFormatError, match=r"values of type .*expected integers"):
         read(store(tmp_path / "a.zarr", dtype=dtype))
