@@ -110,8 +110,8 @@ def checked_affine(name: str, affine: Any) -> _Float64:
         held = _float64(affine)
     except (TypeError, ValueError) as error:
         raise VolumeError(
-            f"{name}: an affine of no real numbers found ({error}); expected a 4 x 4 matrix of them, as "
-            "np.asarray makes it"
+            f"{name}: an affine of no real numbers found ({error}); expected a 4 x 4 matrix with "
+            "nothing masked"
         ) from error
     if held.shape != (4, 4) or (np.isfinite(held).all() and held[3].tolist() != [0, 0, 0, 1]):
         told = f"shape {held.shape}" if held.shape != (4, 4) else f"last row {held[3].tolist()}"
@@ -133,8 +133,8 @@ def checked_positions(name: str, positions: Any, slices: int, step: float) -> _F
         held = _float64(positions)
     except (TypeError, ValueError) as error:
         raise VolumeError(
-            f"{name}: slice positions found that are no real numbers ({error}); expected {slices} of them, "
-            "as np.asarray makes them"
+            f"{name}: slice positions found that are no real numbers ({error}); expected {slices} with "
+            "nothing masked"
         ) from error
     is_rising = (
         held.shape == (slices,) and np.isfinite(held).all() and held[0] == 0 and (np.diff(held) > 0).all()

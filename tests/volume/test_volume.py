@@ -101,7 +101,7 @@ def with_entry(row, column, number):
         (np.eye(4)[None], r"shape \(1, 4, 4\)"),
         (None, "4 x 4 matrix"),
         ("abc", "no real numbers"),
-        (np.ma.masked_equal(np.diag([2.0, 3.0, 4.0, 1.0]), 3), "masked array.*np.asarray"),
+        (np.ma.masked_equal(np.diag([2.0, 3.0, 4.0, 1.0]), 3), "masked array.*nothing masked"),
         (np.eye(4) * 1j, "no real numbers"),
         (with_entry(3, 3, 2), r"last row \[0.0, 0.0, 0.0, 2.0\]"),
         (with_entry(3, 0, 1), r"last row \[1.0, 0.0, 0.0, 1.0\]"),
