@@ -170,11 +170,14 @@ def careful_gradient(
         weight = wp.where(ci == 1, p[0], 1.0 - p[0])
         weight *= wp.where(cj == 1, p[1], 1.0 - p[1])
         weight *= wp.where(ck == 1, p[2], 1.0 - p[2])
-        gradient += weight * wp.vec3(
-            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 1, 0, 0) / unit),
-            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 0, 1, 0) / unit),
-            wp.float32(node_difference(field, grid, i + ci, j + cj, k + ck, 0, 0, 1) / unit),
-        )
+        x = node_difference(field, grid, i + ci, j + cj, k + ck, 1, 0, 0)
+        y = node_difference(field, grid, i + ci, j + cj, k + ck, 0, 1, 0)
+        z = node_difference(field, grid, i + ci, j + cj, k + ck, 0, 0, 1)
+        if unit != wp.float64(1.0):  # three divisions take longer than the rest
+            x /= unit
+            y /= unit
+            z /= unit
+        gradient += weight * wp.vec3(wp.float32(x), wp.float32(y), wp.float32(z))
     return gradient
 
 
@@ -330,6 +333,7 @@ def normal_block_kernel(
     safe = NO_OFFSET  # then that of a cell that is read in place of those that need care
     care = IntLanes()
     some_care = int(0)
+    some_out = int(0)
     for lane in range(LANES):
         u[lane] = points[lane]
         v[lane] = points[LANES + lane]
@@ -345,15 +349,14 @@ def normal_block_kernel(
         for lane in range(LANES):
             slope_here = wp.vec3(slopes[lane], slopes[LANES + lane], slopes[2 * LANES + lane])
             gradient = output_gradient(to_output, sign * slope_here)
-            care[lane] |= is_out_of_reach(square_of(gradient))
-            some_care |= care[lane]
+            some_out |= is_out_of_reach(square_of(gradient))
             normal = unit_normal(gradient)
             u[lane] = normal[0]
             v[lane] = normal[1]
             w[lane] = normal[2]
-    if some_care == 1:
+    if some_care == 1 or some_out == 1:
         for lane in range(LANES):
-            if care[lane] == 1:
+            if care[lane] == 1 or some_out == 1:
                 local = wp.vec3(points[lane], points[LANES + lane], points[2 * LANES + lane])
                 normal = normal_at(field, grid, to_output, depths, i[lane], j[lane], k[lane], local)
                 u[lane] = normal[0]
