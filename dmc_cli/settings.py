@@ -45,7 +45,7 @@ def check_run(device: str, threads: int | None) -> None:
     if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):
         raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
     if threads is not None and (not is_whole(threads) or threads < 1):
-        raise SettingsError(f"threads is {threads!r}; expected a whole number, 1 or more")
+        raise SettingsError(f"threads is {threads!r}; expected 1 or more, a whole number")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,6 +85,6 @@ def test_what_is_no_device_is_refused(name):
 
 @pytest.mark.parametrize("threads", [-1, 0, 1.5, "2", True])
 def test_what_is_no_number_of_threads_is_refused(threads):
-    with pytest.raises(SettingsError, match=r"^threads is .*; expected a whole number, 1 or more"):
+    with pytest.raises(SettingsError, match=r"^threads is .*; expected 1 or more, a whole number"):
         select_device("cpu", threads)
     assert select_device("cpu", np.int64(2)).threads == 2
