@@ -10,17 +10,17 @@ from dmc_cli import settings
 from dmc_cli.cli import dmc
 
 OF_COMMAND = {
-    "convert": {
+    "convert": (
         settings.ReadSettings,
         settings.SurfaceSettings,
         settings.MeshSettings,
         settings.OutputSettings,
         settings.ConvertSettings,
-    },
-    "info": {settings.ReadSettings},
-    "synth": {settings.SynthSettings},
-    "measure": {settings.ReadSettings, settings.MeasureSettings},
-    "reproduce": {settings.ReproduceSettings},
+    ),
+    "info": (settings.ReadSettings,),
+    "synth": (settings.SynthSettings,),
+    "measure": (settings.ReadSettings, settings.MeasureSettings),
+    "reproduce": (settings.ReproduceSettings,),
 }
 NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json"}
 GATHERED = {"read", "surface", "mesh", "output", "share"}  # fields that are settings themselves
