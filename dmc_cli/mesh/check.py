@@ -61,8 +61,9 @@ def _check_geometry(
         _require("quad {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1), rows)
         used[quads[rows]] = True
     _require("vertex {} is in no quad", used)
-    for rows in pieces(0 if normals is None else len(vertices)):
-        length = np.linalg.norm(normals.numpy()[rows], axis=1)
+    directions = np.empty((0, 3)) if normals is None else normals.numpy()
+    for rows in pieces(len(directions)):
+        length = np.linalg.norm(directions[rows], axis=1)
         _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE, rows)
     measured = report["deviation"] or {}
     deviation, rounding = measured.get("max_relative"), measured.get("rounding_relative") or 0.0

@@ -17,7 +17,7 @@ from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, U
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import WIDENED, check_shape, storable_type
+from dmc_cli.volume.checks import WIDENED, check_shape, storable_type, widened_type
 from dmc_cli.volume.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
 from dmc_cli.volume.mapping import intact, map_file
 from dmc_cli.volume.volume import Volume, VolumeEntry
@@ -138,7 +138,7 @@ def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype
 def _copied(stored: _Array, name: str) -> _Array:
     """The values in native byte order, x fastest, in a type that a volume holds."""
     nz, ny, nx = stored.shape
-    values = allocate_values(name, (nx, ny, nz), np.dtype(WIDENED.get(stored.dtype.char, stored.dtype)))
+    values = allocate_values(name, (nx, ny, nz), widened_type(stored.dtype))
     values[...] = stored
     return values
 

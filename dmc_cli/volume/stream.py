@@ -16,8 +16,8 @@ START_BYTES = 1 << 20
 PIECE_BYTES = 1 << 26
 """How much is copied before the disk is asked again."""
 
-LEAST_FREE = 0.05
-"""The part of the disk that is left free."""
+LEAST_FREE, MOST_FREE = 0.05, 1 << 30
+"""What is left free: a part of the disk, but no more bytes than that."""
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
 def _check_disk(path: Path, copied: int) -> None:
     """Raise VolumeError where the next piece would fill the disk."""
     disk = shutil.disk_usage(path.parent)
-    if disk.free - PIECE_BYTES < LEAST_FREE * disk.total:
+    if disk.free - PIECE_BYTES < min(LEAST_FREE * disk.total, MOST_FREE):
         raise VolumeError(
             f"{STREAM}: standard input has no end after {copied >> 20} MiB, and {path.parent} has "
             f"{disk.free >> 20} MiB left; expected a volume; give a file"

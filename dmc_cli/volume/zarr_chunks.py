@@ -22,8 +22,6 @@ from dmc_cli.volume.zarr_metadata import Sharding, ZarrArray
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 
-METADATA = ("zarr.json", ".zarray", ".zattrs", ".zgroup", ".zmetadata")
-
 LEAST_FILES = 1 / 1000
 """Files a promised chunk, at least: chunks that hold nothing but the fill value may be left out."""
 

@@ -7,6 +7,7 @@ import os
 import struct
 import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -308,9 +309,12 @@ def test_a_header_tells_how_much_of_standard_input_is_read(monkeypatch):
     assert endless.taken == len(header) + 2_000_000 + (1 << 20)
 
 
-def test_standard_input_never_fills_the_disk(monkeypatch):
-    usage = type("Usage", (), {"total": 1 << 30, "used": 0, "free": (1 << 30) // 20 + stream.PIECE_BYTES})
+@pytest.mark.parametrize(("total", "kept"), [(20 << 20, 1 << 20), (1 << 42, 1 << 30)])
+def test_standard_input_never_fills_the_disk(monkeypatch, total, kept):
+    """A twentieth of it stays free, of a large one a gibibyte."""
+    usage = type("Usage", (), {"total": total, "used": 0, "free": kept + stream.PIECE_BYTES})
     monkeypatch.setattr(stream.shutil, "disk_usage", lambda _: usage)
+    stream._check_disk(Path("/tmp/a"), 1 << 20)
     endless, reading = from_stdin(monkeypatch, b"II*\0")
     monkeypatch.setattr(stream, "PIECE_BYTES", stream.PIECE_BYTES + 1)
     with pytest.raises(VolumeError, match=r"no end after 1 MiB.*give a file"):
