@@ -298,13 +298,20 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
 
 
 def initialize_warp() -> None:
-    """Start Warp without its greeting and its remark, on the terminal, that there is no GPU driver.
+    """Start Warp, once a process, without its greeting and its remark that there is no GPU driver.
 
     Raises:
         WriteError: The kernel cache cannot be made.
         DeviceError: Warp does not work on this system.
         MemoryError: There is no memory for it.
     """
+    with LOADING:  # two threads at it would take standard error from each other
+        _start_warp()
+
+
+@cache
+def _start_warp() -> None:
+    """Start Warp; meanwhile nothing that anybody writes to standard error is seen."""
     wp.config.log_level = wp.LOG_WARNING
     sys.stderr.flush()
     kept = os.dup(2)

@@ -1,6 +1,8 @@
 """Sums of counts, and memory whose former content never shows."""
 
 import os
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -167,7 +169,26 @@ def test_a_library_that_cannot_be_loaded_is_told(monkeypatch, told, error, words
         raise RuntimeError("Failed to load the shared library") from OSError(told)
 
     monkeypatch.setattr(wp, "init", fail)
+    device_module._start_warp.cache_clear()
     descriptors = len(os.listdir("/proc/self/fd"))
     with pytest.raises(error, match=words):
         select_device("cpu")
     assert len(os.listdir("/proc/self/fd")) == descriptors
+
+
+def test_threads_start_warp_once(monkeypatch):
+    """While it starts, standard error is silent: two at it would leave it so."""
+    begun = []
+
+    def start():
+        begun.append(1)
+        time.sleep(0.05)
+
+    select_device("cpu")
+    monkeypatch.setattr(wp, "init", start)
+    device_module._start_warp.cache_clear()
+    before = os.fstat(2)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(select_device, 4 * ["cpu"]))
+    assert begun == [1]
+    assert os.path.samestat(before, os.fstat(2))

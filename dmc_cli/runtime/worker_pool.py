@@ -135,7 +135,7 @@ class WorkerPool:
         slot.finish()
         compiled = self._compiled.get(kernel) or self._compile(kernel, arguments)
         slot.lay(compiled, arguments, dim, chunk, threads)
-        slot.workers += 1  # in the caller's place
+        slot.workers = min(slot.workers + 1, threads - 1)  # one in the caller's place
         slot.open()
         self._summon(slot)
 

@@ -162,6 +162,12 @@ def test_only_as_many_workers_wake_as_there_are_chunks_for():
     assert len(shared.pool._workers) == 1
 
 
+def test_a_launch_that_is_begun_wakes_no_more_than_one_that_is_waited_for():
+    shared = Launcher(3)
+    visits_of(shared, 1000, 10, ahead=True)
+    assert len(shared.pool._workers) == 2
+
+
 def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatch):
     monkeypatch.setattr(worker_pool, "takes_structs", lambda source, kernel: False)
     shared = Launcher(2)
