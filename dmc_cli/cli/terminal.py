@@ -15,6 +15,7 @@ from typing import Any, TextIO
 import click
 
 from dmc_cli.printable import printable
+from dmc_cli.writers.atomic import whole_writes
 
 
 class PrintableStream:
@@ -58,6 +59,8 @@ def escape_streams() -> None:
         if stream is None or isinstance(stream, PrintableStream):
             continue
         if isinstance(stream, io.TextIOWrapper):
+            if (whole := whole_writes(stream.buffer)) is not stream.buffer:
+                stream = io.TextIOWrapper(whole, stream.encoding, line_buffering=True)
             is_ascii = stream.encoding.lower().replace("_", "-") in ("ascii", "us-ascii", "ansi-x3.4-1968")
             stream.reconfigure(encoding="utf-8" if is_ascii else None, errors="backslashreplace")
         setattr(sys, name, PrintableStream(stream, may_fail=name == "stderr"))

@@ -11,6 +11,7 @@ devices are written directly.
 
 import errno
 import hashlib
+import io
 import os
 import secrets
 import stat
@@ -137,8 +138,9 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
     check_output(path, force=force)
     try:
         if path == STREAM:
-            yield sys.stdout.buffer
-            sys.stdout.buffer.flush()
+            output = whole_writes(sys.stdout.buffer)
+            yield output
+            output.flush()
         elif _is_device(path):
             with Path(path).open("wb") as stream:
                 yield stream
@@ -149,6 +151,15 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
         raise
     except OSError as error:
         raise write_error(path, error) from error
+
+
+def whole_writes(stream: BinaryIO) -> BinaryIO:
+    """Return a standard stream that writes all bytes or raises.
+
+    One without a buffer, which `python -u` makes, writes as many as there is room for, and raises nothing.
+    """
+    raw: object = stream
+    return os.fdopen(stream.fileno(), "wb", closefd=False) if isinstance(raw, io.RawIOBase) else stream
 
 
 def part_of(target: Path) -> Path:

@@ -1,6 +1,7 @@
 """Standard streams that are full, gone or closed: a documented status, and no byte of text in a mesh."""
 
 import re
+import resource
 import subprocess
 import sys
 
@@ -49,6 +50,21 @@ def test_the_status_is_documented_whatever_the_streams(tmp_path, words, redirect
         content = (tmp_path / "a.ply").read_bytes()
         assert content.startswith(b"ply\n")
         assert b"vertices, " not in content
+
+
+def test_text_without_a_buffer_that_does_not_fit_is_missed(tmp_path):
+    with (tmp_path / "out").open("wb") as out:
+        result = subprocess.run(
+            [sys.executable, "-u", "-m", "dmc_cli", "completion", "fish"],
+            stdout=out,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            check=False,
+            timeout=200,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)),
+        )
+    assert result.returncode == 9
+    assert "standard output cannot be written" in result.stderr
 
 
 def test_an_error_that_is_a_bug_of_ours_keeps_its_traceback():
