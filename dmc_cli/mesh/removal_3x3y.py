@@ -13,7 +13,7 @@ import warp as wp
 from dmc_cli.mesh.fetch import fetch_around_cuts
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.merged_vertices import folds, merged_point, point_position
-from dmc_cli.mesh.project import node_cell
+from dmc_cli.mesh.project import GridPoint, node_cell
 from dmc_cli.mesh.selection import keep_masked, mask_length
 from dmc_cli.mesh.simplify_3x3y import LISTED_A_SLAB
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
@@ -101,6 +101,34 @@ def cut_out(
     lower_valence(valence, y)
 
 
+@wp.func
+def merge_ends(
+    mesh: MeshArrays,
+    grid: Grid,
+    color: wp.array(dtype=wp.uint8),
+    cut: wp.int32,
+    point: GridPoint,
+    target: wp.vec3,
+    n: wp.int32,
+    seams_out: wp.array(dtype=wp.int32),
+) -> wp.int32:
+    """Remove the quad of cut n; return a bit for each of its two seams that has one colour on both sides."""
+    h = wp.where(mesh.corners[cut] > mesh.corners[opposite_halfedge(cut)], opposite_halfedge(cut), cut)
+    kept = mesh.corners[h]
+    mesh.position[kept] = target
+    mesh.cell[kept] = node_cell(grid, point.cell)
+    mesh.local[kept] = point.local
+    mesh.quad_gone[h >> 2] = wp.uint8(1)
+    mesh.vertex_gone[mesh.corners[opposite_halfedge(h)]] = wp.uint8(1)
+    seam_x = mesh.twin[h]
+    seam_y = mesh.twin[opposite_halfedge(h)]
+    cut_out(mesh.corners, mesh.twin, mesh.vertex_halfedge, mesh.valence, h)
+    seams_out[2 * n] = seam_x
+    seams_out[2 * n + 1] = seam_y
+    clash = wp.where(color[seam_x >> 2] == color[mesh.twin[seam_x] >> 2], 1, 0)
+    return clash | wp.where(color[seam_y >> 2] == color[mesh.twin[seam_y] >> 2], 2, 0)
+
+
 @wp.kernel
 def remove_3x3y_kernel(
     # In:
@@ -144,21 +172,7 @@ def remove_3x3y_kernel(
                 state_inout[h >> 2] = wp.uint8(0)
             else:
                 removed += 1
-                if mesh.corners[h] > mesh.corners[opposite_halfedge(h)]:
-                    h = opposite_halfedge(h)
-                kept = mesh.corners[h]
-                mesh.position[kept] = target
-                mesh.cell[kept] = node_cell(grid, point.cell)
-                mesh.local[kept] = point.local
-                mesh.quad_gone[h >> 2] = wp.uint8(1)
-                mesh.vertex_gone[mesh.corners[opposite_halfedge(h)]] = wp.uint8(1)
-                seam_x = mesh.twin[h]
-                seam_y = mesh.twin[opposite_halfedge(h)]
-                cut_out(mesh.corners, mesh.twin, mesh.vertex_halfedge, mesh.valence, h)
-                seams_out[2 * n] = seam_x
-                seams_out[2 * n + 1] = seam_y
-                clash = wp.where(color[seam_x >> 2] == color[mesh.twin[seam_x] >> 2], 1, 0)
-                clash |= wp.where(color[seam_y >> 2] == color[mesh.twin[seam_y] >> 2], 2, 0)
+                clash = merge_ends(mesh, grid, color, h, point, target, n, seams_out)
                 clashes |= wp.uint64(clash) << wp.uint64(2 * (n - 32 * block))
     removed_out[block] = removed
     refused_out[block] = refused

@@ -88,17 +88,8 @@ def measure_mesh(
     deviation = None
     if reference is not None:
         warnings += reference.volume.warnings
-        cells, locals, outside = locate_points(mesh, reference.volume)
-        if outside:
-            warnings.append(f"{outside} vertices lie outside the volume; they are measured at its border")
-        rounding = file_rounding(mesh.points, reference.volume)
-        if warning := rounding_warning(rounding):
-            warnings.append(warning)
-        deviation = replace(
-            _deviation(device, reference, cells, locals),
-            rounding_mm=rounding.mm,
-            rounding_relative=rounding.relative,
-        )
+        deviation, told = _compared(device, mesh, reference)
+        warnings += told
     triangles = mesh.triangle_count
     return {
         "schema": SCHEMA,
@@ -119,6 +110,19 @@ def measure_mesh(
         "deviation": plain(asdict(deviation)) if deviation else None,
         "versions": collect_versions(device.name),
     }
+
+
+def _compared(device: Device, mesh: MeshInput, reference: VolumeReference) -> tuple[Deviation, list[str]]:
+    """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told."""
+    told = []
+    cells, locals, outside = locate_points(mesh, reference.volume)
+    if outside:
+        told.append(f"{outside} vertices lie outside the volume; they are measured at its border")
+    rounding = file_rounding(mesh.points, reference.volume)
+    if warning := rounding_warning(rounding):
+        told.append(warning)
+    deviation = _deviation(device, reference, cells, locals)
+    return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative), told
 
 
 def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:

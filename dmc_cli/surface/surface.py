@@ -137,10 +137,7 @@ def _run_stages(
     device = volume.device
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     nodes = find_inside(volume, settings, grid)
-    field = make_field(volume, settings)
-    if nodes.no_data_count:
-        field.has_absent = 1
-        field.absent = absent_value(volume.volume, field)
+    field = _field(volume, settings, nodes)
     cells = find_cells(nodes, grid, device)
     target = volume.volume.affine if affine is None else affine
     is_reversed = _is_reversed(settings, target)
@@ -176,6 +173,15 @@ def _run_stages(
         depths=depths,
         device=device,
     )
+
+
+def _field(volume: DeviceVolume, settings: SurfaceSettings, nodes: InsideBits) -> Any:
+    """Return the kernels' `Field`, which looks for nodes without data only where there are any."""
+    field = make_field(volume, settings)
+    if nodes.no_data_count:
+        field.has_absent = 1
+        field.absent = absent_value(volume.volume, field)
+    return field
 
 
 def _counts(

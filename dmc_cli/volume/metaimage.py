@@ -71,13 +71,6 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     chosen = chosen_index(name, components * volumes, settings.volume_index, "channels or volumes")
     files = _data_files(path, fields, trailing, dimension, name, settings.allow_outside)
     attached = files == (path,)
-    encoding: Encoding = "raw"
-    if not _flag(fields, ("BinaryData",), True):
-        encoding = "text"
-    elif _flag(fields, ("CompressedData",), False) or (
-        not attached and files[0].suffix.lower() in (".gz", ".zraw")
-    ):
-        encoding = "gzip"
     offset = int(_numbers(fields, ("HeaderSize",), name, [0])[0])
     affine, notes = _affine(fields, dimension, settings, name)
     return Layout(
@@ -89,7 +82,7 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         files=files,
         start=header_bytes if attached else 0,
         offset=0 if attached else max(offset, -1),
-        encoding=encoding,
+        encoding=_encoding(fields, None if attached else files[0]),
         components=components,
         component=chosen % components,
         volumes=volumes,
@@ -97,6 +90,14 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         format="meta",
         warnings=notes,
     )
+
+
+def _encoding(fields: dict[str, str], detached: Path | None) -> Encoding:
+    """Return how the values are stored: as the header says, or as the name of their own file does."""
+    if not _flag(fields, ("BinaryData",), True):
+        return "text"
+    is_named = detached is not None and detached.suffix.lower() in (".gz", ".zraw")
+    return "gzip" if is_named or _flag(fields, ("CompressedData",), False) else "raw"
 
 
 def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:

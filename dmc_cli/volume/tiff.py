@@ -64,13 +64,7 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: A file cannot be decoded.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    files = tiff_files(path) if exists(path) and path.is_dir() else [path]
-    if not files:
-        raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
-    bounds = Bounds(path, allow_outside=settings.allow_outside)
-    for file in files:
-        if file != path and file.is_symlink() and not bounds.hold(file):
-            raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
+    files = _files(path, name, settings.allow_outside)
     size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)
     try:
         import tifffile
@@ -107,6 +101,19 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="tiff",
         warnings=warnings,
     )
+
+
+def _files(path: Path, name: str, allow_outside: bool) -> list[Path]:
+    """Return the file itself, or the slices of a folder, unless one is a link out of it."""
+    if not exists(path) or not path.is_dir():
+        return [path]
+    files, bounds = tiff_files(path), Bounds(path, allow_outside=allow_outside)
+    if not files:
+        raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
+    for file in files:
+        if file.is_symlink() and not bounds.hold(file):
+            raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
+    return files
 
 
 def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
