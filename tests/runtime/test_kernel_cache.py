@@ -210,7 +210,9 @@ def test_where_no_thread_can_be_had_modules_are_compiled_one_by_one(cache, monke
     stand_in, calls = failing_once(RuntimeError("can't start new thread"))
     monkeypatch.setattr(wp, "force_load", stand_in)
     compile_modules("cpu", [MODULE], 1, 5)
-    assert [call.get("max_workers") for call in calls] == [5, None, None][: len(calls)]
+    assert calls[0]["max_workers"] == 5
+    assert len(calls) > 1
+    assert not any("max_workers" in call for call in calls[1:])
     monkeypatch.undo()
     assert works()
 
@@ -311,12 +313,12 @@ def test_a_signal_does_not_wait_for_the_compiler(cache, monkeypatch):
 
     def compile_for_long(*_, **__):
         compilers.append(threading.current_thread())
+        os.kill(os.getpid(), signal.SIGUSR1)
         release.wait(60)
 
     monkeypatch.setattr(kernel_cache.wp, "force_load", compile_for_long)
     before = signal.signal(signal.SIGUSR1, strike)
     try:
-        threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGUSR1]).start()
         with pytest.raises(Struck):
             compile_modules("cpu", [MODULE], 1, 1)
     finally:
