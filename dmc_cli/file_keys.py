@@ -42,9 +42,8 @@ class FileKeys:
         status = _status(path)
         if status is not None and stat.S_ISCHR(status.st_mode):
             return set()
-        if status is not None and stat.S_ISDIR(
-            status.st_mode
-        ):  # nothing grows beside it: it is refused later
+        if status is not None and stat.S_ISDIR(status.st_mode):
+            # nothing grows beside it: it is refused later
             return self._remember({_inode(status)})
         real = os.path.realpath(path) if os.path.islink(path) else path  # noqa: PTH114
         part = os.fspath(part_of(Path(real)))
@@ -73,7 +72,7 @@ class FileKeys:
         return {self._folder(os.fspath(folder))[0] for folder in Path(os.path.realpath(path)).parents}
 
     def is_output(self, status: os.stat_result) -> bool:
-        """Whether a file that exists is one of the outputs asked for so far."""
+        """Return whether a file that exists is one of the outputs asked for so far."""
         return _inode(status) in self._existing
 
     def _remember(self, existing: set[object]) -> set[object]:

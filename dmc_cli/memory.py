@@ -146,7 +146,7 @@ def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = Tru
 
 
 def _is_text(output: OutputSettings) -> bool:
-    """Whether a file of the mesh, or of its halfedges, is text."""
+    """Return whether a file of the mesh, or of its halfedges, is text."""
     name = output.output_format or PurePath(output.path).suffix.lower().lstrip(".")
     halfedges = output.halfedges or "none.npz"
     return not output.dry_run and (output.ascii or name != "ply" or not halfedges.lower().endswith(".npz"))
@@ -220,7 +220,7 @@ def held_bytes(volume: Volume) -> int:
 
 
 def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
-    """Whether values lie in a file that is mapped, behind whatever views there are of it."""
+    """Return whether values lie in a file that is mapped, behind whatever views there are of it."""
     owner: Any = values
     while isinstance(owner, (np.ndarray, memoryview)):
         owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
@@ -271,12 +271,12 @@ def _too_much(what: str, free: int, limit: str, settings: ConvertSettings) -> Me
 
 
 def _for_each(size: int, jobs: int) -> str:
-    """What a job has of memory that several share."""
+    """Tell what a job has of memory that several share."""
     return f", {_readable(size // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
 
 
 def _fewer(jobs: int) -> str:
-    """What may help where several jobs share the memory."""
+    """Tell what may help where several jobs share the memory."""
     return "take fewer --jobs, " if jobs > 1 else ""
 
 

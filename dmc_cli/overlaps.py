@@ -78,12 +78,13 @@ def _outputs(item: ConvertSettings) -> Iterator[Output]:
 
 def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[str]:
     """Yield the files of an input beside the one that it is named by, as far as its headers tell."""
-    if path.lower().endswith(_SINGLE_FILES) and read.input_format is None:
-        return
     found = Path(path)
+    is_folder = exists(found) and found.is_dir()
+    if path.lower().endswith(_SINGLE_FILES) and read.input_format is None and not is_folder:
+        return
     if found.name.upper() == "DICOMDIR" and exists(found) and found.is_file():
-        found = found.parent
-    if exists(found) and found.is_dir():
+        found, is_folder = found.parent, True
+    if is_folder:
         walk = Walk(found, Bounds(found, allow_outside=read.allow_outside))
         for name, status in walk.files():
             file = os.fspath(found / name)
@@ -99,7 +100,7 @@ def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[s
 
 
 def _holds_values(file: str) -> bool:
-    """Whether a file in a folder looks like a slice."""
+    """Return whether a file in a folder looks like a slice."""
     try:
         with Path(file).open("rb") as stream:
             start = stream.read(132)

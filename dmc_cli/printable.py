@@ -34,5 +34,5 @@ def json_text(value: Any, indent: int | None = None) -> str:
 
 
 def _is_printed(letter: str) -> bool:
-    """Whether a character is seen as it is: a letter, a sign, or a space of any width."""
+    """Return whether a character is seen as it is: a letter, a sign, or a space of any width."""
     return letter.isprintable() or unicodedata.category(letter) == "Zs"

@@ -214,6 +214,21 @@ def test_no_output_is_a_slice_of_any_series_but_a_mesh_may_lie_beside_them(run, 
         assert run("convert", ".", *words).exit_code == 0
 
 
+@pytest.mark.parametrize("name", ["ct.dcm", "CT.ZIP", "stack.tif", "scan.raw"])
+def test_a_folder_called_like_a_file_is_a_folder(run, folder, sample_data, name):
+    """A slice that is of no series is read as well."""
+    import pydicom
+
+    os.mkdir(name)
+    for number, path in enumerate(sorted((sample_data / "dicom" / "head_ct").iterdir())[:3]):
+        dataset = pydicom.dcmread(path)
+        dataset.SeriesInstanceUID = f"1.2.{number // 2}"
+        dataset.save_as(f"{name}/{number}")
+    told = refused(run, folder, "convert", name, f"{name}/2", *AS_MESH)
+    assert f"the mesh to be written, is the file {name}/2, which is read" in told
+    refused(run, folder, "batch", "a.nrrd", name, *AS_MESH, "-o", f"{name}/0")
+
+
 def test_no_output_is_a_slice_of_a_stack_of_tiff_files_or_in_a_zip(run, folder, sample_data):
     tifffile = pytest.importorskip("tifffile")
     os.mkdir("stack")
