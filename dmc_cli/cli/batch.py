@@ -11,10 +11,10 @@ from dmc_cli.cli.progress import echo_data, shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.cli.signals import signals_held
 from dmc_cli.errors import BatchError
+from dmc_cli.printable import json_text
 
 if TYPE_CHECKING:
     from dmc_cli.batch import Outcome
-from dmc_cli.printable import json_text
 
 
 @click.command(cls=SectionedCommand, short_help="Convert many inputs in one run.")

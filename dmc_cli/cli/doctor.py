@@ -11,7 +11,7 @@ from dmc_cli.printable import json_text
 
 
 @click.command(cls=SectionedCommand, short_help="Tell versions, devices, codecs and the kernel cache.")
-@click.option("--warm-up", is_flag=True, help="Compile all kernels now, for every device found.")
+@click.option("--warm-up", is_flag=True, help="Compile all kernels now, for the CPU and the first GPU.")
 @options.json_option
 @options.verbosity_options
 def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:

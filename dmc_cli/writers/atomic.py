@@ -18,7 +18,7 @@ import stat
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -254,11 +254,14 @@ def _lock(descriptor: int) -> bool:
 def _remove_ours(part: Path, stream: BinaryIO) -> None:
     """Remove the temporary file, unless its name meanwhile belongs to another run."""
     if stream.closed or _is_same_file(stream.fileno(), part):
+        if fcntl is None:
+            with suppress(OSError):  # what it could not write is not wanted any more
+                stream.close()  # Windows removes closed files only
         part.unlink(missing_ok=True)
 
 
 def _is_same_file(descriptor: int, path: Path) -> bool:
-    """Whether an open file is the one that stands under a path."""
+    """Return whether an open file is the one that stands under a path."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import SettingsError
+from dmc_cli.runtime.stop import check_stop
 from dmc_cli.settings import STREAM
 from dmc_cli.writers.atomic import open_output, write_output
 from dmc_cli.writers.text import CHUNK_ROWS, float_lines
@@ -129,6 +130,7 @@ def _write_archive(path: str, dump: HalfedgeDump, *, force: bool) -> None:
                     member, {"descr": descr, "fortran_order": False, "shape": table.shape}
                 )
                 for piece in table.pieces():
+                    check_stop()
                     member.write(piece.data)
 
 

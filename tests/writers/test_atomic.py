@@ -9,10 +9,14 @@ import stat
 import subprocess
 import sys
 import time
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from dmc_cli.errors import WriteError
+from dmc_cli.settings import STREAM
+from dmc_cli.writers import atomic
 from dmc_cli.writers.atomic import check_output, open_output, write_output
 
 SLOW_WRITER = """
@@ -217,3 +221,33 @@ def test_a_disk_that_cannot_be_waited_for_is_written_all_the_same(target, monkey
     monkeypatch.setattr(os, "fsync", unknown)
     write_output(str(target), [b"new"], force=True)
     assert target.read_bytes() == b"new"
+
+
+def test_on_windows_a_part_that_is_not_wanted_is_removed(target, monkeypatch):
+    monkeypatch.setattr(atomic, "fcntl", None)
+
+    def unlink(part, *, missing_ok):
+        assert stream.closed  # Windows removes closed files only
+        os.remove(part)
+
+    monkeypatch.setattr(Path, "unlink", unlink)
+    with pytest.raises(KeyboardInterrupt), open_output(str(target), force=False) as stream:
+        stream.write(b"ours")
+        raise KeyboardInterrupt
+    assert os.listdir(target.parent) == []
+
+
+def test_standard_output_without_a_buffer_is_written_as_a_whole_or_missed(tmp_path, monkeypatch):
+    """The system writes as much as there is room for and raises nothing; `python -u` hands that on."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with (tmp_path / "out").open("wb", buffering=0) as raw:
+        monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=raw))
+        write_output(STREAM, [b"01234", b"56789"], force=False)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (15, limits[1]))
+        try:
+            with pytest.raises(WriteError, match="standard output"):
+                write_output(STREAM, [b"0123456789"], force=False)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert not raw.closed
+    assert (tmp_path / "out").read_bytes() == b"012345678901234"

@@ -3,13 +3,10 @@
 import errno
 import fcntl
 import os
-import resource
 import socket
-import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -397,19 +394,3 @@ def test_standard_output_that_fails_at_the_end_is_told(monkeypatch):
     monkeypatch.setattr(atomic.sys, "stdout", type("Stdout", (), {"buffer": Full()}))
     with pytest.raises(WriteError, match="standard output cannot be written: the disk is full"):
         write_output(STREAM, [b"abc"], force=False)
-
-
-def test_standard_output_without_a_buffer_is_written_as_a_whole_or_missed(tmp_path, monkeypatch):
-    """The system writes as much as there is room for and raises nothing; `python -u` hands that on."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with (tmp_path / "out").open("wb", buffering=0) as raw:
-        monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=raw))
-        write_output(STREAM, [b"01234", b"56789"], force=False)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (15, limits[1]))
-        try:
-            with pytest.raises(WriteError, match="standard output"):
-                write_output(STREAM, [b"0123456789"], force=False)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        assert not raw.closed
-    assert (tmp_path / "out").read_bytes() == b"012345678901234"
