@@ -181,7 +181,7 @@ def checked_padding(name: str, padding: Any) -> tuple[float, float] | None:
         return None
     try:
         low, high = (int(end) if is_whole(end) else as_real(end) for end in padding)
-        if low <= high:
+        if low <= high and float(low) <= float(high):  # else no float64 holds them
             return low, high
     except (TypeError, ValueError, OverflowError):
         pass

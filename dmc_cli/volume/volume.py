@@ -90,7 +90,7 @@ class Volume:
             VolumeError: What is given is no volume.
         """
         name = self.path or "the volume"
-        if self.space not in get_args(Space):
+        if not isinstance(self.space, str) or self.space not in get_args(Space):
             raise VolumeError(
                 f"{name}: space {self.space!r} found; expected one of {', '.join(get_args(Space))}"
             )

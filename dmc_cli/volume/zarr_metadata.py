@@ -276,7 +276,10 @@ def _fill(told: Any, dtype: np.dtype[Any]) -> Any:
     if dtype.kind == "f":
         if isinstance(told, str) and told.startswith("0x"):
             return np.array(int(told, 16), f"u{dtype.itemsize}").view(f"f{dtype.itemsize}")[()]
-        return dtype.type(float(told))  # "NaN" and "Infinity" are what float takes, too
+        number = float(told)  # which takes "NaN" and "Infinity", too
+        if math.isfinite(number) and abs(number) > float(np.finfo(dtype).max):
+            raise ValueError(f"fill value {told!r} found; expected a {dtype.name}")
+        return dtype.type(number)
     if isinstance(told, str) or not math.isfinite(told) or told != int(told):
         raise ValueError(f"fill value {told!r} found; expected an integer")
     return np.array(int(told), dtype)[()]

@@ -191,6 +191,11 @@ def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
             "v 0 0 0\nv 1 0 nan\nv 1 1 0\nf 1 2 3\n",
             "vertex 1 is at .*nan.*; expected finite numbers",
         ),
+        (
+            "a.off",
+            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 -1e39 0\n3 0 1 2\n",
+            r"vertex 2 is at \[0.0, -1e\+39, 0.0\]; expected finite numbers up to 3.4e\+38",
+        ),
         ("a.obj", "v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3\n", "a vertex with fewer than 3 coordinates"),
         ("a.obj", "v 0 0 0\n", "1 vertices and no faces were found"),
         ("a.obj", "", "0 vertices and no faces were found"),

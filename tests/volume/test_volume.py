@@ -128,7 +128,7 @@ def test_lists_and_whole_numbers_make_an_affine_too():
     assert made.spacing == (3.0, 2.0, 4.0)
 
 
-@pytest.mark.parametrize("space", ["ras", "LPI", "", None, []])
+@pytest.mark.parametrize("space", ["ras", "LPI", "", None, [], np.array(["RAS"])], ids=str)
 def test_an_unknown_space_is_refused(space):
     with pytest.raises(VolumeError, match=r"space .* found; expected one of RAS, LPS, none"):
         volume(space=space)
@@ -147,7 +147,8 @@ def test_slopes_that_lose_the_values_are_refused(slope, intercept):
 
 
 @pytest.mark.parametrize(
-    "padding", [(3, 2), (np.nan, 2), (1,), (1, 2, 3), 5, ("a", 1), "ab", (1, 2j), (0, True)]
+    "padding",
+    [(3, 2), (np.nan, 2), (1,), (1, 2, 3), 5, ("a", 1), "ab", (1, 2j), (0, True), (10**400, 10**401)],
 )
 def test_padding_that_is_no_range_is_refused(padding):
     with pytest.raises(VolumeError, match=r"padding .*expected"):

@@ -162,6 +162,11 @@ def test_a_fill_value_of_truth_values_is_one(tmp_path):
         read(store(tmp_path / "a.zarr", bytes(6 * 7 * 9), dtype="|b1", fill_value=2))
 
 
+def test_a_fill_value_is_a_number_of_its_type(tmp_path):
+    with pytest.raises(DamagedVolumeError, match=r"fill value 1e\+39 found; expected a float32"):
+        read(store(tmp_path / "a.zarr", bytes(4 * 6 * 7 * 9), dtype="<f4", fill_value=1e39))
+
+
 @pytest.mark.parametrize("sharded", [False, True])
 def test_a_volume_among_several_is_put_together_from_its_own_chunks(tmp_path, sharded):
     values = counting((3, 5, 6, 7, 9), "<u2")

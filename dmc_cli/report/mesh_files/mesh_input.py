@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.volume.checks import FARTHEST_MM
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -46,7 +47,7 @@ def make_mesh(
 
     Raises:
         UnsupportedFormatError: A face has neither three nor four corners.
-        MeshFileError: A face names a vertex that is not there, or a coordinate is not finite.
+        MeshFileError: A face names a vertex that is not there, or a coordinate is no float32 number.
     """
     odd = np.flatnonzero((counts < 3) | (counts > 4))
     if odd.size:
@@ -55,10 +56,11 @@ def make_mesh(
             " triangulate larger faces"
         )
     points = np.ascontiguousarray(points, dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(points) <= FARTHEST_MM).all(axis=1))  # a NaN is none
     if bad.size:
         raise MeshFileError(
-            f"{path}: vertex {bad[0]} is at {points[bad[0]].tolist()}; expected finite numbers"
+            f"{path}: vertex {bad[0]} is at {points[bad[0]].tolist()}; expected finite numbers up to"
+            f" {FARTHEST_MM:.2g}, which float32 holds"
         )
     outside = np.flatnonzero((corners < 0) | (corners >= len(points)))
     if outside.size:
