@@ -80,7 +80,7 @@ class Bench:
         return (change, taken, bool(sound)) if done else None
 
     def filled(self, entries, vertices):
-        """Whether the journal's next entry after `entries`, or a vertex after others, has a place left."""
+        """Return 1 for what fails, else 0: `entries` of the journal, one more; `vertices`, one more."""
         told = wp.zeros(4, dtype=wp.int32)
         wp.launch(fill_kernel, 1, [self.work, entries, vertices, told], device="cpu")
         return told.numpy().tolist()

@@ -70,8 +70,13 @@ def wild_cells(count):
     return values, [frozenset(p) for p in few]
 
 
-def on_device(values, dtype, device="cpu"):
-    return wp.array(values, dtype=dtype, device=device)
+def run(kernel, device, inputs, kinds):
+    """Launch a kernel on inputs, each beside its type; return its outputs, one of each of `kinds`."""
+    count = len(inputs[0][0])
+    arrays = [wp.array(values, dtype=kind, device=device) for values, kind in inputs]
+    outputs = [wp.zeros(count, dtype=kind, device=device) for kind in kinds]
+    select_device(device, 1).launch(kernel, count, arrays, outputs)
+    return [output.numpy() for output in outputs]
 
 
 @pytest.fixture(scope="module")
@@ -82,10 +87,8 @@ def cells():
 def placed(cells, device):
     values, polygons = cells
     bits = np.array([sum(1 << e for e in polygon) for polygon in polygons], np.uint32)
-    outputs = [wp.zeros(len(values), dtype=kind, device=device) for kind in (wp.vec4, wp.vec4, wp.vec3)]
-    inputs = [on_device(values, CornerValues, device), on_device(bits, wp.uint32, device)]
-    select_device(device, 1).launch(place_kernel, len(values), inputs, outputs)
-    return [output.numpy() for output in outputs]
+    inputs = [(values, CornerValues), (bits, wp.uint32)]
+    return run(place_kernel, device, inputs, (wp.vec4, wp.vec4, wp.vec3))
 
 
 def test_every_attempt_finds_what_the_oracle_finds(cells, device):
@@ -125,16 +128,14 @@ def test_the_root_on_a_segment_is_the_nearest_that_a_sixteenth_of_it_tells(cells
     points = [oracle.crossings(f, p) for f, p in zip(values.astype(float), polygons, strict=True)]
     starts = np.array([p.mean(axis=0) for p in points], np.float32)
     ends = np.array([p[0] for p in points], np.float32)
-    roots = wp.zeros(len(values), dtype=wp.vec3, device=device)
-    inputs = [on_device(values, CornerValues, device)]
-    inputs += [on_device(places, wp.vec3, device) for places in (starts, ends)]
-    select_device(device, 1).launch(segment_kernel, len(values), inputs, [roots])
+    inputs = [(values, CornerValues), (starts, wp.vec3), (ends, wp.vec3)]
+    (roots,) = run(segment_kernel, device, inputs, [wp.vec3])
     ways = ends.astype(float) - starts
     expected = [
         oracle.root_on_segment(f, a, b)
         for f, a, b in zip(values.astype(float), starts.astype(float), ends.astype(float), strict=True)
     ]
-    wrong = np.abs(roots.numpy() - expected).max(axis=1) > 1e-5
+    wrong = np.abs(roots - expected).max(axis=1) > 1e-5
     inside = np.linalg.norm(expected - ends, axis=1) > 1e-3 * np.linalg.norm(ways, axis=1)
     assert inside.sum() > 50
     assert wrong.mean() < 0.005  # where the interpolant is 0 but for rounding
@@ -151,8 +152,6 @@ def test_two_roots_between_samples_are_not_seen(second, expected, device):
         roots.sum(),
     ]
     values = np.array([[bernstein[bin(c).count("1")] for c in range(8)]], np.float32)
-    out = wp.zeros(1, dtype=wp.vec3, device=device)
-    inputs = [on_device(values, CornerValues, device)]
-    inputs += [on_device(np.full((1, 3), x, np.float32), wp.vec3, device) for x in (0.0, 1.0)]
-    select_device(device, 1).launch(segment_kernel, 1, inputs, [out])
-    np.testing.assert_allclose(out.numpy()[0], np.full(3, expected), atol=1e-4)
+    ends = [(np.full((1, 3), x, np.float32), wp.vec3) for x in (0.0, 1.0)]
+    (root,) = run(segment_kernel, device, [(values, CornerValues), *ends], [wp.vec3])
+    np.testing.assert_allclose(root[0], np.full(3, expected), atol=1e-4)

@@ -112,8 +112,8 @@ def test_streams_that_follow_one_another(codec):
     assert unpacked(codec, PACKED[codec](b"abc") + b"\0\0\0\0\0\0", 5) == b"abc"
 
 
-def test_one_zlib_stream_is_all(codec="zlib"):
-    assert unpacked(codec, PACKED[codec](b"abc") + PACKED[codec](b"de"), 5) == b"abc"
+def test_one_zlib_stream_is_all():
+    assert unpacked("zlib", zlib.compress(b"abc") + zlib.compress(b"de"), 5) == b"abc"
 
 
 @pytest.mark.parametrize("codec", ["zlib", "gzip", "bz2", "lzma"])

@@ -65,7 +65,7 @@ def nrrd(folder, content=None, **fields):
         ({"space_directions": "(1,0) (0,1) (1,1)"}, "without three coordinates"),
         ({"space_directions": "(1,0,0) (0,1,x) (0,0,1)"}, "vector '(0,1,x)' found"),
         ({"spacings": "1 x 1"}, "spacings '1 x 1' found in the header; expected numbers"),
-        ({"nonsense without a colon": None, "sizes": "2 3 4\nnonsense"}, "header line 'nonsense' found"),
+        ({"sizes": "2 3 4\nnonsense"}, "header line 'nonsense' found"),
     ],
     ids=lambda value: str(value)[:40],
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DmcError, VolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.read import check_input, list_volumes, read_volume
 from tests.fuzz.honest import HONEST
@@ -228,9 +228,9 @@ def test_a_name_that_no_file_system_takes(tmp_path):
 
 
 @pytest.mark.parametrize("reader", ["tiff", "zarr"])
-def test_damage_is_told_as_damage(tmp_path, reader, break_file):
+def test_what_the_system_says_is_told(tmp_path, reader, break_file):
     for package in NEEDED.get(reader, ()):
         pytest.importorskip(package)
     path = HONEST[reader](tmp_path)[0]
     break_file(path, 8)
-    assert isinstance(outcome_of(path, reader), (DamagedVolumeError, VolumeError))
+    assert "Input/output error" in str(outcome_of(path, reader))
