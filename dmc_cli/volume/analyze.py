@@ -13,8 +13,9 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.content import first_bytes
 from dmc_cli.volume.layout import Layout, chosen_index, scale_affine
-from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
+from dmc_cli.volume.pair import checked_pair, is_gzip
 
 HEADER_BYTES = 348
 
@@ -33,7 +34,7 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
     header_path, data_path = checked_pair(path, name, settings.allow_outside)
-    start = read_start(header_path, name)
+    start = first_bytes(header_path, name, HEADER_BYTES)
     order = next((o for o in "<>" if start[:4] == struct.pack(f"{o}i", HEADER_BYTES)), None)
     if order is None or len(start) < HEADER_BYTES:
         raise UnsupportedFormatError(

@@ -5,7 +5,7 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-from dmc_cli.errors import VolumeError
+from dmc_cli.errors import DamagedVolumeError
 
 CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("dicom", lambda start: start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04")),
@@ -23,17 +23,28 @@ CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
 
 def format_of_content(path: Path, name: str) -> str | None:
     """The format whose first bytes the file has, or None."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(4096)
-        if start[:2] == b"\x1f\x8b":
-            with gzip.open(path) as stream:
-                start = stream.read(4096)
-    except (OSError, EOFError, zlib.error) as error:
-        raise VolumeError(f"{name}: cannot be read ({error}); check the file") from error
-    return format_of_start(start)
+    return format_of_start(first_bytes(path, name, 4096))
 
 
 def format_of_start(start: bytes) -> str | None:
     """The format that begins so, or None."""
     return next((found for found, test in CONTENTS if test(start)), None)
+
+
+def first_bytes(path: Path, name: str, count: int) -> bytes:
+    """The first `count` bytes of a file, unpacked where they are gzipped, or fewer where it ends.
+
+    Raises:
+        DamagedVolumeError: What is gzipped there is damaged.
+    """
+    with path.open("rb") as file:
+        start = file.read(count)
+    if start[:2] != b"\x1f\x8b":
+        return start
+    try:
+        with gzip.open(path) as stream:
+            return stream.read(count)
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise DamagedVolumeError(
+            f"{name}: the gzipped file is damaged at its start ({error}); get the file again"
+        ) from error

@@ -12,9 +12,10 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.content import first_bytes
 from dmc_cli.volume.layout import Encoding, Layout, chosen_index, scale_affine
-from dmc_cli.volume.nifti_header import Matrix, NiftiHeader, parse_nifti
-from dmc_cli.volume.pair import checked_pair, is_gzip, read_start
+from dmc_cli.volume.nifti_header import RECORDS, Matrix, NiftiHeader, parse_nifti
+from dmc_cli.volume.pair import checked_pair, is_gzip
 from dmc_cli.volume.volume import Space
 
 UNITS = {0: 1.0, 1: 1e3, 2: 1.0, 3: 1e-3}
@@ -34,7 +35,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
     header_path, data_path = checked_pair(path, name, settings.allow_outside)
-    header = parse_nifti(read_start(header_path, name), name)
+    header = parse_nifti(first_bytes(header_path, name, max(RECORDS)), name)
     shape, volumes = _grid(header, name)
     affine, space, notes = _affine(header, name)
     slope, intercept = _scaling(header)

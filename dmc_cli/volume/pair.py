@@ -1,10 +1,7 @@
 """Pairs of a header and a data file, .hdr and .img, either of them gzipped or not."""
 
-import gzip
-import zlib
 from pathlib import Path
 
-from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume.layout import check_file, exists
 from dmc_cli.volume.within import check_beside
 
@@ -45,20 +42,3 @@ def is_gzip(path: Path, name: str) -> bool:
     check_file(path, name if path.name == Path(name).name else f"{name} ({path.name})")
     with path.open("rb") as file:
         return file.read(2) == b"\x1f\x8b"
-
-
-def read_start(path: Path, name: str) -> bytes:
-    """The first 540 decoded bytes of a file, or fewer where it ends."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(540)
-        if start[:2] == b"\x1f\x8b":
-            with gzip.open(path) as stream:
-                start = stream.read(540)
-    except (OSError, EOFError, zlib.error) as error:
-        if isinstance(error, PermissionError):
-            raise VolumeError(f"{name}: no permission to read it; check the file's access rights") from error
-        raise DamagedVolumeError(
-            f"{name}: the compressed header is damaged ({error}); get the file again"
-        ) from error
-    return start
