@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PY := $(BIN)/python
 TESTS := $(PY) -m pytest
 # Side by side on the cores there are; kernels share them
-PARALLEL := --numprocesses auto --maxprocesses 4
+PARALLEL := --numprocesses auto --maxprocesses 4 --dist worksteal
 SECONDS ?= 60
 AREA ?= mesh
 COUNT ?= 60

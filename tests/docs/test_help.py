@@ -33,6 +33,16 @@ def test_every_option_has_help(command):
 
 
 @pytest.mark.parametrize("command", dmc.commands)
+def test_the_examples_have_options_and_words_that_there_are(command, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for example in examples(command):
+        _, name, *words = shlex.split(example)
+        with dmc.commands[name].make_context(name, words, parent=click.Context(dmc, info_name="dmc")):
+            pass
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", dmc.commands)
 def test_the_examples_run(command, tmp_path):
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
     for example in examples(command):

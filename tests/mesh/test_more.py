@@ -241,14 +241,25 @@ def test_a_guest_stays_with_a_host_within_reach(extract):
     assert np.linalg.norm(gaps, axis=2).min(axis=1).max() <= FARTHEST + 1e-4
 
 
+@pytest.mark.slow
 def test_a_scan_gets_better_in_every_respect(extract, sample_data):
     volume = read_volume(str(sample_data / "nrrd" / "tooth.nrrd"), ReadSettings())
     before = by_patterns(extract(volume, 500.0, border="closed", threads=2))
     assert_goals(before, simplify_more(*before, 5), GOALS["nrrd_tooth/tooth.nhdr"])
 
 
-@pytest.mark.parametrize("volume", [smooth_noise(40, 1.0), white_noise(24)], ids=["smooth", "white"])
-def test_threads_do_not_show(extract, volume):
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: smooth_noise(20, 1.0),
+        lambda: white_noise(10),
+        pytest.param(lambda: smooth_noise(40, 1.0), marks=pytest.mark.slow),
+        pytest.param(lambda: white_noise(24), marks=pytest.mark.slow),
+    ],
+    ids=["smooth", "white", "large smooth", "large white"],
+)
+def test_threads_do_not_show(extract, make):
+    volume = make()
     one, *others = [simplify_more(*by_patterns(extract(volume, threads=n)), 2) for n in (1, 2, 3)]
     for other in others:
         assert one.operations == other.operations > 0
@@ -258,7 +269,7 @@ def test_threads_do_not_show(extract, volume):
 
 
 def test_colors_stay_proper(extract):
-    mesh = colored(extract(smooth_noise(32, 1.0), border="closed", threads=2))
+    mesh = colored(extract(smooth_noise(20, 1.0), border="closed", threads=2))
     patterns = mesh.simplified()
     result = simplify_more(patterns.surface, patterns.halfedges, 6, patterns.color, patterns.color24)
     twin, color = result.halfedges.twin.numpy(), np.repeat(result.color.numpy(), 4)

@@ -242,8 +242,14 @@ def test_uneven_slices_are_relaxed_in_the_output_space(device):
     assert quad_shapes(after).mean() > quad_shapes(surface).mean() + 0.02
 
 
+QUICK_VOLUMES = ("nrrd_tooth/tooth.nhdr", "raw_microct_bone")
+
+
 @pytest.mark.real
-@pytest.mark.parametrize("name", REAL_VOLUMES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n in QUICK_VOLUMES else pytest.mark.slow) for n in REAL_VOLUMES],
+)
 def test_real_volumes(extract, name, shared_data):
     volume, isovalue = read_real_volume(shared_data, name), REAL_VOLUMES[name][0]
     surface = extract(volume, isovalue, border="closed", threads=2)

@@ -136,6 +136,7 @@ def test_a_fault_in_a_constant_is_shown_to_the_tests_that_read_its_module():
     assert chosen[0] == f"{files[1]}::plain"
 
 
+@pytest.mark.slow
 def test_a_fault_that_a_test_notices_is_killed(tmp_path):
     (tmp_path / PACKAGE).mkdir()
     (tmp_path / PACKAGE / "__init__.py").touch()

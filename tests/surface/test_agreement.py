@@ -22,7 +22,8 @@ from tests.surface.agreement import assert_same_surface, extract_on
 EXAMPLES = 5 * settings.default.max_examples
 """Small volumes are cheap to cut: many more than the profile's number."""
 
-WIDTHS = (2, 3, 31, 32, 33, 34, 63, 64, 65, 95, 96, 97)
+WIDTHS = (2, 31, 32, 33, 64, 65)
+FURTHER_WIDTHS = (3, 34, 63, 95, 96, 97)
 """Nodes along x: words of bits hold 32."""
 
 
@@ -79,13 +80,13 @@ def test_any_small_volume(device, drawn):
     assert_same_surface(extract_on(device, volume, chosen), extract_oracle_surface(volume, chosen))
 
 
-@pytest.mark.parametrize("nx", WIDTHS)
+@pytest.mark.parametrize("nx", [*WIDTHS, *(pytest.param(n, marks=pytest.mark.slow) for n in FURTHER_WIDTHS)])
 def test_noise_of_any_width(extract, nx, topology, border):
     noise = np.random.default_rng(nx).standard_normal((4, 5, nx)).astype(np.float32)
     assert_agrees(extract, volume_of(noise), topology=topology, border=border)
 
 
-@pytest.mark.parametrize("share", [0.02, 0.1])
+@pytest.mark.parametrize("share", [pytest.param(0.02, marks=pytest.mark.slow), 0.1])
 @pytest.mark.parametrize("nx", [31, 33, 65])
 def test_noise_with_missing_nodes_of_any_width(extract, nx, share, topology, border):
     rng = np.random.default_rng(nx)
