@@ -45,6 +45,9 @@ PREFERRED = ("pylibjpeg", "pyjpegls")
 """pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
 libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
 
+DECODED = (0x0028, 0x7FE0)
+"""Groups of the elements that decoders look at: the image's, and those of its pixels."""
+
 MOST_FRAGMENTS = 4096
 """More fragments than a frame has."""
 
@@ -60,7 +63,6 @@ TABLE_BYTES = 1024
 
 def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     """Compressed or otherwise unusual slices, through pydicom and its plugins."""
-    from pydicom.filereader import read_partial
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 
     header, pixels = task[0][1].header, task[0][1].pixels
@@ -78,7 +80,7 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
         slack += TABLE_BYTES * pixels.frames
         most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + slack
         with header.file.open(most) as file:
-            dataset = read_partial(PiecewiseStream(file, header.file.effort), _behind_pixels(), force=True)  # type: ignore[arg-type]
+            dataset = _with_pixels(header, PiecewiseStream(file, header.file.effort))
             if not any(tag in dataset for tag in (PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA)):
                 raise EOFError("the file ends before its pixel data are complete")
             wanted = [frame.index for _, frame in task]
@@ -104,6 +106,21 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
         raise DamagedVolumeError(
             f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
         ) from error
+
+
+def _with_pixels(header: Header, file: Any) -> Any:
+    """Return pydicom's data set of what decoders need: of a long header all else is not read once more."""
+    from pydicom.filereader import read_dataset, read_partial
+
+    known = header.dataset
+    if not hasattr(known, "original_encoding"):  # found without pydicom, and short
+        return read_partial(file, _behind_pixels(), force=True)
+    file.seek(header.pixel_start or 0)
+    is_implicit, is_little_endian = known.original_encoding
+    dataset = read_dataset(file, is_implicit, is_little_endian, stop_when=_behind_pixels())
+    for group in DECODED:
+        dataset.update(known.group_dataset(group))
+    return dataset
 
 
 def _behind_pixels() -> Callable[[int, str | None, int], bool]:

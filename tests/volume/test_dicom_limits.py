@@ -1,16 +1,19 @@
 """Where a series' rules turn: each by a series just on one side and one just on the other."""
 
 import math
+from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pydicom import uid
+from pydicom import dcmread, uid
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, SettingsError, VolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import dicom_pixels
+from dmc_cli.volume.dicom_effort import Effort
 from dmc_cli.volume.read import list_volumes
 from tests.volume.reading import physical, read
 from tests.volume.scanner import axial, make_slice, plane_values, save, save_stack
@@ -292,6 +295,28 @@ def test_long_sequences_are_read_piece_by_piece(tmp_path, monkeypatch):
     monkeypatch.setattr(dicom_elements, "PIECES_AN_ITEM", -900_000)
     with pytest.raises(VolumeError, match=r"sequence .* cannot be read|no DICOM image"):
         read(tmp_path / "a.dcm")
+
+
+def test_a_long_header_is_read_once_however_many_threads_decode(tmp_path, monkeypatch):
+    dataset = dcmread(enhanced(tmp_path / "a.dcm", count=8))
+    dataset[0x52009230].is_undefined_length = True  # pydicom can only parse it to find its end
+    dataset.compress(uid.RLELossless)
+    dataset.save_as(tmp_path / "a.dcm")
+    taken, pieces = Counter(), []
+    monkeypatch.setattr(Effort, "take_piece", lambda _: taken.update(["piece"]))
+    for threads in (1, 8):
+        taken.clear()
+        volume = read(tmp_path / "a.dcm", threads=threads)
+        np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(8)])
+        pieces.append(taken.total())
+    assert pieces[0] > 100
+    assert pieces[1] < pieces[0] + 7 * 40
+
+
+def test_another_byte_order_of_the_processor_takes_pydicoms_way(tmp_path, monkeypatch):
+    expected = read(save_stack(tmp_path, axial()))
+    monkeypatch.setattr(dicom_pixels, "sys", SimpleNamespace(byteorder="big"))
+    np.testing.assert_array_equal(read(tmp_path).values, expected.values)
 
 
 LOCALIZER = ["ORIGINAL", "PRIMARY", "LOCALIZER"]
