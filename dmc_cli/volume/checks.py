@@ -51,7 +51,7 @@ def check_affine(name: str, affine: _Float64) -> None:
 
 
 def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The type itself if a volume can hold it: integers of 8 to 64 bits, float32, float64.
+    """Return the type itself if a volume can hold it: integers of 8 to 64 bits, float32, float64.
 
     Raises:
         UnsupportedFormatError: Complex, colour and other types.
@@ -65,12 +65,12 @@ def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def widened_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The type that values of a type become in a volume, if there is one."""
+    """Return the type that values of a type become in a volume, if there is one."""
     return np.dtype(WIDENED.get(dtype.char, dtype))
 
 
 def checked_values(name: str, values: Any) -> _Array:
-    """A read-only view of an array [k, j, i] that a volume can hold, or a converted copy where none can be.
+    """Return a read-only view of an array [k, j, i] that a volume can hold, or else a converted copy.
 
     Copied are values in foreign byte order, not contiguous or not aligned, and half floats, which become
     float32; truth values become uint8. The caller's array is never changed.
@@ -91,7 +91,7 @@ def checked_values(name: str, values: Any) -> _Array:
 
 
 def _float64(given: Any) -> _Float64:
-    """A copy in double precision; ValueError for what is no array of real numbers, all of them there."""
+    """Return a copy in double precision; ValueError unless all of it are real numbers, and there."""
     if isinstance(given, np.ma.MaskedArray):
         raise ValueError("a masked array may lack some")
     found = np.asarray(given)
@@ -101,7 +101,7 @@ def _float64(given: Any) -> _Float64:
 
 
 def checked_affine(name: str, affine: Any) -> _Float64:
-    """A copy of a map from node indices to millimetres, shape (4, 4).
+    """Return a copy of a map from node indices to millimetres, shape (4, 4).
 
     Raises:
         VolumeError: It is of another shape, not finite, not invertible, or its last row is not 0, 0, 0, 1.
@@ -124,7 +124,7 @@ def checked_affine(name: str, affine: Any) -> _Float64:
 
 
 def checked_positions(name: str, positions: Any, slices: int, step: float) -> _Float64:
-    """A copy of the positions of uneven slices: one a slice, from 0 and increasing; `step` is the affine's.
+    """Return a copy of the positions of uneven slices, from 0 and increasing; `step` is the affine's.
 
     Raises:
         VolumeError: They are not.
@@ -154,7 +154,7 @@ def checked_positions(name: str, positions: Any, slices: int, step: float) -> _F
 
 
 def checked_scale(name: str, slope: Any, intercept: Any) -> tuple[float, float]:
-    """What gives stored values physical ones, in Python's own floats.
+    """Return what gives stored values physical ones, in Python's own floats.
 
     Raises:
         VolumeError: Slope 0, or what is no finite number.
@@ -172,7 +172,7 @@ def checked_scale(name: str, slope: Any, intercept: Any) -> tuple[float, float]:
 
 
 def checked_padding(name: str, padding: Any) -> tuple[float, float] | None:
-    """The closed range of stored values that mean no data, whole numbers exact.
+    """Return the closed range of stored values that mean no data, whole numbers exact.
 
     Raises:
         VolumeError: It is no range of numbers.

@@ -69,7 +69,7 @@ class PiecewiseStream(io.RawIOBase):
         self._left = MOST_PIECES
 
     def read(self, size: int = -1) -> bytes:
-        """So many bytes, or fewer at the end."""
+        """Return so many bytes, or fewer at the end."""
         if size is None or size < 0:
             raise DamagedVolumeError("its meta elements cannot be read")
         self._left -= 1
@@ -80,11 +80,11 @@ class PiecewiseStream(io.RawIOBase):
         return content
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """As the file's."""
+        """Do as the file does."""
         place: int = self._file.seek(offset, whence)
         return place
 
     def tell(self) -> int:
-        """As the file's."""
+        """Do as the file does."""
         place: int = self._file.tell()
         return place

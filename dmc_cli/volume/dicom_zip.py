@@ -38,7 +38,7 @@ _MOST_DICTIONARY = 1 << 28
 
 
 def zip_entries(archive: zipfile.ZipFile, name: str) -> tuple[list[zipfile.ZipInfo], list[str]]:
-    """The entries that can be what they claim, each name once, and sentences on those that cannot.
+    """Return the entries that can be what they claim, each name once, and sentences on those that cannot.
 
     Raises:
         VolumeError: The zip is encrypted.
@@ -88,18 +88,18 @@ def _check_apart(entries: list[zipfile.ZipInfo], name: str) -> None:
 
 
 def _can_hold(entry: zipfile.ZipInfo) -> bool:
-    """Whether a zip's entry can be as large as it claims."""
+    """Return whether a zip's entry can be as large as it claims."""
     return entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
 
 
 def _leads_out(entry_name: str) -> bool:
-    """Whether the name of a zip's entry is absolute or climbs: a trick on whoever unpacks it."""
+    """Return whether the name of a zip's entry is absolute or climbs: a trick on whoever unpacks it."""
     parts = entry_name.replace("\\", "/").split("/")
     return parts[0] == "" or ".." in parts or parts[0][1:2] == ":"
 
 
 def unpacked_start(path: Path, entry: zipfile.ZipInfo, count: int) -> bytes:
-    """The first bytes of a zip's entry, at most `count`, its checksum compared where they are all.
+    """Return the first bytes of a zip's entry, at most `count`, its checksum compared where they are all.
 
     Raises:
         zipfile.BadZipFile: It is not where the zip says, or damaged.
@@ -123,7 +123,7 @@ def unpacked_start(path: Path, entry: zipfile.ZipInfo, count: int) -> bytes:
 
 
 def _unpacker(kind: int, packed: bytes) -> tuple[Any, bytes]:
-    """What unpacks a stream of a zip's kind, and the stream without what stands before it."""
+    """Return what unpacks a stream of a zip's kind, and the stream without what stands before it."""
     if kind == zipfile.ZIP_DEFLATED:
         return new_inflater(-15), packed
     if kind == zipfile.ZIP_BZIP2:

@@ -49,7 +49,7 @@ class MappedFile(mmap.mmap):
 
     @property
     def is_lost(self) -> bool:
-        """Whether the file did not keep all that was mapped."""
+        """Return whether the file did not keep all that was mapped."""
         return self.has_holes or self.size() < len(self)
 
 

@@ -22,7 +22,7 @@ LEAST_FREE, MOST_FREE = 0.05, 1 << 30
 
 @contextmanager
 def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
-    """A temporary file with standard input, gone at the end.
+    """Give a temporary file with standard input, gone at the end.
 
     Args:
         promised: Takes a file with its first bytes; tells the most bytes that are needed, or None.

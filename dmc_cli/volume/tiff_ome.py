@@ -60,7 +60,7 @@ def _all(element: ElementTree.Element, tag: str) -> Iterator[ElementTree.Element
 
 
 def _named_planes(data: ElementTree.Element, most: int) -> int:
-    """Planes that an element TiffData stands for."""
+    """Return how many planes an element TiffData stands for."""
     told = int(data.get("PlaneCount", data.get("NumPlanes", "1" if "IFD" in data.attrib else "0")))
     if told < 0 or abs(int(data.get("IFD", "0"))) > 1 << 31:
         raise ValueError("a negative number of planes")
@@ -80,7 +80,7 @@ def _check_labels(element: ElementTree.Element, name: str) -> None:
 
 
 def ome_spacing(xml: str) -> Triple | None:
-    """Distances of the nodes along x, y, z in millimetres, or None where the XML tells none."""
+    """Return the distances of the nodes along x, y, z in millimetres, or None where the XML tells none."""
     pixels = next(_all(ElementTree.fromstring(xml), "}Pixels"), None)
     if pixels is None or pixels.get("PhysicalSizeX") is None:
         return None

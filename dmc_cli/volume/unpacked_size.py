@@ -32,7 +32,7 @@ _ZSTD_BLOCK = 1 << 17
 
 
 def passes(codec: str, content: Buffer, expected: int) -> bool:
-    """Whether a piece of one of the known codecs unpacks to far more bytes than expected.
+    """Return whether a piece of one of the known codecs unpacks to far more bytes than expected.
 
     False for a codec that is not known, and for a piece that is damaged: who unpacks it will tell.
     """
@@ -47,7 +47,7 @@ def passes(codec: str, content: Buffer, expected: int) -> bool:
 
 
 def unpacked(codec: str, content: Buffer, most: int, **options: Any) -> bytes:
-    """What a piece of zlib, gzip, bz2 or lzma unpacks to.
+    """Return what a piece of zlib, gzip, bz2 or lzma unpacks to.
 
     Args:
         codec: Which of them.
@@ -75,12 +75,12 @@ def unpacked(codec: str, content: Buffer, most: int, **options: Any) -> bytes:
 
 
 def told_size(codec: str, content: Buffer) -> int:
-    """How many bytes a piece of zstd, blosc or lz4 says that it unpacks to."""
+    """Return how many bytes a piece of zstd, blosc or lz4 says that it unpacks to."""
     return _TOLD[codec](content)
 
 
 def _streamed(new_unpacker: Callable[[], Any], content: Buffer, limit: int) -> bool:
-    """Whether more than `limit` bytes come out, stream after stream."""
+    """Return whether more than `limit` bytes come out, stream after stream."""
     total = 0
     while content:
         unpacker = new_unpacker()
@@ -122,7 +122,7 @@ _unpackers: dict[str, Callable[..., Any]] = {
 
 
 def _zstd_size(content: Buffer) -> int:
-    """The sum of what the frames tell (RFC 8878, 3.1.1.1), or of the most that their blocks hold."""
+    """Return the sum of what the frames tell (RFC 8878, 3.1.1.1), or of the most that their blocks hold."""
     total = position = 0
     while position + 8 <= len(content):
         magic = int.from_bytes(content[position : position + 4], "little")
@@ -137,7 +137,7 @@ def _zstd_size(content: Buffer) -> int:
 
 
 def _zstd_frame(content: Buffer, position: int) -> tuple[int, int]:
-    """What a frame unpacks to at most, and where it ends."""
+    """Return what a frame unpacks to at most, and where it ends."""
     flags = content[position]
     single = flags >> 5 & 1
     position += 1 + (1 - single) + (0, 1, 2, 4)[flags & 3]

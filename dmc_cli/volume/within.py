@@ -22,7 +22,7 @@ class Bounds:
         self._roots = [os.path.realpath(folder).rstrip(os.sep) + os.sep for folder in folders]
 
     def hold(self, path: Path | str) -> bool:
-        """Whether a path, all links followed, is one of the folders or below it."""
+        """Return whether a path, all links followed, is one of the folders or below it."""
         if self._allow_outside:
             return True
         real = os.path.realpath(path) + os.sep
@@ -91,7 +91,7 @@ class Walk:
             pending += reversed(inner)
 
     def _status(self, entry: "os.DirEntry[str]", name: str) -> os.stat_result | None:
-        """The status of a file or folder, or None where it is to be skipped."""
+        """Return the status of a file or folder, or None where it is to be skipped."""
         try:
             status = entry.stat()
         except OSError as error:

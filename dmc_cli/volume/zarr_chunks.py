@@ -51,7 +51,7 @@ class ChunkFile:
 
 
 def chunk_files(folder: Path, array: ZarrArray, bounds: Bounds, name: str) -> list[ChunkFile]:
-    """The array's chunk files in the order of their places.
+    """Return the array's chunk files in the order of their places.
 
     Args:
         folder: The array's own folder.
@@ -145,7 +145,7 @@ class ChunkReader:
             ) from error
 
     def _piece(self, stream: BinaryIO, offset: int, size: int) -> bytes:
-        """The bytes of a chunk, which cannot be far more than its values."""
+        """Return the bytes of a chunk, which cannot be far more than its values."""
         chunk = self.array.sharding.chunk if self.array.sharding else self.array.chunk
         expected = math.prod(chunk) * self.array.packing.dtype.itemsize
         if size > 2 * expected + SLACK:
@@ -178,7 +178,7 @@ class ChunkReader:
                 yield place, offset, size
 
     def _is_wanted(self, place: tuple[int, ...], chunk: tuple[int, ...]) -> bool:
-        """Whether a chunk holds a part of the volume."""
+        """Return whether a chunk holds a part of the volume."""
         own = all(w // n == p for w, n, p in zip(self.where, chunk, place, strict=False))
         return own and all(p * n < m for p, n, m in zip(place, chunk, self.array.shape, strict=True))
 

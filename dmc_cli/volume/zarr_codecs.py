@@ -69,7 +69,7 @@ class Packing:
             raise ValueError(f"{len(self.steps)} codecs one after the other; expected {MOST_STEPS} at most")
 
     def unpack(self, content: Buffer, chunk: tuple[int, ...]) -> np.ndarray[Any, np.dtype[Any]]:
-        """The values of a chunk of so many nodes along each axis.
+        """Return the values of a chunk of so many nodes along each axis.
 
         Raises:
             ValueError: It holds more or fewer.
@@ -89,7 +89,7 @@ class Packing:
 
 
 def checked_step(codec: str, told: dict[str, Any], name: str) -> Step:
-    """What undoes a codec of the list.
+    """Return what undoes a codec of the list.
 
     Args:
         codec: Its name.
@@ -118,7 +118,7 @@ def checked_step(codec: str, told: dict[str, Any], name: str) -> Step:
 
 
 def _by_numcodecs(codec: str, told: dict[str, Any]) -> Step:
-    """A step that numcodecs takes."""
+    """Return a step that numcodecs takes."""
     import numcodecs
 
     if codec in BLOCKS:
@@ -163,7 +163,7 @@ def _crc32c(location: str) -> Step:
 
 
 def _lzma_options(told: dict[str, Any]) -> dict[str, Any]:
-    """Format and filters of a codec lzma, whose dictionary must be of a size that anybody uses."""
+    """Return format and filters of a codec lzma, whose dictionary must be of a size that anybody uses."""
     filters = told.get("filters")
     for each in filters or []:
         if int(each.get("dict_size", 0)) > 1 << 28:

@@ -73,11 +73,11 @@ class ZarrArray:
 
     @property
     def grid(self) -> tuple[int, ...]:
-        """Files along each axis."""
+        """Return the number of files along each axis."""
         return tuple(-(-n // m) for n, m in zip(self.shape, self.chunk, strict=True))
 
     def place_of(self, key: str) -> tuple[int, ...] | None:
-        """The place in the grid of a file's name below the array's folder; None for any other file."""
+        """Return the place in the grid of a file's name below the array's folder; None for any other file."""
         if not key.startswith(self.prefix):
             return None
         words = key[len(self.prefix) :].split(self.separator)
@@ -88,7 +88,7 @@ class ZarrArray:
 
 
 def read_json(path: Path, bounds: Bounds, name: str) -> Any:
-    """A metadata file's content, None where there is no such file.
+    """Return a metadata file's content, None where there is no such file.
 
     Raises:
         VolumeError: It is not to be read.
@@ -112,7 +112,7 @@ def read_json(path: Path, bounds: Bounds, name: str) -> Any:
 
 
 def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, Any] | None:
-    """The array in a folder, or the attributes of the group; None where there is neither.
+    """Return the array in a folder, or the attributes of the group; None where there is neither.
 
     Raises:
         VolumeError: Its metadata cannot be used.
@@ -196,7 +196,7 @@ def _must_understand(value: Any) -> bool:
 
 
 def _sharding(told: dict[str, Any], shard: tuple[int, ...], name: str) -> tuple[Sharding, list[Any]]:
-    """The table of a file with many chunks, and the codecs of these."""
+    """Return the table of a file with many chunks, and the codecs of these."""
     chunk = _sizes(told["chunk_shape"], 1)
     location = told.get("index_location", "end")
     index = [c if isinstance(c, dict) else {"name": c} for c in told["index_codecs"]]
@@ -215,7 +215,7 @@ def _sharding(told: dict[str, Any], shard: tuple[int, ...], name: str) -> tuple[
 
 
 def _packing(codecs: list[dict[str, Any]], dtype: np.dtype[Any], dimension: int, name: str) -> Packing:
-    """The codecs of version 3: transposes, then filters, `bytes`, and what packs the bytes."""
+    """Return the codecs of version 3: transposes, then filters, `bytes`, and what packs the bytes."""
     order = tuple(range(dimension))
     steps: list[Step] = []
     byte_order = "little"
@@ -252,7 +252,7 @@ def _sizes(found: Any, least: int) -> tuple[int, ...]:
 
 
 def _number_type(found: Any, name: str) -> np.dtype[Any]:
-    """The type of a value; whether a volume can hold it is asked later."""
+    """Return the type of a value; whether a volume can hold it is asked later."""
     if not isinstance(found, str) or not re.fullmatch(r"[<>|=]?[a-z][0-9]{1,2}|[a-z]{3,7}[0-9]{0,3}", found):
         raise UnsupportedFormatError(
             f"{name}: values of type {str(found)[:80]} found; expected integers, float32 or float64"
@@ -266,7 +266,7 @@ def _number_type(found: Any, name: str) -> np.dtype[Any]:
 
 
 def _fill(told: Any, dtype: np.dtype[Any]) -> Any:
-    """The value of nodes that are not stored; 0 where the metadata have none."""
+    """Return the value of nodes that are not stored; 0 where the metadata have none."""
     if told is None or dtype.kind not in "iufb":
         return dtype.type(0)
     if dtype.kind == "b":

@@ -72,7 +72,7 @@ class Bench:
         return {name: getattr(self.work, name).numpy().copy() for name in names}
 
     def do(self, kind, h, detail=0, spare=SPARE):
-        """What an operation adds to irregularity, quads that go, if all is sound; None if it fails."""
+        """Return what an operation adds to irregularity, quads that go, if all is sound; None if it fails."""
         told = wp.zeros(4, dtype=wp.int32)
         last = wp.vec2i(self.vertices + spare, self.quads + spare)
         wp.launch(operate_kernel, 1, [self.work, kind, h, detail, last, told], device="cpu")
@@ -86,7 +86,7 @@ class Bench:
         return told.numpy().tolist()
 
     def patch(self, vertices):
-        """The quads round vertices, each once, as they are listed, and whether the list is full."""
+        """Return the quads round vertices, each once, as they are listed, and whether the list is full."""
         told = wp.zeros(1, dtype=wp.int32)
         touched = wp.array(np.array(vertices, dtype=np.int32), dtype=wp.int32)
         wp.launch(patch_kernel, 1, [self.work, touched, told], device="cpu")
@@ -95,7 +95,7 @@ class Bench:
         )
 
     def costs(self, h):
-        """What rotations of an edge, either way, and the collapse of a diagonal would cost."""
+        """Return what rotations of an edge, either way, and the collapse of a diagonal would cost."""
         told = wp.zeros(3, dtype=wp.int32)
         wp.launch(cost_kernel, 1, [self.work, h, told], device="cpu")
         return told.numpy().tolist()
@@ -111,7 +111,7 @@ class Bench:
         return told.numpy()[self.work.vertex_gone.numpy() == 0].astype(bool)
 
     def next_link(self, vertices, chain=(), number=1):
-        """The halfedge, and whether forward, of the rotation that goes on from touched vertices, or None."""
+        """Return the halfedge, and whether forward, of the next rotation from touched vertices, or None."""
         told = wp.zeros(1, dtype=wp.int32)
         lists = [wp.array(np.array(v, dtype=np.int32), dtype=wp.int32) for v in (vertices, chain)]
         wp.launch(next_kernel, 1, [self.work, *lists, number, told], device="cpu")

@@ -11,7 +11,7 @@ from tests.oracle.halfedges import NO_TWIN, valences
 
 
 def working(shape, device="cpu"):
-    """The working mesh of a shape of quads."""
+    """Return the working mesh of a shape of quads."""
     points, quads = shape
     twin = pair_halfedges(quads).astype(np.int32)
     _, pair, use = np.unique(vertex_pairs(quads), return_inverse=True, return_counts=True)
@@ -47,5 +47,5 @@ def _on(device, values, dtype):
 
 
 def numbers(device, *items):
-    """A list of quads on a device."""
+    """Return a list of quads on a device."""
     return _on(device, np.array(items), wp.int32)

@@ -97,7 +97,7 @@ def test_a_folded_quad_is_named():
 
 
 def cut(surface, quads, vertices):
-    """The surface of other quads, of as many of its vertices."""
+    """Return the surface of other quads, of as many of its vertices."""
     return replace(
         surface,
         quads=wp.array(quads, dtype=wp.vec4i),

@@ -79,7 +79,7 @@ KNOWN = {
 
 
 def stages(name):
-    """What is left of a volume's mesh after each stage, and what was counted on the way."""
+    """Yield what is left of a volume's mesh after each stage, and what was counted on the way."""
     make, settings = VOLUMES[name]
     mesh, bare = (
         colored(extract_on("cpu", make(), SurfaceSettings(**{"isovalue": 0.0, **settings}), threads=threads))
@@ -96,7 +96,7 @@ def stages(name):
 
 
 def digest(result):
-    """A hash of vertices, quads, halfedges and colours."""
+    """Return a hash of vertices, quads, halfedges and colours."""
     halfedges = result.halfedges
     arrays = [*as_arrays(result.surface).values()]
     for found in (halfedges.twin, halfedges.vertex_halfedge, halfedges.valence, result.color, result.color24):

@@ -264,7 +264,7 @@ def test_chance_is_a_hash_and_its_bytes_choose():
 
 
 def scrambled(number):
-    """The 32-bit hash of O'Neill's generator, in plain Python."""
+    """Return the 32-bit hash of O'Neill's generator, in plain Python."""
     state = (number * 747796405 + 2891336453) % 2**32
     word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737 % 2**32
     return (word >> 22) ^ word

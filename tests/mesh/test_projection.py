@@ -28,7 +28,7 @@ def project_kernel(
 
 
 def projected(values, starts, device):
-    """Where points in node indices are led to, in node indices, and whether that is found."""
+    """Return where points in node indices are led to, in node indices, and whether that is found."""
     volume = volume_of(np.asarray(values, np.float64))
     on_device = select_device(device, 1)
     field = make_field(upload_volume(volume, on_device), SurfaceSettings(isovalue=0.0))

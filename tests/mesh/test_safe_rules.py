@@ -12,7 +12,7 @@ from tests.report.meshes import plain_crowded_edges
 
 
 def judged(mesh, *quads):
-    """The cuts of quads, and how many are refused."""
+    """Return the cuts of quads, and how many are refused."""
     state = mesh.device.zeros(mesh.quad_count, wp.uint8)
     cuts, refused = judge_topology(mesh, numbers(mesh.device.name, *quads), state)
     assert [state.numpy()[q] for q in quads] == [int(cut >= 0) for cut in cuts.numpy()]
@@ -20,7 +20,7 @@ def judged(mesh, *quads):
 
 
 def split_torus():
-    """A torus with one quad of valences 3, 5, 3, 5, the last."""
+    """Return a torus with one quad of valences 3, 5, 3, 5, the last."""
     return shapes.split_vertex(shapes.torus(), 27)
 
 

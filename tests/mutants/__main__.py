@@ -65,7 +65,7 @@ def parse():
 
 
 def chosen_mutants(chosen):
-    """The texts of the files as they are now, and the faults that were asked for."""
+    """Return the texts of the files as they are now, and the faults that were asked for."""
     ranges = {}
     for name in chosen.files:
         file, _, lines = name.partition(":")
@@ -89,7 +89,7 @@ class Trial:
         self.results = []
 
     def passes_without_fault(self, mutants, trees):
-        """Whether the tests of the first and last fault pass where there is none."""
+        """Return whether the tests of the first and last fault pass where there is none."""
         for tree, mutant in zip([*trees, trees[0]], [*mutants[:1] * len(trees), *mutants[-1:]], strict=True):
             outcome, _, told = self.attempt(replace(mutant, new=mutant.old), tree)
             if outcome != "survived":
@@ -133,7 +133,7 @@ class Trial:
 
 
 def print_table(results):
-    """How many faults of each area were noticed, then those that were not."""
+    """Print how many faults of each area were noticed, then those that were not."""
     print(f"\n| area | {' | '.join(OUTCOMES)} | noticed |\n|{' --- |' * (len(OUTCOMES) + 2)}")
     for area in sorted({area_of(m.file) for m, _ in results}):
         counts = Counter(outcome for m, outcome in results if area_of(m.file) == area)

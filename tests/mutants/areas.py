@@ -29,7 +29,7 @@ NO_EFFECT = ("mesh/fetch.py",)
 
 
 def files_of(area, chosen=()):
-    """The files of an area, or those of them that are named."""
+    """Return the files of an area, or those of them that are named."""
     package = ROOT / PACKAGE
     found = sorted(
         path.relative_to(package).as_posix() for glob in AREAS[area].files for path in package.glob(glob)
@@ -39,13 +39,13 @@ def files_of(area, chosen=()):
 
 
 def area_of(file):
-    """The area that a file belongs to."""
+    """Return the area that a file belongs to."""
     folder = file.split("/")[0] if "/" in file else "runtime"
     return folder if folder in AREAS else "runtime"
 
 
 def files_with_tests_of(area):
-    """The test files of an area."""
+    """Return the test files of an area."""
     found = set()
     for name in AREAS[area].tests:
         for path in ROOT.glob(name):

@@ -17,17 +17,17 @@ MAP, NOTICED = WORK / "map.json", WORK / "noticed.json"
 
 
 def load_map():
-    """What was recorded: for each test file its hash and its tests, each with seconds and functions."""
+    """Return what was recorded: of each test file its hash and tests, each with seconds and functions."""
     return json.loads(MAP.read_text()) if MAP.exists() else {}
 
 
 def hash_of(tree, file):
-    """A hash of a test file, which tells whether its tests are those that were recorded."""
+    """Return a hash of a test file, which tells whether its tests are those that were recorded."""
     return hashlib.sha256((tree / file).read_bytes()).hexdigest()
 
 
 def is_changed(recorded, tree, file):
-    """Whether a test file is another one than when it was recorded."""
+    """Return whether a test file is another one than when it was recorded."""
     return recorded[file]["hash"] != hash_of(tree, file)
 
 

@@ -24,7 +24,7 @@ def users():
 
 
 def _names(file, tree, trees):
-    """What the names of a module stand for: symbols, and modules of the package."""
+    """Return what the names of a module stand for: symbols, and modules of the package."""
     names = {symbol: f"{file}::{symbol}" for symbol, _ in symbols_of(tree) if "." not in symbol}
     imported = {}
     for node in ast.walk(tree):

@@ -26,12 +26,12 @@ class Mutant:
         return f"{self.file}:{self.line} {self.kind}: {_short(self.old)} -> {_short(self.new) or '(nothing)'}"
 
     def put_into(self, source):
-        """The text of the file with the fault."""
+        """Return the text of the file with the fault."""
         return source[: self.start] + self.new + source[self.end :]
 
 
 def _short(text):
-    """A text on one line, cut where it is long."""
+    """Return a text on one line, cut where it is long."""
     words = " ".join(text.split())
     return words if len(words) <= 90 else words[:87] + "..."
 

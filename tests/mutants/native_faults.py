@@ -33,7 +33,7 @@ PATTERNS = [
 
 
 def native_faults(text):
-    """Where and how long what goes is, what comes, and of which kind it is."""
+    """Yield where and how long what goes is, what comes, and of which kind it is."""
     for pattern, news, kind in PATTERNS:
         for match in re.finditer(pattern, text):
             if _is_code(text, match.start()):
@@ -43,6 +43,6 @@ def native_faults(text):
 
 
 def _is_code(text, place):
-    """Whether a place is in neither a comment nor a line of the preprocessor."""
+    """Return whether a place is in neither a comment nor a line of the preprocessor."""
     line = text[text.rfind("\n", 0, place) + 1 : place]
     return "//" not in line and "/*" not in line and not line.lstrip().startswith("#")

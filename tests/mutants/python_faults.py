@@ -42,7 +42,7 @@ LEAVES = (ast.Raise, ast.Return, ast.Continue, ast.Break)
 
 
 def faults_of(file, text):
-    """All faults that we know to put into a file of the package."""
+    """Return all faults that we know to put into a file of the package."""
     finder = Finder(file, text)
     finder.visit(ast.parse(text))
     return finder.found
@@ -209,7 +209,7 @@ class Finder(ast.NodeVisitor):
         self.generic_visit(node)
 
     def is_alike(self, one, two):
-        """Whether two arguments may be of one type, as far as the annotations of parameters tell."""
+        """Return whether two arguments may be of one type, as far as the annotations of parameters tell."""
         if type(one) is not type(two) or not isinstance(one, ast.Name | ast.Attribute):
             return False
         types = [self.types.get(getattr(a, "id", "")) for a in (one, two)]
@@ -239,7 +239,7 @@ class Finder(ast.NodeVisitor):
 
 
 def other_constants(value):
-    """What may stand for a number or a truth value."""
+    """Return what may stand for a number or a truth value."""
     if isinstance(value, bool):
         return [str(not value)]
     if isinstance(value, int):

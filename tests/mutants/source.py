@@ -16,7 +16,7 @@ class Source:
         self.symbols = list(symbols_of(ast.parse(text)))
 
     def span(self, node):
-        """Where a node starts and ends; the tree counts bytes of a line, the text characters."""
+        """Return where a node starts and ends; the tree counts bytes of a line, the text characters."""
         return (
             self._place(node.lineno, node.col_offset),
             self._place(node.end_lineno, node.end_col_offset),
@@ -27,34 +27,34 @@ class Source:
         return self.starts[line - 1] + len(before)
 
     def of(self, node):
-        """The text of a node."""
+        """Return the text of a node."""
         start, end = self.span(node)
         return self.text[start:end]
 
     def line_at(self, place):
-        """The line, from 1, of a place."""
+        """Return the line, from 1, of a place."""
         return bisect.bisect_right(self.starts, place)
 
     def symbol_at(self, line):
-        """The name of what holds a line: `function`, `Class.method`, `CONSTANT`, or nothing."""
+        """Return the name of what holds a line: `function`, `Class.method`, `CONSTANT`, or nothing."""
         held = [name for name, node in self.symbols if first_line(node) <= line <= node.end_lineno]
         return held[-1] if held else ""
 
     def body_at(self, line):
-        """The function whose body holds a line, or nothing."""
+        """Return the function whose body holds a line, or nothing."""
         functions = [(name, node) for name, node in self.symbols if isinstance(node, ast.FunctionDef)]
         held = [name for name, node in functions if first_body_line(node) <= line <= node.end_lineno]
         return held[-1] if held else ""
 
 
 def first_body_line(node):
-    """The first line of a function that runs when it is called, not when it is defined."""
+    """Return the first line of a function that runs when it is called, not when it is defined."""
     has_text = isinstance(node.body[0], ast.Expr) and isinstance(node.body[0].value, ast.Constant)
     return node.body[1 if has_text and len(node.body) > 1 else 0].lineno
 
 
 def symbols_of(tree):
-    """Names and nodes of what a module defines; a class comes before its methods."""
+    """Yield names and nodes of what a module defines; a class comes before its methods."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             yield node.name, node
@@ -72,5 +72,5 @@ def symbols_of(tree):
 
 
 def first_line(node):
-    """The line of a definition's first decorator, or its own."""
+    """Return the line of a definition's first decorator, or its own."""
     return min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])

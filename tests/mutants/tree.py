@@ -24,7 +24,7 @@ STILLBORN = re.compile(
 
 
 def make_tree(name):
-    """A folder with a copy of package and tests, and links to the rest and what lies beside the checkout."""
+    """Make a folder with a copy of package and tests, and links to the rest and what lies beside it."""
     tree = WORK / name
     for part in COPIED:
         shutil.rmtree(tree / part, ignore_errors=True)
@@ -52,7 +52,7 @@ def warm_kernels():
 
 
 def environment(tree):
-    """What the environment of a run in a tree has of its own."""
+    """Return what the environment of a run in a tree has of its own."""
     return {"PYTHONPATH": str(tree), "WARP_CACHE_PATH": str(KERNELS)}
 
 

@@ -10,7 +10,7 @@ from dmc_cli.report import memory, versions
 
 @pytest.fixture
 def pool(monkeypatch):
-    """A machine whose devices are GPUs with, or without, a memory pool."""
+    """Return a machine whose devices are GPUs with, or without, a memory pool."""
 
     def make(*, is_cuda=True, has_pool=True):
         device = SimpleNamespace(is_cuda=is_cuda, name="NVIDIA H100", is_cpu=not is_cuda)

@@ -12,7 +12,7 @@ from tests import shapes
 
 @pytest.fixture(scope="module")
 def sieve():
-    """A patch of 60 x 50 squares of which a fifth is missing, in no order."""
+    """Return a patch of 60 x 50 squares of which a fifth is missing, in no order."""
     rng = np.random.default_rng(5)
     points, quads = shapes.grid(60, 50)
     kept = rng.permutation(len(quads))[: len(quads) * 4 // 5]

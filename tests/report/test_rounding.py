@@ -135,7 +135,7 @@ def test_the_rounding_of_a_file_is_half_a_step_of_its_largest_coordinates():
 
 @pytest.fixture
 def ball(tmp_path):
-    """The words that name a raw volume of a ball of radius 5 at an origin."""
+    """Return the words that name a raw volume of a ball of radius 5 at an origin."""
     k, j, i = np.indices((16, 16, 16)) - 7.5
     path = tmp_path / "ball.raw"
     (5 - np.sqrt(i**2 + j**2 + k**2)).astype("<f4").tofile(path)

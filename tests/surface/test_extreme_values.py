@@ -21,7 +21,7 @@ EXAMPLES = 5 * settings.default.max_examples
 
 
 def numbers(dtype):
-    """Numbers of a type at its ends, at 0 and 1 and next to them; for floats what is no number, too."""
+    """Return numbers of a type at its ends, at 0 and 1 and next to them; of floats what is none, too."""
     if dtype.kind != "f":
         ends = np.iinfo(dtype)
         near = [0, 1, 2, ends.min, ends.min + 1, ends.max - 1, ends.max]
@@ -35,7 +35,7 @@ def numbers(dtype):
 
 @st.composite
 def extreme_volumes(draw):
-    """A small volume of a few of its type's extreme numbers, and settings that cut it at one of them."""
+    """Draw a small volume of a few extreme numbers of its type, and settings that cut it at one of them."""
     dtype = np.dtype(draw(st.sampled_from(INTEGER_TYPES + FLOAT_TYPES)))
     known = numbers(dtype)
     some = draw(st.lists(st.sampled_from(known), min_size=1, max_size=4))
@@ -56,12 +56,12 @@ def extreme_volumes(draw):
 
 
 def sides_of(quads):
-    """The sides of quads as they run, (4 Q, 2)."""
+    """Return the sides of quads as they run, (4 Q, 2)."""
     return np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
 def enclosed_volume(surface):
-    """The volume that the quads enclose, in cells; positive if they look outwards."""
+    """Return the volume that the quads enclose, in cells; positive if they look outwards."""
     a, b, c, d = (surface.vertices.numpy().astype(float)[surface.quads.numpy()[:, n]] for n in range(4))
     middle = 0.25 * (a + b + c + d)
     return sum(np.sum(middle * np.cross(p, q)) for p, q in ((a, b), (b, c), (c, d), (d, a))) / 6.0
@@ -96,7 +96,7 @@ def test_any_value_of_any_type(device, drawn):
 
 
 def block(dtype, size=1.0, nodes=17):
-    """A solid whose values rise from 0 at all its faces."""
+    """Return a solid whose values rise from 0 at all its faces."""
     along = np.minimum(np.arange(nodes), np.arange(nodes)[::-1])
     depth = np.minimum.reduce(np.meshgrid(along, along, along))
     return volume_of((size * depth).astype(dtype))

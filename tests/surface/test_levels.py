@@ -77,7 +77,7 @@ def test_padding_between_the_numbers_of_a_type_takes_no_number_more(device, dtyp
 
 
 def neighbours(number, value):
-    """The numbers of a type nearest to a value, five in a row."""
+    """Return the numbers of a type nearest to a value, five in a row."""
     with np.errstate(over="ignore"):
         middle = number(value)
     below, above = np.nextafter(middle, number(-np.inf)), np.nextafter(middle, number(np.inf))

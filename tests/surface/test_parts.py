@@ -31,7 +31,7 @@ def bits_kernel(
 
 
 def numbers():
-    """The same random numbers for each test, in whatever order they run."""
+    """Return the same random numbers for each test, in whatever order they run."""
     return np.random.default_rng(8)
 
 
@@ -191,6 +191,6 @@ def test_depths_of_slices(device, is_even):
 
 
 def mean_steps(depths):
-    """The mean distance from each slice to the slices beside it."""
+    """Return the mean distance from each slice to the slices beside it."""
     steps = np.diff(depths)
     return [steps[0], *(0.5 * (steps[1:] + steps[:-1])), steps[-1]]

@@ -251,7 +251,7 @@ def test_distances_of_frames_without_a_place(tmp_path, elements, spacing):
 
 
 def enhanced(path, count=3, **groups):
-    """An image of several frames with its geometry in functional groups."""
+    """Return an image of several frames with its geometry in functional groups."""
     values = np.array([plane_values(k) for k in range(count)])
     plain = {"ImagePositionPatient": None, "ImageOrientationPatient": None, "PixelSpacing": None}
     dataset = make_slice((0, 0, 0), 0, values=values[0], NumberOfFrames=count, **plain)

@@ -27,7 +27,7 @@ NODES = 48
 
 @pytest.fixture(params=[".nii", ".npy"])
 def scan(request, tmp_path):
-    """A file that is mapped, some hundred pages of it."""
+    """Return a file that is mapped, some hundred pages of it."""
     path = tmp_path / f"scan{request.param}"
     volume = read_volume(f"synth:noise:{NODES}", ReadSettings())
     if request.param == ".npy":

@@ -20,7 +20,7 @@ FIELDS = {"type": "short", "dimension": "3", "sizes": "2 3 4", "encoding": "raw"
 
 
 def nrrd(folder, content=None, **fields):
-    """A NRRD file of the fields; None leaves one out, a name's underscores are blanks."""
+    """Return a NRRD file of the fields; None leaves one out, a name's underscores are blanks."""
     named = {key.replace("_", " "): value for key, value in fields.items()}
     lines = [f"{key}: {value}" for key, value in (FIELDS | named).items() if value is not None]
     text = "\n".join(["NRRD0005", *lines]) + "\n\n"

@@ -65,7 +65,7 @@ UNREAD = (".zattrs", ".zmetadata", "a.raw")
 
 
 def outcome_of(path, reader):
-    """The error's class and text of a reading, or None; anything but a documented error fails the test."""
+    """Return the error that reading ends in, or None; fail if it is not one that is documented."""
     try:
         list_volumes(str(target_of(path, reader)), settings_for(reader))
         read_volume(str(target_of(path, reader)), settings_for(reader))

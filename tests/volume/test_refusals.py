@@ -117,7 +117,7 @@ def test_units_and_names_of_meta(tmp_path):
 
 
 def hdr(folder, code=4, dim=(3, 2, 3, 4, 1, 1, 1, 1), offset=0.0, slope=0.0, size=348):
-    """An Analyze pair by hand."""
+    """Return an Analyze pair by hand."""
     header = bytearray(348)
     struct.pack_into("<i", header, 0, 348)
     struct.pack_into("<8h", header, 40, *dim)

@@ -17,7 +17,7 @@ META = "NDims = 3\nDimSize = 5 4 3\nElementType = MET_SHORT\nElementDataFile = {
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder for the header, with the values and each slice beside it in another one."""
+    """Return a folder for the header, with the values and each slice beside it in another one."""
     inside, outside = tmp_path / "in", tmp_path / "out"
     inside.mkdir()
     outside.mkdir()

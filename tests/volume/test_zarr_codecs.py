@@ -22,7 +22,7 @@ STORE |= {"compressor": None, "order": "C", "filters": None}
 
 
 def store(folder, content=None, **changes):
-    """A store of version 2 with one chunk, written by hand."""
+    """Return a store of version 2 with one chunk, written by hand."""
     folder.mkdir()
     (folder / ".zarray").write_text(json.dumps(STORE | changes))
     (folder / "0.0.0").write_bytes(VALUES.tobytes() if content is None else content)
@@ -249,7 +249,7 @@ def test_a_chunk_of_another_size_is_refused(tmp_path, missing):
 
 
 def version_3(folder, **changes):
-    """A store of version 3, its metadata changed."""
+    """Return a store of version 3, its metadata changed."""
     path = written(folder, zarr_format=3, shards=(8, 9, 10))
     told = json.loads((path / "zarr.json").read_text())
     for key, value in changes.items():
@@ -281,7 +281,7 @@ def test_what_need_not_be_understood_is_passed_over(tmp_path):
 
 
 def changed_table(content, row, offset, size):
-    """The bytes of a shard with another place of a chunk, its checksum right."""
+    """Return the bytes of a shard with another place of a chunk, its checksum right."""
     count = 2 * 3 * 2
     table = bytearray(content[-16 * count - 4 : -4])
     struct.pack_into("<QQ", table, 16 * row, offset, size)
