@@ -34,6 +34,13 @@ STREAM = "-"
 """The path that means standard input or standard output."""
 
 
+MOST_THREADS = 4096
+"""CPU threads that may be asked for: more than machines have cores."""
+
+WIDEST_SMOOTHING = 10_000
+"""Nodes of a Gaussian, at most: its filter has eight weights a node."""
+
+
 def check_path(name: str, path: str | None) -> None:
     """Raise SettingsError for a path that no system can have."""
     if path is not None and "\0" in path:
@@ -44,8 +51,25 @@ def check_run(device: str, threads: int | None) -> None:
     """Raise SettingsError unless a device and a number of CPU threads can be meant."""
     if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):
         raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
+    check_threads(threads)
+
+
+def check_threads(threads: int | None) -> None:
+    """Raise SettingsError unless so many CPU threads can be meant."""
     if threads is not None and (not is_whole(threads) or threads < 1):
         raise SettingsError(f"threads is {threads!r}; expected 1 or more, a whole number")
+    if threads is not None and threads > MOST_THREADS:
+        raise SettingsError(
+            f"threads is beyond {MOST_THREADS}; expected as many as there are cores, or fewer"
+        )
+
+
+def check_noise(seed: int, sigma: float) -> None:
+    """Raise SettingsError unless synthetic noise can be made so."""
+    if seed < 0:
+        raise SettingsError(f"seed is {seed}; expected a whole number, 0 or more")
+    if not 0 <= sigma <= WIDEST_SMOOTHING:
+        raise SettingsError(f"sigma is {sigma}; expected a number of nodes, 0 to {WIDEST_SMOOTHING}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,8 +109,8 @@ class ReadSettings:
             raise SettingsError(f"origin is {self.origin}; expected three finite coordinates in mm")
         if self.skip_bytes < 0:
             raise SettingsError(f"skip_bytes is {self.skip_bytes}; expected 0 or more")
-        if not (math.isfinite(self.sigma) and self.sigma >= 0):
-            raise SettingsError(f"sigma is {self.sigma}; expected 0 or a number of nodes")
+        check_noise(self.seed, self.sigma)
+        check_threads(self.threads)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +133,7 @@ class SynthSettings:
             raise SettingsError("the output's name is empty; expected a file's name; give one")
         if self.nodes < 2:
             raise SettingsError(f"nodes is {self.nodes}; expected at least 2 along each axis")
+        check_noise(self.seed, self.sigma)
 
 
 @dataclass(frozen=True, kw_only=True)

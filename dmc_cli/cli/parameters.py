@@ -1,5 +1,6 @@
 """How the words on the command line become values: triples, sizes in bytes, lists of choices."""
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -64,9 +65,10 @@ class Size(click.ParamType[Any]):
         if isinstance(value, int):
             return value
         match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?)(?:i?B)?", value.strip(), re.IGNORECASE)
-        if match is None:
+        size = float(match[1]) * _UNITS[match[2].upper()] if match else math.inf
+        if not math.isfinite(size):
             self.fail(f"{value!r} is no size; expected a number of bytes, as in 4G or 500M", param, ctx)
-        return int(float(match[1]) * _UNITS[match[2].upper()])
+        return int(size)
 
 
 class ChoiceList(click.ParamType[Any]):

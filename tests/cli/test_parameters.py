@@ -25,7 +25,9 @@ def test_sizes(word, size):
     assert Size().convert(word, None, None) == size
 
 
-@pytest.mark.parametrize("word", ["", "G", "4X", "-1", "1.G", ".5G", "1..5", "4G4", "4GG"])
+@pytest.mark.parametrize(
+    "word", ["", "G", "4X", "-1", "1.G", ".5G", "1..5", "4G4", "4GG", "9" * 400, "9" * 305 + "T"]
+)
 def test_what_is_no_size(word):
     with pytest.raises(click.BadParameter, match="is no size; expected a number of bytes, as in 4G or 500M"):
         Size().convert(word, None, None)
