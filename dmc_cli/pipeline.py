@@ -16,7 +16,7 @@ from typing import Any
 
 from dmc_cli import scan
 from dmc_cli.device import Device, load_kernels, select_device
-from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
+from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
 from dmc_cli.memory import MeshForecast, reserve_cells
 from dmc_cli.mesh import kernel_modules as mesh_kernels
 from dmc_cli.overlaps import refuse_overlaps
@@ -29,7 +29,7 @@ from dmc_cli.report.requirements import check_requirements
 from dmc_cli.report.rounding import rounding_warnings
 from dmc_cli.report.versions import collect_versions
 from dmc_cli.runtime import job_slots
-from dmc_cli.settings import ConvertSettings
+from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from dmc_cli.surface import kernel_modules as surface_kernels
 from dmc_cli.surface.vertices import refuse_lost
@@ -361,25 +361,32 @@ def _finish(
     report: dict[str, Any],
     watch: Stopwatch,
 ) -> None:
-    """Check what is required, then write the mesh and the report."""
+    """Check what is required, then write the mesh and the report, which tells what is not met."""
     output = settings.output
     try:
         check_requirements(report, output.require)
-        if not output.dry_run:
-            with watch.stage("write", "writing"):
-                written = write_mesh(
-                    output.path,
-                    mesh,
-                    output_format=output.output_format,
-                    ascii=output.ascii,
-                    force=output.force,
-                )
-                if output.halfedges is not None and dump is not None:
-                    write_halfedges(output.halfedges, dump, force=output.force)
-            report["warnings"] += written.warnings
-    finally:
-        watch.total()
-        report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
-        report["memory"] = measure_memory(report["settings"]["device"])
-        if output.report is not None:
-            write_output(output.report, [report_text(report).encode()], force=output.force)
+    except RequirementError:
+        _write_report(output, report, watch)
+        raise
+    if not output.dry_run:
+        with watch.stage("write", "writing"):
+            written = write_mesh(
+                output.path,
+                mesh,
+                output_format=output.output_format,
+                ascii=output.ascii,
+                force=output.force,
+            )
+            if output.halfedges is not None and dump is not None:
+                write_halfedges(output.halfedges, dump, force=output.force)
+        report["warnings"] += written.warnings
+    _write_report(output, report, watch)
+
+
+def _write_report(output: OutputSettings, report: dict[str, Any], watch: Stopwatch) -> None:
+    """Complete the report, and write it where it was asked for."""
+    watch.total()
+    report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
+    report["memory"] = measure_memory(report["settings"]["device"])
+    if output.report is not None:
+        write_output(output.report, [report_text(report).encode()], force=output.force)

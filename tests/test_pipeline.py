@@ -1,6 +1,7 @@
 """What a conversion decides between its stages: what is refused, what is made, what is told and written."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -125,6 +126,16 @@ def test_where_a_requirement_is_not_met_the_report_alone_is_written(convert, tmp
         convert("synth:iwp:12", require=("closed",), report=str(tmp_path / "r.json"))
     assert [path.name for path in tmp_path.iterdir()] == ["r.json"]
     assert json.loads((tmp_path / "r.json").read_text())["timings_ms"]["total"] > 0
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device is always full here")
+@pytest.mark.parametrize("role", ["path", "halfedges"])
+def test_where_the_mesh_cannot_be_written_there_is_no_report(convert, tmp_path, role):
+    full = tmp_path / "full.npz"
+    full.symlink_to("/dev/full")
+    with pytest.raises(WriteError, match="the disk is full"):
+        convert(output_format="ply", report=str(tmp_path / "r.json"), **{role: str(full)})
+    assert not (tmp_path / "r.json").exists()
 
 
 def test_warnings_of_the_writer_are_in_the_report(convert, tmp_path):
