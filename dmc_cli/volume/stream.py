@@ -22,7 +22,7 @@ LEAST_FREE, MOST_FREE = 0.05, 1 << 30
 
 @contextmanager
 def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
-    """Give a temporary file with standard input, gone at the end.
+    """Give a temporary file with standard input, in a folder of its own, gone at the end.
 
     Args:
         promised: Takes a file with its first bytes; tells the most bytes that are needed, or None.
@@ -30,7 +30,7 @@ def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
     Raises:
         VolumeError: It cannot be read, or has no end.
     """
-    with tempfile.NamedTemporaryFile(suffix=".volume") as file:
+    with tempfile.TemporaryDirectory() as folder, Path(folder, "stdin.volume").open("wb") as file:
         path = Path(file.name)
         try:
             copied = file.write(sys.stdin.buffer.read(START_BYTES))

@@ -148,5 +148,5 @@ def test_a_fault_that_a_test_notices_is_killed(tmp_path):
     outcomes = []
     for fault in ("4", "6"):
         write_module(tmp_path, "it.py", text.replace("5", fault))
-        outcomes.append(run_tests(tmp_path, [], [], ["test_it.py"], 60)[0])
+        outcomes.append(run_tests(tmp_path, [], [], ["test_it.py"], 300)[0])
     assert outcomes == ["killed", "survived"]

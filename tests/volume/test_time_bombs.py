@@ -322,6 +322,21 @@ def test_standard_input_never_fills_the_disk(monkeypatch, total, kept):
     assert endless.taken == stream.START_BYTES
 
 
+def test_nothing_lies_beside_standard_input(monkeypatch, tmp_path):
+    """Of files in the folder for temporary ones, which anybody may have written, none is its data."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / "a.raw").write_bytes(counting((3, 4, 5), "<i2").tobytes())
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 5 4 3\nencoding: raw\nendian: little\ndata file: {}\n"
+    )
+    for named in ("a.raw", "../a.raw"):
+        stdin = io.BytesIO(header.format(named).encode())
+        monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": stdin}))
+        with pytest.raises(VolumeError, match=r"is not there|outside the header's folder"):
+            read_volume("-", ReadSettings())
+    assert [path.name for path in tmp_path.iterdir()] == ["a.raw"]
+
+
 def test_a_short_stream_is_read_whole(monkeypatch, tmp_path):
     np.save(tmp_path / "a.npy", counting((3, 4, 5)))
     stdin = io.BytesIO((tmp_path / "a.npy").read_bytes())
