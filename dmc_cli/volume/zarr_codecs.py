@@ -77,7 +77,8 @@ class Packing:
         expected = math.prod(chunk) * self.dtype.itemsize
         most = GROWTH * expected + SLACK
         for step in reversed(self.steps):
-            content = step(content, most)
+            with np.errstate(all="ignore", divide="raise"):  # of filters that compute
+                content = step(content, most)
             if memoryview(content).nbytes > most:
                 raise ValueError(f"more than the {expected} bytes of its values")
         found = memoryview(content).nbytes

@@ -52,8 +52,8 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     check_shape(name, nodes)
     dtype = storable_type(name, widened_type(array.packing.dtype))
     index = chosen_index(name, math.prod(shape[:-3]), settings.volume_index)
-    where = tuple(int(n) for n in np.unravel_index(index, shape[:-3])) if shape[:-3] else ()
     files = chunk_files(found.folder, array, found.bounds, name)
+    where = tuple(int(n) for n in np.unravel_index(index, shape[:-3])) if shape[:-3] else ()
     values = allocate_values(name, nodes, dtype)
     ChunkReader(found.folder, array, where, values, name).read(files, settings.threads, progress)
     spacing, warnings = chosen_spacing(found.spacing, settings, "the store")
@@ -89,8 +89,8 @@ class _Opened:
     origin: Triple | None = None
 
     def nodes(self, name: str) -> tuple[int, int, int]:
-        """Nodes along x, y, z."""
-        if len(self.array.shape) < 3:
+        """Return the nodes along x, y, z."""
+        if len(self.array.shape) < 3 or 0 in self.array.shape[:-3]:
             raise UnsupportedFormatError(
                 f"{name}: an array of shape {self.array.shape} found; expected axes z, y, x"
             )

@@ -157,6 +157,20 @@ def test_the_files_that_an_array_needs(tmp_path, monkeypatch):
         read(old(tmp_path / "b.zarr", count=0))
 
 
+@pytest.mark.parametrize("shape", [[2**39, 2**39, 6, 7, 9], [0, 6, 7, 9]])
+def test_more_volumes_than_numbers_and_none_at_all(tmp_path, shape):
+    path = old(tmp_path / "a.zarr", shape=shape, chunks=[1] * (len(shape) - 3) + [6, 7, 9])
+    with pytest.raises(VolumeError, match=r"the store is incomplete|an array of shape .* found"):
+        read(path, volume_index=0)
+
+
+def test_a_filter_that_divides_by_zero_is_refused(tmp_path):
+    """Its array would be NaN and infinity, which count as no data."""
+    scaled = [{"id": "fixedscaleoffset", "scale": 0, "offset": 0, "dtype": "<f4", "astype": "<i2"}]
+    with pytest.raises(DamagedVolumeError, match=r"cannot be read \(divide by zero"):
+        read(old(tmp_path / "a.zarr", dtype="<f4", filters=scaled))
+
+
 def test_the_bytes_that_an_array_needs(tmp_path, monkeypatch):
     monkeypatch.setattr(zarr_chunks, "SLACK", 0)
     monkeypatch.setattr(zarr_chunks, "LARGEST_RATIO", 2)
