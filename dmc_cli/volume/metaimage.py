@@ -55,8 +55,8 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     """
     check_file(path, name)
     fields, header_bytes, trailing = _read_header(path, name)
-    sizes = [int(n) for n in _numbers(fields, ("DimSize",), name)]
-    dimension = int(_numbers(fields, ("NDims",), name)[0])
+    sizes = _whole_numbers(fields, "DimSize", name)
+    dimension = _whole_numbers(fields, "NDims", name)[0]
     if dimension != len(sizes) or not 1 <= dimension <= 10:
         raise DamagedVolumeError(f"{name}: NDims {dimension} found, but DimSize has {len(sizes)} numbers")
     check_shape(name, tuple(sizes[:3]))
@@ -64,14 +64,14 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         raise DamagedVolumeError(
             f"{name}: DimSize {fields['DimSize'][:60]!r} found; expected positive numbers"
         )
-    components = int(_numbers(fields, ("ElementNumberOfChannels",), name, [1])[0])
+    components = _whole_numbers(fields, "ElementNumberOfChannels", name, [1])[0]
     if not 1 <= components <= 1024:
         raise DamagedVolumeError(f"{name}: {components} channels found; expected one or some")
     volumes = math.prod(sizes[3:])
     chosen = chosen_index(name, components * volumes, settings.volume_index, "channels or volumes")
     files = _data_files(path, fields, trailing, dimension, name, settings.allow_outside)
     attached = files == (path,)
-    offset = int(_numbers(fields, ("HeaderSize",), name, [0])[0])
+    offset = _whole_numbers(fields, "HeaderSize", name, [0])[0]
     affine, notes = _affine(fields, dimension, settings, name)
     return Layout(
         name=name,
@@ -144,6 +144,16 @@ def _numbers(
             f"{name}: {key} = {fields[key][:60]!r} found; expected finite numbers"
         ) from error
     return numbers
+
+
+def _whole_numbers(
+    fields: dict[str, str], key: str, name: str, default: list[float] | None = None
+) -> list[int]:
+    """Return the whole numbers of a field; half a node is none."""
+    numbers = _numbers(fields, (key,), name, default)
+    if any(n != int(n) for n in numbers):
+        raise DamagedVolumeError(f"{name}: {key} = {fields[key][:60]!r} found; expected whole numbers")
+    return [int(n) for n in numbers]
 
 
 def _flag(fields: dict[str, str], keys: tuple[str, ...], default: bool) -> bool:
