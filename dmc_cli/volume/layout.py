@@ -143,12 +143,15 @@ def check_lengths(name: str, spacing: Triple) -> None:
 
 
 def chosen_index(name: str, count: int, volume_index: int | None, what: str = "volumes") -> int:
-    """Which of `count` volumes to read.
+    """Return which of `count` volumes to read.
 
     Raises:
+        DamagedVolumeError: There is none.
         AmbiguousVolumeError: There are several and none was chosen.
         SettingsError: The chosen one does not exist.
     """
+    if count < 1:
+        raise DamagedVolumeError(f"{name}: {count} {what} found; expected one or some; get the file again")
     if volume_index is None:
         if count == 1:
             return 0

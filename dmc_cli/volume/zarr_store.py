@@ -90,7 +90,7 @@ class _Opened:
 
     def nodes(self, name: str) -> tuple[int, int, int]:
         """Return the nodes along x, y, z."""
-        if len(self.array.shape) < 3 or 0 in self.array.shape[:-3]:
+        if len(self.array.shape) < 3:
             raise UnsupportedFormatError(
                 f"{name}: an array of shape {self.array.shape} found; expected axes z, y, x"
             )

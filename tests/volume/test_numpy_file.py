@@ -52,6 +52,13 @@ def test_several_volumes_are_chosen_by_index(tmp_path):
         np.testing.assert_array_equal(read(tmp_path / f"a{suffix}", volume_index=1).values, four[1])
 
 
+@pytest.mark.parametrize("index", [None, 0])
+def test_an_array_without_volumes_is_refused(tmp_path, index):
+    np.save(tmp_path / "a.npy", VALUES[None][:0])
+    with pytest.raises(DamagedVolumeError, match=": 0 volumes found; expected one or some"):
+        read(tmp_path / "a.npy", volume_index=index)
+
+
 @pytest.mark.parametrize(
     "values", [VALUES + 1j, VALUES.astype(object), np.zeros((3, 4)), np.zeros((2, 3, 4), [("a", "i2")])]
 )

@@ -160,7 +160,7 @@ def test_the_files_that_an_array_needs(tmp_path, monkeypatch):
 @pytest.mark.parametrize("shape", [[2**39, 2**39, 6, 7, 9], [0, 6, 7, 9]])
 def test_more_volumes_than_numbers_and_none_at_all(tmp_path, shape):
     path = old(tmp_path / "a.zarr", shape=shape, chunks=[1] * (len(shape) - 3) + [6, 7, 9])
-    with pytest.raises(VolumeError, match=r"the store is incomplete|an array of shape .* found"):
+    with pytest.raises(VolumeError, match=r"the store is incomplete|: 0 volumes found; expected one or some"):
         read(path, volume_index=0)
 
 
