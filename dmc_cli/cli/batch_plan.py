@@ -16,6 +16,7 @@ from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
 from dmc_cli.overlaps import refuse_overlaps
 from dmc_cli.settings import (
+    STREAM,
     ConvertSettings,
     MeshSettings,
     OutputSettings,
@@ -36,9 +37,9 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
     """Return what to convert, in the order of the inputs, the isovalues within an input.
 
     Raises:
-        SettingsError: No input, a pattern without a file, an isovalue or a template that is missing or wrong,
-            an output that is an input or another output, a file that is no TOML or has keys that are no
-            options.
+        SettingsError: No input, standard input for several, a pattern without a file, an isovalue or a
+            template that is missing or wrong, an output that is an input or another output, a file that is no
+            TOML or has keys that are no options.
     """
     given = {
         name for name in values if ctx.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
@@ -54,6 +55,11 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
         ours = {name: value for name, value in values.items() if name in given or name not in table}
         base = Path() if "output" in given else folder
         items.extend(_expand(table | ours, folder, base))
+    if sum(item.input == STREAM for item in items) > 1:
+        raise SettingsError(
+            "standard input is read by several items, but it comes once; expected one item for it; save it to"
+            " a file, and name that"
+        )
     refuse_overlaps(items, own, tells=True)
     return items
 

@@ -176,6 +176,7 @@ def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, mon
         (["synth:iwp:8", "-i", "0", "--halfedges", "."], "halfedges is '.', which names no file"),
         (["nameless.toml"], "output is '', which names no file"),
         (["missing.toml", "b", "-i", "1", "-i", "1.0000001"], "or more digits, as in {isovalue:.9f}"),
+        (["-", "-i", "0", "-i", "1", "--input-format", "nrrd"], "standard input is read by several items"),
         (["missing.toml"], "missing.toml cannot be read"),
         (["bad.toml"], "bad.toml is no TOML file"),
         (["unknown.toml"], "'isovlaue' is no option of dmc batch; expected one of"),
