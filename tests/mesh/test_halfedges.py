@@ -36,7 +36,7 @@ VOLUMES = {
     "long noise": (lambda: white_noise_of(5, 6, 67), 0.0),
     "smooth noise": (lambda: smooth_noise(20), 0.0),
     "one cell": (lambda: one_cell(0x81), 0.0),
-    "steiner": (lambda: paper_field("steiner", 32), 0.0),
+    "steiner": (lambda: paper_field("steiner", 24), 0.0),
     **{
         name: (lambda name=name: non_manifold_volume(name), isovalue)
         for name, isovalue in NON_MANIFOLD_ISOVALUES.items()

@@ -113,7 +113,11 @@ def test_24_colors_differ_across_every_twin(volume_and_isovalue, border):
     assert (color[twins != NO_TWIN] != color[twins[twins != NO_TWIN]]).all()
 
 
-@pytest.mark.parametrize("row", SIMPLIFIED, ids=lambda row: f"{row['field']}-{row['n']}")
+@pytest.mark.parametrize(
+    "row",
+    [pytest.param(row, marks=pytest.mark.slow if row["field"] == "iwp" else ()) for row in SIMPLIFIED],
+    ids=lambda row: f"{row['field']}-{row['n']}",
+)
 def test_the_papers_passes_remove_the_reference_counts(row):
     mesh = mesh_of(extract(paper_field(row["field"], int(row["n"])), topology="asymptotic"))
     result, removed = simplify(mesh)
