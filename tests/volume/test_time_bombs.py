@@ -5,21 +5,17 @@ import gzip
 import io
 import os
 import struct
-import sys
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
 from pydicom import uid
 from pydicom.encaps import encapsulate, generate_frames
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
-from dmc_cli.settings import ReadSettings
-from dmc_cli.volume import dicom, dicom_effort, dicom_frames, stream
+from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.volume import dicom, dicom_effort, dicom_frames
 from dmc_cli.volume.dicom_effort import Effort, PiecewiseStream, TooMuchError
 from dmc_cli.volume.dicom_zip import unpacked_start
-from dmc_cli.volume.read import read_volume
 from dmc_cli.volume.unpacked_size import told_size
 from tests.fuzz.trial import try_file
 from tests.volume.reading import counting, read
@@ -263,87 +259,6 @@ def test_links_out_of_a_folder_of_slices(tmp_path):
     (folder / "1.tif").unlink()
     (folder / "1.tif").symlink_to("0.tif")
     assert read(folder).shape == (20, 16, 3)
-
-
-class Endless(io.RawIOBase):
-    """Standard input that never ends: a beginning, then zeros."""
-
-    def __init__(self, start):
-        self.start, self.taken = io.BytesIO(start), 0
-
-    def read(self, size=-1):
-        assert size >= 0
-        self.taken += size
-        return self.start.read(size).ljust(size, b"\0")
-
-
-def from_stdin(monkeypatch, start, **settings):
-    endless = Endless(start)
-    monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": endless}))
-    return endless, lambda: read_volume("-", ReadSettings(**settings))
-
-
-FORMATS = [None, "dicom", "tiff", "numpy", "zarr", "nifti", "nrrd", "meta", "analyze"]
-
-
-@pytest.mark.parametrize("chosen", FORMATS)
-def test_endless_zeros_on_standard_input_are_refused_at_once(monkeypatch, chosen):
-    endless, reading = from_stdin(monkeypatch, b"", input_format=chosen)
-    with pytest.raises(UnsupportedFormatError):
-        reading()
-    assert endless.taken == stream.START_BYTES
-
-
-def test_endless_raw_values_are_refused_when_there_are_too_many(monkeypatch):
-    endless, reading = from_stdin(monkeypatch, b"", input_format="raw", shape=(100, 100, 200), dtype="uint8")
-    with pytest.raises(DamagedVolumeError, match="2000001 bytes found, 2000000 expected"):
-        reading()
-    assert endless.taken == 2_000_001
-
-
-def test_a_header_tells_how_much_of_standard_input_is_read(monkeypatch):
-    values = counting((100, 100, 100), "<i2")
-    header = b"NRRD0004\ntype: short\ndimension: 3\nsizes: 100 100 100\nencoding: raw\nendian: little\n\n"
-    endless, reading = from_stdin(monkeypatch, header + values.tobytes())
-    np.testing.assert_array_equal(reading().values, values)
-    assert endless.taken == len(header) + 2_000_000 + (1 << 20)
-
-
-@pytest.mark.parametrize(("total", "kept"), [(20 << 20, 1 << 20), (1 << 42, 1 << 30)])
-def test_standard_input_never_fills_the_disk(monkeypatch, total, kept):
-    """A twentieth of it stays free, of a large one a gibibyte."""
-    usage = type("Usage", (), {"total": total, "used": 0, "free": kept + stream.PIECE_BYTES})
-    monkeypatch.setattr(stream.shutil, "disk_usage", lambda _: usage)
-    stream._check_disk(Path("/tmp/a"), 1 << 20)
-    endless, reading = from_stdin(monkeypatch, b"II*\0")
-    monkeypatch.setattr(stream, "PIECE_BYTES", stream.PIECE_BYTES + 1)
-    with pytest.raises(VolumeError, match=r"no end after 1 MiB.*give a file"):
-        reading()
-    assert endless.taken == stream.START_BYTES
-
-
-def test_nothing_lies_beside_standard_input(monkeypatch, tmp_path):
-    """Of files in the folder for temporary ones, which anybody may have written, none is its data."""
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    (tmp_path / "a.raw").write_bytes(counting((3, 4, 5), "<i2").tobytes())
-    header = (
-        "NRRD0004\ntype: short\ndimension: 3\nsizes: 5 4 3\nencoding: raw\nendian: little\ndata file: {}\n"
-    )
-    for named in ("a.raw", "../a.raw"):
-        stdin = io.BytesIO(header.format(named).encode())
-        monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": stdin}))
-        with pytest.raises(VolumeError, match=r"is not there|outside the header's folder"):
-            read_volume("-", ReadSettings())
-    assert [path.name for path in tmp_path.iterdir()] == ["a.raw"]
-
-
-def test_a_short_stream_is_read_whole(monkeypatch, tmp_path):
-    np.save(tmp_path / "a.npy", counting((3, 4, 5)))
-    stdin = io.BytesIO((tmp_path / "a.npy").read_bytes())
-    monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": stdin}))
-    volume = read_volume("-", ReadSettings())
-    np.testing.assert_array_equal(volume.values, counting((3, 4, 5)))
-    assert volume.files == ()
 
 
 def zstd_frame(flags, told, blocks, checksum=b""):
