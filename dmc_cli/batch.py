@@ -116,7 +116,8 @@ def convert_all(
     if jobs > 1:
         share = MemoryShare(jobs=jobs, free=available_bytes())
         shared = [replace(item, share=share) for item in items]
-        pipeline.load_needed_kernels(shared, progress)  # threads must not race to compile
+        with suppress(DmcError):  # each item tells
+            pipeline.load_needed_kernels(shared, progress)  # threads must not race to compile
         with progress.stage(f"{len(items)} items"):
             if _convert_side_by_side(shared, tell, jobs, progress, whole):
                 return

@@ -34,9 +34,9 @@ MOST_ITEMS = 2**31 - 1
 SHORT_SCAN = 8 * CHUNK
 """Counts that one thread sums on CPU while others would get ready."""
 
-ROWS_A_SLAB = 64
-ITEMS_A_SLAB = 256
-FLAGS_A_SLAB = 2048
+ROWS_A_CHUNK = 64
+ITEMS_A_CHUNK = 256
+FLAGS_A_CHUNK = 2048
 """Rows, single cells, vertices or quads, and those that are only flagged or copied, a chunk at least: some
 ten microseconds of work, which is what it costs to have a second thread."""
 
@@ -83,7 +83,7 @@ class Device:
         dim: int,
         inputs: Sequence[Any],
         outputs: Sequence[Any],
-        grain: int = ROWS_A_SLAB,
+        grain: int = ROWS_A_CHUNK,
         longest: int = 0,
     ) -> None:
         """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here.
@@ -101,7 +101,7 @@ class Device:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
 
     def launch_in_order(
-        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_SLAB
+        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_CHUNK
     ) -> None:
         """Run `kernel` as `launch` does, on CPU one thread index after the other.
 
@@ -113,7 +113,7 @@ class Device:
             self.launch(kernel, dim, inputs, outputs)
 
     def begin(
-        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_SLAB
+        self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ROWS_A_CHUNK
     ) -> None:
         """Begin a launch, which goes on while the caller gets the next one ready, as all do on CUDA.
 

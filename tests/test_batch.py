@@ -8,7 +8,7 @@ import pytest
 
 from dmc_cli import batch, pipeline
 from dmc_cli.batch import Outcome, convert_all
-from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.errors import DamagedVolumeError, WriteError
 from dmc_cli.progress import SILENT, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare, OutputSettings, SurfaceSettings
 
@@ -164,6 +164,15 @@ def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):
     outcomes_of(items("bug", "bug"), 2)
     outcomes_of(items("bug", "bug"), 1)
     assert order == [2]
+
+
+def test_kernels_that_cannot_be_loaded_fail_every_item(seen, monkeypatch):
+    def refuse(loaded, progress):
+        raise WriteError("the kernel cache cannot be used")
+
+    monkeypatch.setattr(pipeline, "load_needed_kernels", refuse)
+    monkeypatch.setattr(pipeline, "convert", lambda *_: refuse(None, None))
+    assert [found.status for found in outcomes_of(items("a", "b"), 2)] == [9, 9]
 
 
 def test_a_hundred_items_need_no_more_threads_than_one(tmp_path, monkeypatch):

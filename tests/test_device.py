@@ -73,7 +73,7 @@ def test_threads_are_as_many_as_processors_that_may_be_used(monkeypatch):
     assert select_device("cpu").threads == 64
 
 
-NOISE = white_noise(64)  # launches of several slabs
+NOISE = white_noise(64)  # launches of several chunks
 
 
 def mesh_of_noise(device: Device, reserve=None) -> Surface:

@@ -17,7 +17,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 from dmc_cli.mesh.color_words import color_row, reduce_row, retry_quads
 from dmc_cli.mesh.fetch import fetch_onward
 from dmc_cli.mesh.quad_ranks import QuadWord
@@ -86,15 +86,15 @@ def repair_colors(device: Device, twin: Any, colors: Any, *seams: Any, gone: Any
     gone = device.zeros(colors.shape[0], wp.uint8) if gone is None else gone
     listed = concatenated(device, seams)
     flags = device.empty(listed.shape[0], wp.int64)
-    device.launch(find_clashes_kernel, listed.shape[0], [twin, colors, gone, listed], [flags], FLAGS_A_SLAB)
+    device.launch(find_clashes_kernel, listed.shape[0], [twin, colors, gone, listed], [flags], FLAGS_A_CHUNK)
     clashing = keep_flagged(device, listed, flags)
     quads = device.empty(2 * clashing.shape[0], wp.int32)
-    device.launch(list_ends_kernel, clashing.shape[0], [twin, clashing], [quads], FLAGS_A_SLAB)
+    device.launch(list_ends_kernel, clashing.shape[0], [twin, clashing], [quads], FLAGS_A_CHUNK)
     while quads.shape[0]:
         size = quads.shape[0]
         chosen, waits = device.empty(size, wp.int32), device.empty(size, wp.int64)
-        device.launch(choose_colors_kernel, size, [twin, colors, quads], [chosen, waits], ITEMS_A_SLAB)
-        device.launch(set_colors_kernel, size, [quads, chosen], [colors], FLAGS_A_SLAB)
+        device.launch(choose_colors_kernel, size, [twin, colors, quads], [chosen, waits], ITEMS_A_CHUNK)
+        device.launch(set_colors_kernel, size, [quads, chosen], [colors], FLAGS_A_CHUNK)
         quads = keep_flagged(device, quads, waits)
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mask_marks, part
+from dmc_cli.mesh.selection import WORDS_A_CHUNK, list_mask, mask_marks, part
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.surface import Surface
 from dmc_cli.surface.grid import low_bits
@@ -45,21 +45,21 @@ def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | No
         vertices.gaps.shape[0],
         [arrays, vertices.gaps, vertices.movers],
         [],
-        ITEMS_A_SLAB,
+        ITEMS_A_CHUNK,
     )
     device.launch(
-        move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [], ITEMS_A_SLAB
+        move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [], ITEMS_A_CHUNK
     )
     for color in (mesh.color, mesh.color24):
         if color is not None:
             device.launch(
-                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], FLAGS_A_SLAB
+                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], FLAGS_A_CHUNK
             )
     if vertices.gaps.shape[0]:
         inputs = [arrays, vertices.end, 4 * quads.end, vertices.moved_to]
         device.launch(rename_vertices_kernel, -(-quads.end // 16), inputs, [])
     inputs = [arrays, quads.gaps, quads.movers, quads.end, quads.moved_to]
-    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [], ITEMS_A_SLAB)
+    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [], ITEMS_A_CHUNK)
     halfedges = Halfedges(
         part(device, mesh.quads, 0, quads.end),
         part(device, arrays.twin, 0, 4 * quads.end),
@@ -87,12 +87,12 @@ def _plan_moves(device: Device, gone: Any) -> Moves:
     count = gone.shape[0]
     mask, gone_count = mask_marks(device, gone)
     end = count - gone_count
-    device.launch(find_moves_kernel, mask.shape[0], [end, count], [mask], 16 * WORDS_A_SLAB)
+    device.launch(find_moves_kernel, mask.shape[0], [end, count], [mask], 16 * WORDS_A_CHUNK)
     listed = list_mask(device, mask)
     half = listed.shape[0] // 2
     moved_to = device.empty(count - end, wp.int32)
     gaps, movers = part(device, listed, 0, half), part(device, listed, half, 2 * half)
-    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], FLAGS_A_SLAB)
+    device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], FLAGS_A_CHUNK)
     return Moves(end, gaps, movers, moved_to)
 
 

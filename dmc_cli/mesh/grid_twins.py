@@ -25,7 +25,7 @@ from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index, has_bit, low_bits
 from dmc_cli.surface.quads import surely_ordinary
 from dmc_cli.surface.special_cells import SpecialCells, find_special
-from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
+from dmc_cli.surface.words import BLOCKS_A_CHUNK, LANES, VECTOR_FLAGS, before_line, block_count
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -45,7 +45,7 @@ def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, 
     twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
     inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
     inputs += [surface.field.has_absent, words, surface.quad_starts, surface.quads]
-    device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_SLAB)
+    device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_CHUNK)
     return twins, defects
 
 

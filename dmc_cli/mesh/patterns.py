@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.selection import WORDS_A_SLAB, list_mask, mask_length
+from dmc_cli.mesh.selection import WORDS_A_CHUNK, list_mask, mask_length
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.surface.marks import ANY, marked
 from dmc_cli.surface.words import VECTOR_FLAGS
@@ -32,7 +32,7 @@ def list_3333(mesh: WorkingMesh) -> Any:
 def _listed(mesh: WorkingMesh, *, all_three: bool) -> Any:
     """Return the quads with one of the patterns."""
     mask = mesh.device.empty(mask_length(mesh.quad_count), wp.uint32)
-    mesh.device.launch(find_pattern_kernel, mask.shape[0], [mesh.arrays, all_three], [mask], WORDS_A_SLAB)
+    mesh.device.launch(find_pattern_kernel, mask.shape[0], [mesh.arrays, all_three], [mask], WORDS_A_CHUNK)
     return list_mask(mesh.device, mask)
 
 

@@ -19,7 +19,7 @@ from dmc_cli.device import Device
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import Grid, GridShape, has_bit
 from dmc_cli.surface.quads import quad_edges
-from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
+from dmc_cli.surface.words import BLOCKS_A_CHUNK, LANES, VECTOR_FLAGS, before_line, block_count
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -44,7 +44,7 @@ def rank_quads(cells: Any, grid: GridShape, quad_starts: Any, device: Device) ->
     """
     words = device.empty((grid.rows, grid.words), QuadWord)
     inputs = [grid.struct(), cells.bits, quad_starts]
-    device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_SLAB)
+    device.launch(rank_quads_kernel, block_count(grid), inputs, [words.flatten()], BLOCKS_A_CHUNK)
     return words
 
 

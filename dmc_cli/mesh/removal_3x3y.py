@@ -15,7 +15,7 @@ from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
 from dmc_cli.mesh.merged_vertices import folds, merged_point, point_position
 from dmc_cli.mesh.project import GridPoint, node_cell
 from dmc_cli.mesh.selection import keep_masked, mask_length
-from dmc_cli.mesh.simplify_3x3y import LISTED_A_SLAB
+from dmc_cli.mesh.simplify_3x3y import LISTED_A_CHUNK
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
 from dmc_cli.surface.field import Field
 from dmc_cli.surface.grid import Grid, kernel_matrix
@@ -45,9 +45,9 @@ def remove_3x3y(
     color = mesh.arrays.defect if mesh.color is None else mesh.color
     inputs = [mesh.arrays, surface.grid.struct(), surface.field, kernel_matrix(surface.affine)]
     inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
-    device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_SLAB)
+    device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
     if not safe:
-        device.launch(mark_crowded_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_SLAB)
+        device.launch(mark_crowded_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
     if mesh.color is not None:
         mesh.seams.append(keep_masked(device, seams, clashes))
     return removed, refused

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_CHUNK, Device
 from dmc_cli.surface.grid import bit_index
 from dmc_cli.surface.marks import ANY, marked
 from dmc_cli.surface.words import VECTOR_FLAGS
@@ -26,11 +26,11 @@ WORDS = wp.constant(32)
 KEY_FACTOR = wp.constant(wp.uint32(2654435769))
 """2^32 over the golden ratio (Knuth): odd, so no two keys are equal, and without order along the grid."""
 
-WORDS_A_SLAB = 256
-"""Words of 32 items a slab at least, as `ITEMS_A_SLAB` of the device."""
+WORDS_A_CHUNK = 256
+"""Words of 32 items a chunk at least, as `ITEMS_A_CHUNK` of the device."""
 
-MASKS_A_SLAB = 32
-"""Blocks of words of a mask a slab at least."""
+MASKS_A_CHUNK = 32
+"""Blocks of words of a mask a chunk at least."""
 
 SHORT = 1 << 13
 """Items of a list that NumPy goes through, on CPU, while a kernel and a scan would be made ready."""
@@ -45,7 +45,7 @@ def list_mask(device: Device, mask: Any) -> Any:
     """Return the members of a mask in ascending order, int32."""
     starts, total = _count_mask(device, mask)
     listed = device.empty(total, wp.int32)
-    device.launch(list_mask_kernel, starts.shape[0] - 1, [mask, starts], [listed], MASKS_A_SLAB)
+    device.launch(list_mask_kernel, starts.shape[0] - 1, [mask, starts], [listed], MASKS_A_CHUNK)
     return listed
 
 
@@ -57,14 +57,14 @@ def keep_masked(device: Device, items: Any, mask: Any) -> Any:
     starts, total = _count_mask(device, mask)
     kept = device.empty(total, wp.int32)
     if total:
-        device.launch(keep_masked_kernel, starts.shape[0] - 1, [items, mask, starts], [kept], MASKS_A_SLAB)
+        device.launch(keep_masked_kernel, starts.shape[0] - 1, [items, mask, starts], [kept], MASKS_A_CHUNK)
     return kept
 
 
 def mask_marks(device: Device, marks: Any) -> tuple[Any, int]:
     """Return a mask of the items with a mark, uint8 (n,), not 0, and how many there are."""
     mask = device.empty(mask_length(marks.shape[0]), wp.uint32)
-    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 16 * WORDS_A_SLAB)
+    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 16 * WORDS_A_CHUNK)
     return mask, _count_mask(device, mask)[1]
 
 
@@ -72,7 +72,7 @@ def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
     """Return the members before each block of words, with one item more, and the number of all."""
     blocks = -(-mask.shape[0] // int(WORDS))
     counts = device.empty(blocks, wp.int64)
-    device.launch(count_mask_kernel, blocks, [mask], [counts], 8 * MASKS_A_SLAB)
+    device.launch(count_mask_kernel, blocks, [mask], [counts], 8 * MASKS_A_CHUNK)
     return device.starts(counts)
 
 
@@ -82,7 +82,7 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
         return device.adopt(items.numpy()[flags.numpy() != 0], wp.int32)
     starts, total = device.starts(flags)
     kept = device.empty(total, wp.int32)
-    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], FLAGS_A_SLAB)
+    device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], FLAGS_A_CHUNK)
     return kept
 
 

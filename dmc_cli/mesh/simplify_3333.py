@@ -20,7 +20,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_SLAB, ITEMS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 from dmc_cli.mesh.selection import keep_flagged, turn_key
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
 
@@ -43,7 +43,7 @@ def judge_3333(mesh: WorkingMesh, quads: Any, *, safe: bool) -> tuple[Any, Any]:
     """
     device, count = mesh.device, quads.shape[0]
     eligible, refused = device.empty(count, wp.int64), device.empty(count, wp.int64)
-    device.launch(judge_3333_kernel, count, [mesh.arrays, quads, safe], [eligible, refused], ITEMS_A_SLAB)
+    device.launch(judge_3333_kernel, count, [mesh.arrays, quads, safe], [eligible, refused], ITEMS_A_CHUNK)
     return eligible, refused
 
 
@@ -52,9 +52,11 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
     device, count = mesh.device, quads.shape[0]
     flags = device.empty(count, wp.int64)
     owner = device.empty(mesh.arrays.valence.shape[0], wp.uint32)
-    device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], FLAGS_A_SLAB)
+    device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], FLAGS_A_CHUNK)
     device.launch_in_order(claim_outer_kernel, count, [mesh.arrays, quads, eligible], [owner])
-    device.launch(choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], FLAGS_A_SLAB)
+    device.launch(
+        choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], FLAGS_A_CHUNK
+    )
     return flags
 
 
@@ -62,10 +64,10 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
     """Stretch the flagged quads over their neighbours, which go."""
     device, count = mesh.device, quads.shape[0]
     sides, twins = device.empty(count, wp.vec4i), device.empty(count, wp.vec4i)
-    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [], FLAGS_A_SLAB)
-    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], FLAGS_A_SLAB)
+    device.launch(mark_3333_kernel, count, [mesh.arrays, quads, flags], [], FLAGS_A_CHUNK)
+    device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], FLAGS_A_CHUNK)
     seams = device.empty(4 * count, wp.int32)
-    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], FLAGS_A_SLAB)
+    device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], FLAGS_A_CHUNK)
     device.launch_in_order(lower_outer_kernel, count, [mesh.arrays, quads, flags], [])
     mesh.seams.append(seams)
 
@@ -73,7 +75,7 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
 def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
     """Return the quads that were eligible but did not go."""
     waiting = device.empty(quads.shape[0], wp.int64)
-    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], FLAGS_A_SLAB)
+    device.launch(subtract_kernel, quads.shape[0], [eligible, gone], [waiting], FLAGS_A_CHUNK)
     return keep_flagged(device, quads, waiting)
 
 
@@ -172,7 +174,7 @@ def claim_outer_kernel(
     # In/out:
     owner_inout: wp.array(dtype=wp.uint32),
 ):
-    """Claim the outer vertices: the lowest key has them. One thread a quad of the list; not for slabs."""
+    """Claim the outer vertices: the lowest key has them. One thread a quad of the list; not for chunks."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
@@ -291,7 +293,7 @@ def lower_outer_kernel(
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
 ):
-    """Take one mesh edge from each vertex of the stretched quads. One thread a quad; not for slabs."""
+    """Take one mesh edge from each vertex of the stretched quads. One thread a quad; not for chunks."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
         for c in range(4):

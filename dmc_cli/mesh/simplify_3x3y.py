@@ -38,8 +38,8 @@ NO_CUT = wp.constant(-1)
 REFUSED = wp.constant(-2)
 """Stands for a quad that the safe rules keep."""
 
-LISTED_A_SLAB = 4
-"""Blocks of 32 listed quads a slab at least: memory is slow where they lie."""
+LISTED_A_CHUNK = 4
+"""Blocks of 32 listed quads a chunk at least: memory is slow where they lie."""
 
 
 def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
@@ -53,7 +53,7 @@ def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
     cuts = mesh.device.empty(quads.shape[0], wp.int32)
     color = mesh.color if by_color else mesh.arrays.defect
     inputs = [mesh.arrays, quads, color, by_color]
-    mesh.device.launch(choose_by_paper_kernel, mask_length(quads.shape[0]), inputs, [cuts], LISTED_A_SLAB)
+    mesh.device.launch(choose_by_paper_kernel, mask_length(quads.shape[0]), inputs, [cuts], LISTED_A_CHUNK)
     return cuts
 
 
@@ -71,7 +71,7 @@ def judge_topology(mesh: WorkingMesh, quads: Any, state: Any) -> tuple[Any, Any]
     device, count = mesh.device, quads.shape[0]
     cuts, refused = device.empty(count, wp.int32), device.empty(mask_length(count), wp.int32)
     outputs = [state, cuts, refused]
-    device.launch(judge_topology_kernel, mask_length(count), [mesh.arrays, quads], outputs, LISTED_A_SLAB)
+    device.launch(judge_topology_kernel, mask_length(count), [mesh.arrays, quads], outputs, LISTED_A_CHUNK)
     return cuts, refused
 
 
@@ -89,7 +89,7 @@ def choose_apart(mesh: WorkingMesh, cuts: Any, state: Any) -> tuple[Any, Any]:
     device, count = mesh.device, cuts.shape[0]
     chosen, waiting = device.empty(count, wp.int32), device.empty(mask_length(count), wp.uint32)
     inputs = [mesh.arrays, cuts, state]
-    device.launch(choose_apart_kernel, mask_length(count), inputs, [chosen, waiting], LISTED_A_SLAB)
+    device.launch(choose_apart_kernel, mask_length(count), inputs, [chosen, waiting], LISTED_A_CHUNK)
     return chosen, waiting
 
 

@@ -20,7 +20,7 @@ from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.grid import ALL_BITS, Grid, bit_index
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
-from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, before_line, block_count
+from dmc_cli.surface.words import BLOCKS_A_CHUNK, LANES, VECTOR_FLAGS, before_line, block_count
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -42,7 +42,7 @@ def find_vertex_rings(surface: Surface, words: Any, twin: Any, device: Device) -
     is_reversed = int(surface.is_reversed)
     inputs = [grid, cells.bits, cells.ordinary_starts, is_reversed, words]
     blocks = block_count(surface.grid)
-    device.launch(ring_ordinary_kernel, blocks, inputs, [halfedge, valence], BLOCKS_A_SLAB)
+    device.launch(ring_ordinary_kernel, blocks, inputs, [halfedge, valence], BLOCKS_A_CHUNK)
     inputs = [grid, cells.bits, polygons.special, cells.ordinary_count, is_reversed, words, twin]
     device.launch(ring_special_kernel, polygons.special_count, inputs, [halfedge, valence])
     return halfedge, valence

@@ -48,7 +48,7 @@ def count_halfedges_kernel(
 ) -> None:
     """Count the halfedges of each lower vertex. One thread a corner.
 
-    Sums of integers: the order of the threads does not show. Not to be cut into slabs, since atomics on CPU
+    Sums of integers: the order of the threads does not show. Not to be cut into chunks, since atomics on CPU
     are none.
     """
     vertex = lower_vertex(corners, first + wp.tid())
@@ -66,7 +66,7 @@ def list_halfedges_kernel(
     # Out:
     listed_out: wp.array[wp.int32],
 ) -> None:
-    """List the halfedges of each lower vertex, in any order. One thread a corner; not for slabs."""
+    """List the halfedges of each lower vertex, in any order. One thread a corner; not for chunks."""
     h = first + wp.tid()
     vertex = lower_vertex(corners, h)
     if vertex >= 0:

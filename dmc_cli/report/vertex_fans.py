@@ -48,7 +48,7 @@ def scatter_corners_kernel(
 ) -> None:
     """Count each vertex's corners and choose one to start from. One thread a corner.
 
-    Sums and maxima of integers: the order of the threads does not show. Not to be cut into slabs, since
+    Sums and maxima of integers: the order of the threads does not show. Not to be cut into chunks, since
     atomics on CPU are none.
     """
     h = first + wp.tid()

@@ -25,7 +25,7 @@ from dmc_cli.surface.absent_cells import count_crossed, existing_cells, has_whol
 from dmc_cli.surface.grid import ALL_BITS, Grid, GridShape, bit_index, low_bits, next_node
 from dmc_cli.surface.inside import InsideBits
 from dmc_cli.surface.words import (
-    BITS_A_SLAB,
+    BITS_A_CHUNK,
     LANES,
     VECTOR_FLAGS,
     Words,
@@ -111,12 +111,12 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     counts = device.empty((4, blocks), wp.int64)
     struct = grid.struct()
     outputs = [active.line, ordinary.line, counts]
-    device.begin(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_SLAB)
+    device.begin(find_cells_kernel, blocks, [struct, nodes.inside.line], outputs, BITS_A_CHUNK)
     bits.rank, bits.special_rank = (device.empty(grid.rows * grid.words, wp.int32) for _ in range(2))
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
         outputs = [active.rows, ordinary.rows, counts]
-        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
+        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BITS_A_CHUNK)
     starts = device.starts_of_rows(counts)
     ordinary_starts, ordinary_count = starts[ORDINARY]
     special_starts, special_count = starts[SPECIAL]
@@ -127,7 +127,7 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     special_row, special_i = (device.empty(special_count, wp.int32) for _ in range(2))
     inputs = [struct, active.line, ordinary.line, ordinary_starts, special_starts]
     outputs = [bits.rank, bits.special_rank, special_row, special_i]
-    device.begin(number_cells_kernel, blocks, inputs, outputs, BITS_A_SLAB)
+    device.begin(number_cells_kernel, blocks, inputs, outputs, BITS_A_CHUNK)
     return Cells(
         bits=bits,
         ordinary_starts=ordinary_starts,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device
+from dmc_cli.device import ITEMS_A_CHUNK, Device
 from dmc_cli.surface.cells import CellBits
 from dmc_cli.surface.fans import number_vertices, store_vertices
 from dmc_cli.surface.grid import Grid, bit_index
@@ -55,7 +55,7 @@ def flip_faces(inputs: Sequence[Any], traced: Sequence[Any], suspects: Any, devi
     outputs = [*traced, suspects]
     for first_class in range(0, CLASSES, classes):
         rest = [first_class, classes, span]
-        device.launch(flip_faces_kernel, -(-cells // span), [*inputs, *rest], outputs, ITEMS_A_SLAB)
+        device.launch(flip_faces_kernel, -(-cells // span), [*inputs, *rest], outputs, ITEMS_A_CHUNK)
     noted = suspects.numpy()
     return sum(int(np.count_nonzero(noted & (int(FLIPPED) << axis))) for axis in range(3))
 

@@ -24,8 +24,8 @@ wp.set_module_options(
 WORD = 32
 """Nodes a word."""
 
-NODES_A_SLAB = 1 << 17
-"""Nodes a slab at least, as `ITEMS_A_SLAB` of the device."""
+NODES_A_CHUNK = 1 << 17
+"""Nodes a chunk at least, as `ITEMS_A_CHUNK` of the device."""
 
 
 @wp.struct
@@ -83,7 +83,7 @@ def find_inside(volume: DeviceVolume, settings: SurfaceSettings, grid: GridShape
     looks_for_data = levels.checks_finite or levels.checks_padding
     absent = device.empty(grid.rows if looks_for_data else 0, wp.int64)
     inputs = [grid.struct(), volume.bytes, volume.kind, levels]
-    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_SLAB // grid.nx))
+    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_CHUNK // grid.nx))
     no_data_count = 0
     if looks_for_data:
         device.finish()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB
+from dmc_cli.device import ITEMS_A_CHUNK
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.surface.field import Field, is_data, node_of_volume, node_value, stored_value
 from dmc_cli.surface.grid import Grid
@@ -65,9 +65,9 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     ]
     if device.is_cpu and surface.depths.shape[0] == 0:
         blocks = -(-surface.vertices.shape[0] // LANES)
-        device.launch(normal_block_kernel, blocks, inputs, [normals], 2 * ITEMS_A_SLAB // LANES)
+        device.launch(normal_block_kernel, blocks, inputs, [normals], 2 * ITEMS_A_CHUNK // LANES)
     else:
-        device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_SLAB)
+        device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_CHUNK)
     return normals
 
 

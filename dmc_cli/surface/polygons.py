@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import ITEMS_A_SLAB, Device, mesh_size
+from dmc_cli.device import ITEMS_A_CHUNK, Device, mesh_size
 from dmc_cli.surface.cells import CellBits, Cells
 from dmc_cli.surface.fans import number_vertices, store_vertices
 from dmc_cli.surface.field import Field, cell_values
@@ -77,7 +77,7 @@ def trace_polygons(
     tallies = device.empty((TALLIES, count), wp.uint8)
     traced = [special.joined, special.polygons, special.vertices, vertex_counts, tallies]
     inputs = [grid.struct(), cells.bits, field, special, manifold]
-    device.launch(trace_polygons_kernel, count, inputs, [*traced, suspects], ITEMS_A_SLAB)
+    device.launch(trace_polygons_kernel, count, inputs, [*traced, suspects], ITEMS_A_CHUNK)
     flipped_faces = 0
     if manifold:
         inputs = [grid.struct(), cells.bits, special, field.has_absent]

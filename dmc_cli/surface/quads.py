@@ -28,7 +28,7 @@ from dmc_cli.surface.plain_quads import QuadEdges, store_plain_quads
 from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells
 from dmc_cli.surface.tracing import EDGE_LOW, label_of
-from dmc_cli.surface.words import BLOCKS_A_SLAB, LANES, VECTOR_FLAGS, Words, before_line, block_count
+from dmc_cli.surface.words import BLOCKS_A_CHUNK, LANES, VECTOR_FLAGS, Words, before_line, block_count
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -68,11 +68,11 @@ def connect_quads(
     if starts is None:
         counts = device.empty(blocks, wp.int64)
         inputs = [struct, cells.bits, cells.ordinary_starts, cells.special_starts]
-        device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_SLAB)
+        device.launch(count_quads_kernel, blocks, inputs, [counts], BLOCKS_A_CHUNK)
         starts, quad_count = device.starts(counts)
     quads = device.empty(quad_count, wp.vec4i)
     inputs = [struct, cells.bits, polygons.special, cells.ordinary_count, int(is_reversed), starts]
-    device.begin(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_SLAB)
+    device.begin(connect_quads_kernel, blocks, inputs, [quads], BLOCKS_A_CHUNK)
     return Quads(quads, starts)
 
 

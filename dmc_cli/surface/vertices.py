@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_SLAB, Device
+from dmc_cli.device import FLAGS_A_CHUNK, Device
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.settings import Placement
 from dmc_cli.surface.bit_lists import LIST_BITS, ON_GPU
@@ -26,8 +26,8 @@ from dmc_cli.surface.polygons import Polygons
 from dmc_cli.surface.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.surface.tracing import has_several
 from dmc_cli.surface.words import (
-    BITS_A_SLAB,
-    BLOCKS_A_SLAB,
+    BITS_A_CHUNK,
+    BLOCKS_A_CHUNK,
     LANES,
     VECTOR_FLAGS,
     Words,
@@ -83,7 +83,7 @@ def place_vertices(
     scene = [grid.struct(), field, matrix]
     cell = device.empty(count, wp.int64)
     inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
-    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [cell], BITS_A_SLAB)
+    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [cell], BITS_A_CHUNK)
     size = LANES if placement == "exact" and device.is_cpu else 1
     vertices = Vertices(
         position=device.empty(count, wp.vec3),
@@ -107,12 +107,12 @@ def _place_exactly(
     ordinary, special = cells.ordinary_count, polygons.special_count
     inputs = [scene[0], polygons.special, ordinary]
     outputs = [vertices.cell, vertices.local]
-    device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_SLAB)
+    device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_CHUNK)
     left = vertices.fallbacks  # at first whether some are left in a block
     if device.is_cpu:
         inputs = [*scene, ordinary, vertices.cell]
         outputs = [vertices.local, vertices.position, left]
-        device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_SLAB)
+        device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_CHUNK)
     else:
         left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))

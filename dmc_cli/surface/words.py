@@ -25,9 +25,9 @@ VECTOR_FLAGS = f"{_FLAGS} -mprefer-vector-width=512"
 LANES = 16
 """Words a block: one vector register of 512 bits."""
 
-BLOCKS_A_SLAB = 16
-BITS_A_SLAB = 64
-"""Blocks a slab at least, and blocks of which only bits are looked at, as `ITEMS_A_SLAB` of the device."""
+BLOCKS_A_CHUNK = 16
+BITS_A_CHUNK = 64
+"""Blocks a chunk at least, and blocks of which only bits are looked at, as `ITEMS_A_CHUNK` of the device."""
 
 Words = wp.types.vector(length=LANES, dtype=wp.uint32)
 """Sixteen words of the line, one after the other."""

@@ -30,7 +30,7 @@ def native(a: wp.int32, b: wp.int32) -> wp.int32:
     ...
 
 
-WORDS_A_SLAB = 32
+WORDS_A_CHUNK = 32
 
 
 def host(é, b, limit=2):
@@ -40,7 +40,7 @@ def host(é, b, limit=2):
     total = min(é, b) + LEAST
     total = total * 2
     fetch_ahead(total)
-    launch(total, 16 * WORDS_A_SLAB)
+    launch(total, 16 * WORDS_A_CHUNK)
     return total
 '''
 
