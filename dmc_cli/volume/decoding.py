@@ -18,10 +18,21 @@ CHUNK = 1 << 20
 
 GZIP_MAGIC = b"\x1f\x8b"
 
-LARGEST_RATIO: dict[Encoding, float] = {"raw": 1, "gzip": 1040, "bzip2": 1_200_000, "text": 4.5, "hex": 0.5}
-"""Decoded bytes a stored byte, at most: deflate's limit is 1032, one bzip2 block of 46 bytes holds up to
-45 MB of one value, text needs a digit and a separator for up to 8 bytes (the last one no separator). A
-file that is shorter than its promised size allows is refused before memory is taken."""
+DEFLATE_RATIO = 1040
+"""Bytes that a deflated byte unpacks to, at most: the limit is 1032; what claims more is a bomb."""
+
+BZIP2_RATIO = 1_200_000
+"""The same of bzip2: one block of 46 bytes holds up to 45 MB of one value."""
+
+LARGEST_RATIO: dict[Encoding, float] = {
+    "raw": 1,
+    "gzip": DEFLATE_RATIO,
+    "bzip2": BZIP2_RATIO,
+    "text": 4.5,
+    "hex": 0.5,
+}
+"""Decoded bytes a stored byte, at most: text needs a digit and a separator for up to 8 bytes (the last one
+no separator). A file that is shorter than its promised size allows is refused before memory is taken."""
 
 
 class DecodedStream:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import BinaryIO, cast
 
 from dmc_cli.errors import DamagedVolumeError
-from dmc_cli.volume.decoding import CHUNK, new_inflater
+from dmc_cli.volume.decoding import CHUNK, DEFLATE_RATIO, new_inflater
 from dmc_cli.volume.dicom_source import HEAD_BYTES, DicomFile
-from dmc_cli.volume.dicom_zip import MAX_RATIO
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
 """Deflated Explicit VR Little Endian."""
@@ -50,7 +49,7 @@ class DeflatedFile(DicomFile):
 
 def inflated_file(packed: DicomFile, begin: int) -> DeflatedFile:
     """The data set that is deflated in a file from `begin` on; its size is the most that it can be."""
-    size = (packed.size - begin) * MAX_RATIO
+    size = (packed.size - begin) * DEFLATE_RATIO
     return DeflatedFile(packed.name, packed.path, size, packed.effort, packed=packed, begin=begin)
 
 

@@ -13,11 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
-from dmc_cli.volume.decoding import new_inflater
+from dmc_cli.volume.decoding import DEFLATE_RATIO, new_inflater
 from dmc_cli.volume.left_out import left_out
-
-MAX_RATIO = 1040
-"""Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
 
 MAX_ENTRY = 1 << 32
 """Largest zip entry that is read."""
@@ -89,7 +86,7 @@ def _check_apart(entries: list[zipfile.ZipInfo], name: str) -> None:
 
 def _can_hold(entry: zipfile.ZipInfo) -> bool:
     """Return whether a zip's entry can be as large as it claims."""
-    return entry.file_size <= min(MAX_ENTRY, MAX_RATIO * entry.compress_size)
+    return entry.file_size <= min(MAX_ENTRY, DEFLATE_RATIO * entry.compress_size)
 
 
 def _leads_out(entry_name: str) -> bool:

@@ -18,6 +18,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.allocation import allocate_values
 from dmc_cli.volume.checks import WIDENED, check_shape, storable_type, widened_type
+from dmc_cli.volume.decoding import DEFLATE_RATIO
 from dmc_cli.volume.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
 from dmc_cli.volume.mapping import intact, map_file
 from dmc_cli.volume.volume import Volume, VolumeEntry
@@ -32,9 +33,6 @@ MAX_ENTRIES = 10_000
 
 PACKERS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """What NumPy packs by; with others Python's zip module unpacks more than it was asked for."""
-
-MAX_RATIO = 1040
-"""Deflate packs a byte into no less than 1/1032 byte; an entry that claims more is a bomb."""
 
 
 def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -163,7 +161,7 @@ def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
             shape, fortran, dtype = _header(stream, name)  # type: ignore[arg-type]
             check_shape(name, shape[::-1])
             count = math.prod(shape) * dtype.itemsize
-            if entry.file_size < count or entry.file_size > MAX_RATIO * max(entry.compress_size, 1):
+            if entry.file_size < count or entry.file_size > DEFLATE_RATIO * max(entry.compress_size, 1):
                 raise DamagedVolumeError(
                     f"{name}: {entry.file_size} bytes found, {count} expected; get the file again"
                 )

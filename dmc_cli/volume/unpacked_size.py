@@ -7,14 +7,14 @@ blosc and lz4 tell it in their headers, and libraries allocate what these tell.
 from collections.abc import Callable
 from typing import Any
 
-from dmc_cli.volume.decoding import CHUNK, new_inflater
+from dmc_cli.volume.decoding import BZIP2_RATIO, CHUNK, DEFLATE_RATIO, new_inflater
 
 Buffer = bytes | bytearray | memoryview
 
 SLACK = 1 << 26
 """Bytes more than expected that do no harm: pieces that cannot unpack to more are not looked at."""
 
-_RATIOS = {"zlib": 1040.0, "gzip": 1040.0, "bz2": 1_200_000.0, "lzma": 10_000.0}
+_RATIOS = {"zlib": DEFLATE_RATIO, "gzip": DEFLATE_RATIO, "bz2": BZIP2_RATIO, "lzma": 10_000}
 """Unpacked bytes a packed byte, at most, of what has to be unpacked to be known."""
 
 _SEVERAL = {"gzip": b"\x1f\x8b", "bz2": b"BZh", "lzma": b"\xfd7zXZ"}
