@@ -113,7 +113,7 @@ def checked_affine(name: str, affine: Any) -> _Float64:
             f"{name}: an affine of no real numbers found ({error}); expected a 4 x 4 matrix with "
             "nothing masked"
         ) from error
-    if held.shape != (4, 4) or (np.isfinite(held).all() and held[3].tolist() != [0, 0, 0, 1]):
+    if held.shape != (4, 4) or held[3].tolist() != [0, 0, 0, 1]:
         told = f"shape {held.shape}" if held.shape != (4, 4) else f"last row {held[3].tolist()}"
         raise VolumeError(
             f"{name}: an affine of {told} found; expected a 4 x 4 matrix with the last row 0, 0, 0, 1 that "

@@ -187,8 +187,9 @@ def _pixels(header: Header) -> Pixels:
     if allocated not in (8, 16, 32, 64):
         raise NoSlice(f"an image of {allocated} bits a pixel")
     stored = elements.integer(dataset, 0x00280101, allocated) or allocated
-    stored = min(max(stored, 1), allocated)
-    below = (elements.integer(dataset, 0x00280102, stored - 1) or 0) + 1 - stored
+    stored = min(stored, allocated)
+    high = elements.integer(dataset, 0x00280102)
+    below = 0 if high is None else high + 1 - stored
     dtype = np.dtype(f"{'i' if signed else 'u'}{allocated // 8}")
     if not 0 <= below <= allocated - stored:
         # HighBit cannot be what it says

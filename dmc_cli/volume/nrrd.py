@@ -159,10 +159,7 @@ def _axes(fields: dict[str, str], sizes: list[int], name: str) -> _Axes:
         spatial = [a for a, kind in enumerate(kinds) if kind in SPATIAL_KINDS]
     else:
         spatial = list(range(len(sizes)))
-    if len(spatial) > 3:
-        spatial = (
-            [a for a in spatial if sizes[a] > 1 or a < 3][:3] if len(kinds) != len(sizes) else spatial[:3]
-        )
+    spatial = spatial[:3]
     if len(spatial) != 3 or spatial[2] - spatial[0] != 2 + sum(sizes[a] == 1 for a in _between(spatial)):
         raise UnsupportedFormatError(
             f"{name}: sizes {' x '.join(map(str, sizes))} found; expected three neighbouring axes of space, "

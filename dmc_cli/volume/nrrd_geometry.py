@@ -103,8 +103,8 @@ def _unoriented(
     for axis in spatial:
         is_cell = axis < len(centers) and centers[axis].lower() == "cell"
         low, high, step = (_entry(fields, key, axis, name) for key in ("axis mins", "axis maxs", "spacings"))
-        if math.isnan(step) and not math.isnan(low) and not math.isnan(high):
-            step = (high - low) / (sizes[axis] if is_cell else max(sizes[axis] - 1, 1))
+        if math.isnan(step):
+            step = (high - low) / (sizes[axis] if is_cell else sizes[axis] - 1)
         scale = _unit(units[axis].strip('"'), notes) if axis < len(units) else 1.0
         steps.append(step * scale)
         lows.append(low * scale)

@@ -109,6 +109,20 @@ def test_a_high_bit_that_cannot_be_is_passed_over(tmp_path, high):
     np.testing.assert_array_equal(volume.values, STACK)
 
 
+@pytest.mark.parametrize("told", [17, 40, 0, None])
+def test_bits_stored_that_cannot_be_are_those_of_a_pixel(tmp_path, told):
+    values = plane_values(0, "<u2") | np.uint16(0x8001)
+    volume = read(save_stack(tmp_path, axial(), values=values, BitsStored=told, HighBit=None))
+    np.testing.assert_array_equal(volume.values, [values] * 4)
+
+
+@pytest.mark.parametrize(("high", "below"), [(0, 0), (1, 1), (15, 15), (16, 0), (None, 0)])
+def test_one_stored_bit_is_where_the_high_bit_says(tmp_path, high, below):
+    values = plane_values(0, "<u2") * np.uint16(0x0A5B)
+    volume = read(save_stack(tmp_path, axial(), values=values, BitsStored=1, HighBit=high))
+    np.testing.assert_array_equal(volume.values, [values >> below & 1] * 4)
+
+
 def test_slices_with_and_without_a_sign_are_one_volume(tmp_path):
     for k, position in enumerate(axial()):
         values = plane_values(k, "<i2" if k % 2 else "<u2")

@@ -114,6 +114,60 @@ def test_space_units_become_millimetres(tmp_path):
     np.testing.assert_allclose(volume.spacing, [2000, 0.003, 4])
 
 
+@pytest.mark.parametrize(
+    ("units", "lengths"), [("mm", (2, 3, 4)), ('"cm"', (20, 3, 4)), ('"mm" "mm" "cm" "s"', (2, 3, 40))]
+)
+def test_each_axis_of_space_has_its_unit_or_none(tmp_path, units, lengths):
+    text = header(extra=LPS + f"space units: {units}\n")
+    assert read(write(tmp_path / "a.nrrd", text, VALUES.tobytes())).spacing == lengths
+
+
+UNITS = [("m", 1e3), ("meter", 1e3), ("metre", 1e3), ("cm", 10), ("mm", 1), ("millimeter", 1)]
+UNITS += [("millimetre", 1), ("um", 1e-3), ("\u00b5m", 1e-3), ("\u03bcm", 1e-3), ("micron", 1e-3)]
+UNITS += [("Microns", 1e-3), ("micrometer", 1e-3), ("micrometre", 1e-3), ("nm", 1e-6), ("???", 1), ("", 1)]
+
+
+@pytest.mark.parametrize(("unit", "length"), UNITS)
+def test_every_unit_of_length(tmp_path, unit, length):
+    text = header(extra=f'spacings: 2 3 4\nunits: "mm" "{unit}" "mm"\n')
+    volume = read(write(tmp_path / "a.nrrd", text, VALUES.tobytes()))
+    assert volume.spacing == (2, 3 * length, 4)
+    assert volume.warnings == ()
+
+
+DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
+
+
+@pytest.mark.parametrize(
+    ("extra", "told"),
+    [
+        (
+            "space: 3D-left-handed\n" + DIRECTIONS,
+            "the header's space is left-handed: in a right-handed viewer",
+        ),
+        ("space: 3D-left-handed\nspacings: 1 1 1\n", "the header's space is left-handed"),
+        ("space: 3D-right-handed\n" + DIRECTIONS, None),
+        ("space: scanner-xyz\nspacings: 1 1 1\n", None),
+        ("space: RAS\nspacings: 1 1 1\n", "the header names the space ras but no directions; axes are"),
+        ("space: RAS\n" + DIRECTIONS, None),
+        ("spacings: 1 1 1\n", None),
+        (
+            'space: RAS\nspace units: "ell" "mm" "mm"\n' + DIRECTIONS,
+            "the header's unit of length 'ell' is un",
+        ),
+        ('spacings: 1 1 1\nunits: "mm" "ell" "mm"\n', "the header's unit of length 'ell' is unknown; taken"),
+    ],
+)
+def test_what_a_header_leaves_open_is_told(tmp_path, extra, told):
+    warnings = read(write(tmp_path / "a.nrrd", header(extra=extra), VALUES.tobytes())).warnings
+    assert [warning[: len(told or "")] for warning in warnings] == ([told] if told else [])
+
+
+def test_a_field_that_is_repeated_counts_once(tmp_path):
+    text = header(extra="spacings: 2 3 4\nspacings: 5 6 7\n")
+    assert read(write(tmp_path / "a.nrrd", text, VALUES.tobytes())).spacing == (2, 3, 4)
+
+
 def test_spacings_without_a_space(tmp_path):
     text = header(extra="spacings: 0.5 2 3\naxis mins: 10 nan nan\n")
     volume = read(write(tmp_path / "a.nrrd", text, VALUES.tobytes()))

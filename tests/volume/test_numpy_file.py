@@ -82,6 +82,16 @@ def test_truncated_files_are_refused(tmp_path, suffix, kept):
     assert caught.value.exit_status == 3
 
 
+def test_a_truncated_array_tells_how_many_bytes_there_are(tmp_path):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    (tmp_path / "a.npy").write_bytes(content[:-1])
+    with pytest.raises(
+        DamagedVolumeError, match=r": 119 bytes of values found, 120 expected for \(3, 4, 5\) values of int16"
+    ):
+        read(tmp_path / "a.npy")
+
+
 def test_a_size_that_the_file_cannot_hold_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", VALUES)
     content = (tmp_path / "a.npy").read_bytes()

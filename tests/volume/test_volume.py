@@ -105,6 +105,7 @@ def with_entry(row, column, number):
         (np.eye(4) * 1j, "no real numbers"),
         (with_entry(3, 3, 2), r"last row \[0.0, 0.0, 0.0, 2.0\]"),
         (with_entry(3, 0, 1), r"last row \[1.0, 0.0, 0.0, 1.0\]"),
+        (with_entry(3, 0, np.nan), r"last row \[nan, 0.0, 0.0, 1.0\]"),
         (with_entry(0, 0, np.nan), "not finite"),
         (with_entry(0, 3, np.inf), "not finite"),
         (with_entry(1, 1, 0), "do not span the space"),
