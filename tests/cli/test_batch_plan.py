@@ -93,6 +93,11 @@ def test_options_of_the_command_line_go_before_a_file_and_items_before_what_is_c
     assert {(item.surface.border, item.surface.isovalue) for item in changed} == {("closed", 9)}
 
 
+def test_what_is_common_comes_first_where_every_item_has_inputs_of_its_own(plan):
+    text = 'inputs = "a"\nisovalue = 1\n[[items]]\ninputs = "b"\n[[items]]\ninputs = "c"\n'
+    assert [item.input for item in plan("study.toml", study=text)] == ["a", "b", "c"]
+
+
 def test_a_file_without_items_and_values_as_options_take_them(plan):
     text = 'inputs = ["a"]\nisovalue = [0.5]\nspacing = [1, 2, 3.5]\nshape = [4, 5, 6]\nmemory = "2K"\n'
     text += 'require = ["closed", "manifold"]\nno-data = 1\n'
@@ -122,6 +127,8 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
         ("inputs = 'a'\nisovalue = 'x'", "isovalue is \\['x'\\]; 'x' is not a valid float"),
         ("inputs = 'no*such'\nisovalue = 1", "no file matches no\\*such"),
         ("inputs = ''\nisovalue = 1", "an input's name is empty"),
+        ("inputs = 'a\\u0000'\nisovalue = 1".replace("'", '"'), r"inputs is 'a\\x00'; .*without .* NUL"),
+        ("inputs = '\\u0000/..'\nisovalue = 1".replace("'", '"'), r"inputs is '\\x00/..'; .*without .* NUL"),
         ("inputs = []\nisovalue = 1", "no input was given"),
         ("isovalue = 1", "no input was given"),
         ("items = []\nisovalue = 1", "no input was given"),
@@ -138,6 +145,18 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
 def test_a_file_that_cannot_be_meant_is_refused(plan, text, message):
     with pytest.raises(SettingsError, match=message):
         plan("study.toml", study=text)
+
+
+def test_a_file_of_four_mebibytes_is_not_too_long(plan):
+    text = "inputs = 'synth:iwp:8'\nisovalue = 1\n#"
+    assert len(plan("study.toml", study=text + "x" * ((4 << 20) - len(text)))) == 1
+
+
+def test_a_message_shows_the_first_200_characters_of_a_value(plan):
+    text = "0123456789" * 30
+    with pytest.raises(SettingsError) as caught:
+        plan("study.toml", study=f"inputs = 'a'\nisovalue = 1\nborder = '{text}'")
+    assert f" border is {repr(text)[:200]}; " in str(caught.value)
 
 
 SCALARS = [
