@@ -124,16 +124,15 @@ _unpackers: dict[str, Callable[..., Any]] = {
 def _zstd_size(content: Buffer) -> int:
     """Return the sum of what the frames tell (RFC 8878, 3.1.1.1), or of the most that their blocks hold."""
     total = position = 0
-    while position + 8 <= len(content):
-        magic = int.from_bytes(content[position : position + 4], "little")
-        if magic in _ZSTD_SKIPPED:
+    while True:
+        magic = content[position : position + 4]
+        if int.from_bytes(magic, "little") in _ZSTD_SKIPPED:
             position += 8 + int.from_bytes(content[position + 4 : position + 8], "little")
-        elif content[position : position + 4] == _ZSTD_MAGIC:
+        elif magic == _ZSTD_MAGIC:
             size, position = _zstd_frame(content, position + 4)
             total += size
-        else:
-            break
-    return total
+        else:  # the end, or what a decoder refuses
+            return total
 
 
 def _zstd_frame(content: Buffer, position: int) -> tuple[int, int]:

@@ -25,6 +25,11 @@ from dmc_cli.volume.volume import Volume
 MAX_LINE = 1 << 20
 """Longest line that `line_skip` skips."""
 
+TOLD_BYTES = 1 << 24
+"""After so many bytes of a file the progress is told."""
+
+NODES_AT_ONCE = 1 << 16
+"""Nodes of several values each that are read before those of the chosen component are picked."""
 
 MOST_SKIPPED = {"gzip": 1 << 33, "bzip2": 1 << 30}
 SKIPPED_RATIO = 100
@@ -221,15 +226,14 @@ def _streams(layout: Layout) -> Iterator[tuple[int, DecodedStream, Path]]:
 
 
 def _fill(layout: Layout, path: Path, stream: DecodedStream, target: memoryview, progress: Progress) -> None:
-    """Fill `target` from the stream, telling the progress every 16 MiB."""
-    step = 16 << 20
-    for begin in range(0, len(target), step):
-        part = target[begin : begin + step]
+    """Fill `target` from the stream, telling the progress now and then."""
+    for begin in range(0, len(target), TOLD_BYTES):
+        part = target[begin : begin + TOLD_BYTES]
         found = stream.fill(part)
         if found < len(part):
             raise _too_short(layout, path, begin + found, len(target))
         if len(layout.files) == 1:
-            progress.advance(min(1.0, (begin + step) / len(target)))
+            progress.advance((begin + len(part)) / len(target))
 
 
 def _fill_component(
@@ -239,11 +243,10 @@ def _fill_component(
     target: np.ndarray[Any, np.dtype[Any]],
     progress: Progress,
 ) -> None:
-    """Fill the flat `target` with one of several values a node, 64 thousand nodes at a time."""
-    step = 1 << 16
-    staging = np.empty(step * layout.components, layout.dtype)
-    for begin in range(0, target.size, step):
-        count = min(step, target.size - begin)
+    """Fill the flat `target` with one of several values a node."""
+    staging = np.empty(NODES_AT_ONCE * layout.components, layout.dtype)
+    for begin in range(0, target.size, NODES_AT_ONCE):
+        count = min(NODES_AT_ONCE, target.size - begin)
         part = staging[: count * layout.components].data.cast("B")
         found = stream.fill(part)
         if found < len(part):

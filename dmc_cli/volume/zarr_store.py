@@ -53,7 +53,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     dtype = storable_type(name, widened_type(array.packing.dtype))
     index = chosen_index(name, math.prod(shape[:-3]), settings.volume_index)
     files = chunk_files(found.folder, array, found.bounds, name)
-    where = tuple(int(n) for n in np.unravel_index(index, shape[:-3])) if shape[:-3] else ()
+    where = tuple(int(n) for n in np.unravel_index(index, shape[:-3]))
     values = allocate_values(name, nodes, dtype)
     ChunkReader(found.folder, array, where, values, name).read(files, settings.threads, progress)
     spacing, warnings = chosen_spacing(found.spacing, settings, "the store")
@@ -135,15 +135,23 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
 
 def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
     """Spacing and origin of an OME level in millimetres, along x, y, z."""
-    units = [MILLIMETRES.get(axis.get("unit", "mm"), 1.0) for axis in image["axes"]][:-4:-1]
-    spacing, origin = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
-    for step in [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]:
-        if step["type"] == "scale":
-            scale = [float(s) for s in step["scale"][:-4:-1]]
-            spacing = [a * b for a, b in zip(spacing, scale, strict=True)]
-            origin = [a * b for a, b in zip(origin, scale, strict=True)]
-        elif step["type"] == "translation":
-            origin = [a + float(b) for a, b in zip(origin, step["translation"][:-4:-1], strict=True)]
-    x, y, z = (a * u for a, u in zip(spacing, units, strict=True))
-    p, q, r = (a * u for a, u in zip(origin, units, strict=True))
+    steps = [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]
+    steps.append(
+        {"type": "scale", "scale": [MILLIMETRES.get(axis.get("unit"), 1.0) for axis in image["axes"]]}
+    )
+    spacing, origin = np.ones(3), np.zeros(3)
+    with np.errstate(all="ignore"):  # what is not finite is refused with the lengths
+        for step in steps:
+            if step["type"] == "scale":
+                scale = _last_three(step["scale"])
+                spacing, origin = spacing * scale, origin * scale
+            elif step["type"] == "translation":
+                origin = origin + _last_three(step["translation"])
+    (x, y, z), (p, q, r) = spacing.tolist(), origin.tolist()
     return (x, y, z), (p, q, r)
+
+
+def _last_three(numbers: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The last three of a list with a number an axis, that of x first; ValueError where there are fewer."""
+    x, y, z = (float(number) for number in numbers[:-4:-1])
+    return np.array([x, y, z])

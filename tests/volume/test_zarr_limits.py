@@ -196,6 +196,42 @@ def test_the_largest_chunk_of_an_array(tmp_path, monkeypatch):
             read(path)
 
 
+@pytest.mark.parametrize(
+    ("changes", "taken"),
+    [
+        ({"shape": [1000, 2, 2], "chunks": [1, 2, 2]}, True),
+        ({"shape": [1001, 2, 2], "chunks": [1, 2, 2]}, False),
+        ({"shape": [2, 2, 2], "chunks": [64 * 8 + (1 << 26), 1, 1]}, True),
+        ({"shape": [2, 2, 2], "chunks": [64 * 8 + (1 << 26) + 1, 1, 1]}, False),
+        ({"shape": [2, 2, 1 << 24], "chunks": [2, 2, 1 << 24]}, True),
+        ({"shape": [2, 2, (1 << 24) + 1], "chunks": [2, 2, 1 << 24]}, False),
+        ({"shape": [1] * 29 + [2, 2, 2], "chunks": [1] * 29 + [2, 2, 2]}, True),
+        ({"shape": [1] * 30 + [2, 2, 2], "chunks": [1] * 30 + [2, 2, 2]}, False),
+        ({"shape": [2, 2, 2**40], "chunks": [2, 2, 2]}, False),
+    ],
+    ids=str,
+)
+def test_arrays_of_nothing_but_the_fill_value(tmp_path, changes, taken):
+    """As large as an array may be of which no chunk is stored, and one more."""
+    path = old(tmp_path / "a.zarr", count=0, dtype="|u1", **changes)
+    if taken:
+        found = read(path).values
+        assert found.shape == tuple(changes["shape"][-3:])
+        assert found[0, 0, 0] == found[-1, -1, -1] == 5
+        return
+    with pytest.raises(DamagedVolumeError, match=r"0 bytes in 0 chunk file|expected numbers of nodes"):
+        read(path)
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_an_array_of_a_stored_byte(tmp_path, more):
+    shape = [2, 2, (1 << 24) + 25_000 + more]
+    path = old(tmp_path / "a.zarr", count=0, dtype="|u1", shape=shape, chunks=shape)
+    (path / "0.0.0").write_bytes(b"x")
+    with pytest.raises(DamagedVolumeError, match="the store is incomplete" if more else "1 bytes for the"):
+        read(path)
+
+
 def test_a_chunk_file_is_not_read_beyond_what_it_can_hold(tmp_path, monkeypatch):
     monkeypatch.setattr(zarr_chunks, "SLACK", 10)
     path = old(tmp_path / "a.zarr")
@@ -219,6 +255,11 @@ def test_steps_that_pass_their_limit(tmp_path):
     with pytest.raises(ValueError, match="9 codecs one after the other"):
         zarr_codecs.Packing(np.dtype("u1"), (0,), whole.steps * 9)
     assert len(zarr_codecs.Packing(np.dtype("u1"), (0,), whole.steps * 8).steps) == 8
+    limits = []
+    zarr_codecs.Packing(
+        np.dtype("u1"), (0, 1, 2), (lambda content, most: bytes(8 + 0 * bool(limits.append(most))),)
+    ).unpack(b"", (2, 2, 2))
+    assert limits == [8 * 8 + (1 << 16)]
 
 
 def test_a_missing_package_is_named(tmp_path, monkeypatch):
@@ -296,3 +337,12 @@ def test_metadata_have_an_end(tmp_path, monkeypatch):
     monkeypatch.setattr(zarr_metadata, "MAX_METADATA", size - 1)
     with pytest.raises(DamagedVolumeError, match=r"\.zarray has more than \d+ bytes"):
         read(path)
+    monkeypatch.undo()
+    for more in (0, 1):
+        with (path / ".zarray").open("a") as file:
+            file.write(" " * (more or (1 << 24) - size))
+        if not more:
+            assert read(path).shape == (9, 7, 6)
+            continue
+        with pytest.raises(DamagedVolumeError, match=r"\.zarray has more than 16777216 bytes"):
+            read(path)

@@ -162,6 +162,12 @@ def test_a_link_in_the_place_of_the_temporary_file_is_not_followed(tmp_path, tar
     assert victim.read_bytes() == b"precious"
 
 
+def test_a_system_that_knows_no_links_writes_all_the_same(target, monkeypatch):
+    monkeypatch.delattr(os, "O_NOFOLLOW")
+    write_output(str(target), [b"new"], force=False)
+    assert target.read_bytes() == b"new"
+
+
 def test_two_runs_to_one_output_do_not_mix(target):
     with part_of(target).open("wb") as other:
         fcntl.flock(other, fcntl.LOCK_EX)
