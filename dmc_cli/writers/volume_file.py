@@ -1,7 +1,8 @@
 """A synthetic volume as a file of a common format, for other programs and for trials.
 
-Values are written as they are in memory, little endian. Raw keeps neither shape nor geometry. NIfTI
-has no way to place a volume without naming its axes: it is written as RAS (sform code 2, aligned).
+Such a volume has float32 values along the axes of no space. They are written little endian. Raw keeps
+neither shape nor geometry. NIfTI has no way to place a volume without naming its axes: it is written as RAS
+(sform code 2, aligned).
 """
 
 import struct
@@ -22,17 +23,6 @@ SUFFIXES: dict[str, VolumeFormat] = {
     ".nrrd": "nrrd",
     ".mha": "meta",
     ".raw": "raw",
-}
-
-_TYPE_NAMES = {  # NumPy's name: NIfTI's code, NRRD's name, MetaImage's name
-    "uint8": (2, "uint8", "MET_UCHAR"),
-    "int16": (4, "int16", "MET_SHORT"),
-    "int32": (8, "int32", "MET_INT"),
-    "float32": (16, "float", "MET_FLOAT"),
-    "float64": (64, "double", "MET_DOUBLE"),
-    "int8": (256, "int8", "MET_CHAR"),
-    "uint16": (512, "uint16", "MET_USHORT"),
-    "uint32": (768, "uint32", "MET_UINT"),
 }
 
 _NIFTI_OFFSET = 352
@@ -72,11 +62,9 @@ def write_volume(
 
 def _chunks(header: bytes, volume: Volume) -> Iterator[bytes]:
     """Yield the header, then the values slice by slice."""
-    if header:
-        yield header
-    little = volume.values.dtype.newbyteorder("<")
+    yield header
     for plane in volume.values:
-        yield plane.astype(little, copy=False).tobytes()
+        yield plane.astype("<f4", copy=False).tobytes()
 
 
 def _compressed(chunks: Iterator[bytes]) -> Iterator[bytes]:
@@ -92,18 +80,13 @@ def _raw_header(_volume: Volume) -> bytes:
 
 
 def _nrrd_header(volume: Volume) -> bytes:
-    """Write an NRRD header; without a `space` only its dimension is told."""
-    space = {
-        "RAS": "space: right-anterior-superior",
-        "LPS": "space: left-posterior-superior",
-        "none": "space dimension: 3",
-    }[volume.space]
+    """Write an NRRD header; of the space its dimension is told."""
     directions = " ".join(f"({_words(volume.affine[:3, axis], ',')})" for axis in range(3))
     lines = [
         "NRRD0005",
-        f"type: {_TYPE_NAMES[volume.values.dtype.name][1]}",
+        "type: float",
         "dimension: 3",
-        space,
+        "space dimension: 3",
         f"sizes: {_words(volume.shape)}",
         f"space directions: {directions}",
         f"space origin: ({_words(volume.affine[:3, 3], ',')})",
@@ -115,18 +98,17 @@ def _nrrd_header(volume: Volume) -> bytes:
 
 def _meta_header(volume: Volume) -> bytes:
     """Write a MetaImage header; its world is LPS by convention."""
-    directions = volume.affine[:3, :3] / np.linalg.norm(volume.affine[:3, :3], axis=0)
     lines = [
         "ObjectType = Image",
         "NDims = 3",
         "BinaryData = True",
         "BinaryDataByteOrderMSB = False",
         "CompressedData = False",
-        f"TransformMatrix = {_words(directions.T.ravel())}",
+        f"TransformMatrix = {_words(np.eye(3).ravel())}",
         f"Offset = {_words(volume.affine[:3, 3])}",
         f"ElementSpacing = {_words(volume.spacing)}",
         f"DimSize = {_words(volume.shape)}",
-        f"ElementType = {_TYPE_NAMES[volume.values.dtype.name][2]}",
+        "ElementType = MET_FLOAT",
         "ElementDataFile = LOCAL\n",
     ]
     return "\n".join(lines).encode("ascii")
@@ -134,17 +116,15 @@ def _meta_header(volume: Volume) -> bytes:
 
 def _nifti_header(volume: Volume) -> bytes:
     """Write the 348 bytes of a NIfTI-1 header and its empty extension flag."""
-    code = _TYPE_NAMES[volume.values.dtype.name][0]
-    affine = np.diag([-1.0, -1.0, 1.0, 1.0]) @ volume.affine if volume.space == "LPS" else volume.affine
     header = bytearray(_NIFTI_OFFSET)
     struct.pack_into("<i", header, 0, 348)
     struct.pack_into("<8h", header, 40, 3, *volume.shape, 1, 1, 1, 1)
-    struct.pack_into("<2h", header, 70, code, volume.values.dtype.itemsize * 8)
+    struct.pack_into("<2h", header, 70, 16, 32)  # float32, which has 32 bits
     struct.pack_into("<8f", header, 76, 1.0, *volume.spacing, 0.0, 0.0, 0.0, 0.0)
-    struct.pack_into("<3f", header, 108, _NIFTI_OFFSET, volume.slope, volume.intercept)
+    struct.pack_into("<3f", header, 108, _NIFTI_OFFSET, 1.0, 0.0)  # slope and intercept
     header[123] = 2  # xyzt_units: millimetres
     struct.pack_into("<2h", header, 252, 0, 2)  # qform unknown, sform aligned
-    struct.pack_into("<12f", header, 280, *affine[:3].ravel())
+    struct.pack_into("<12f", header, 280, *volume.affine[:3].ravel())
     header[344:348] = b"n+1\0"
     return bytes(header)
 

@@ -82,8 +82,10 @@ def test_a_lock_that_fails_for_another_reason_is_an_error(target, monkeypatch):
         raise OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr(fcntl, "flock", flock)
+    before = len(os.listdir("/proc/self/fd"))
     with pytest.raises(WriteError, match="Input/output error"):
         write_output(str(target), [b""], force=False)
+    assert len(os.listdir("/proc/self/fd")) == before
 
 
 def test_a_file_being_written_lets_nobody_else_in(target):
