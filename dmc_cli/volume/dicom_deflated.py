@@ -64,15 +64,6 @@ class _InflatedStream(io.RawIOBase):
         self._file.close()
         super().close()
 
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def tell(self) -> int:
-        return self._position
-
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         """Go to a place counted from the start, or from here."""
         target = offset + (self._position if whence == io.SEEK_CUR else 0)

@@ -1,3 +1,5 @@
+import zipfile
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -102,6 +104,53 @@ def test_a_size_that_the_file_cannot_hold_is_refused(tmp_path):
     (tmp_path / "a.npy").write_bytes(content.replace(b"}", b"("))
     with pytest.raises(DamagedVolumeError, match="header"):
         read(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize(("length", "taken"), [(10_000, True), (10_001, False)])
+def test_a_header_is_so_long_at_most(tmp_path, length, taken):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    text = content[10:128].rstrip().ljust(length - 1) + b"\n"
+    (tmp_path / "a.npy").write_bytes(content[:8] + length.to_bytes(2, "little") + text + content[128:])
+    if taken:
+        np.testing.assert_array_equal(read(tmp_path / "a.npy").values, VALUES)
+        return
+    with pytest.raises(DamagedVolumeError, match="the array's header cannot be read"):
+        read(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_every_version_of_the_format(tmp_path, version):
+    with (tmp_path / "a.npy").open("wb") as file:
+        np.lib.format.write_array(file, VALUES, version=version)
+    np.testing.assert_array_equal(read(tmp_path / "a.npy").values, VALUES)
+
+
+def zipped(path, content):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.npy", content)
+    return path
+
+
+@pytest.mark.parametrize("claimed", [10**6, 248])
+def test_an_entry_of_an_npz_that_claims_what_it_has_not(tmp_path, claimed):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    path = zipped(tmp_path / "a.npz", content if claimed > 248 else content[:-1])
+    packed = bytearray(path.read_bytes())
+    place = packed.rindex(b"PK\1\2") + 24
+    packed[place : place + 4] = claimed.to_bytes(4, "little")
+    path.write_bytes(packed)
+    told = "1000000 bytes found, 120 expected" if claimed > 248 else "119 bytes of values found, 120 expected"
+    with pytest.raises(DamagedVolumeError, match=told):
+        read(path)
+
+
+def test_an_entry_of_an_npz_that_is_shorter_than_its_values(tmp_path):
+    np.save(tmp_path / "a.npy", counting((30, 4, 5)))
+    content = (tmp_path / "a.npy").read_bytes()
+    with pytest.raises(DamagedVolumeError, match="1199 bytes found, 1200 expected"):
+        read(zipped(tmp_path / "a.npz", content[:1199]))
 
 
 @given(shape=st.tuples(*[st.integers(2, 6)] * 3), seed=st.integers(0, 99))
