@@ -20,7 +20,9 @@ AREAS = {
     "volume": Area(("volume/*.py",), ("tests/volume",)),
     "writers": Area(("writers/*.py",), ("tests/writers",)),
     "cli": Area(("cli/*.py",), ("tests/cli", "tests/docs")),
-    "runtime": Area(("*.py", "runtime/*.py"), ("tests/test_*.py", "tests/cli", "tests/memory", "tests/runtime")),
+    "runtime": Area(
+        ("*.py", "runtime/*.py"), ("tests/test_*.py", "tests/cli", "tests/memory", "tests/runtime")
+    ),
 }
 
 
