@@ -1,6 +1,5 @@
 """Compressed or otherwise unusual pixel data, decoded by pydicom and its plugins."""
 
-import re
 from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import Any
@@ -26,8 +25,6 @@ _Array = np.ndarray[Any, np.dtype[Any]]
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
-
-VALID_UID = re.compile(r"(0|[1-9][0-9]*)(\.(0|[1-9][0-9]*))*")
 
 PLUGINS = {
     "1.2.840.10008.1.2.4.50": "python-gdcm",
@@ -66,13 +63,12 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 
     header, pixels = task[0][1].header, task[0][1].pixels
-    unknown = f"{header.file.name}: transfer syntax {header.syntax!r:.80} found; expected that of an image"
-    if not VALID_UID.fullmatch(header.syntax):
-        raise UnsupportedFormatError(unknown)
     try:
         decoder = get_decoder(header.syntax)  # type: ignore[arg-type]
     except NotImplementedError as error:
-        raise UnsupportedFormatError(unknown) from error
+        raise UnsupportedFormatError(
+            f"{header.file.name}: transfer syntax {header.syntax!r:.80} found; expected that of an image"
+        ) from error
     if not decoder.is_available:
         raise _plugin_missing(header, str(decoder.UID.name))
     try:

@@ -1,9 +1,12 @@
 """What the decoders of pixels are given, and what is told when it is not what they take."""
 
+import re
+import struct
+
 import numpy as np
 import pytest
-from pydicom import dcmread, uid
-from pydicom.encaps import encapsulate_extended, generate_frames
+from pydicom import uid
+from pydicom.encaps import encapsulate, encapsulate_extended, generate_frames
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume import dicom_decoding, dicom_pixels
@@ -14,7 +17,8 @@ EXPLICIT = uid.ExplicitVRLittleEndian
 
 
 @pytest.mark.parametrize(
-    "syntax", ["1.2.840.10008.1.2.9", "1.2.840.10008.1.02", "1.2.840.10008.1.a", "1.2.840.10008.1.2.4.999"]
+    "syntax",
+    ["1.2.840.10008.1.2.9", "1.2.840.10008.1.02", "1.2.840.10008.1.a", "1." + "2" * 70, "x", "1.2\x01"],
 )
 def test_a_syntax_of_no_image_is_told(tmp_path, syntax):
     told = syntax.encode() + b"\0" * (len(syntax) % 2)
@@ -28,7 +32,8 @@ def test_a_syntax_of_no_image_is_told(tmp_path, syntax):
         size = int.from_bytes(content[group : group + 4], "little") + len(told) - 20
         path.write_bytes(content[:group] + size.to_bytes(4, "little") + content[group + 4 :])
     with pytest.raises(
-        UnsupportedFormatError, match=rf"transfer syntax '{syntax}' found; expected that of an image"
+        UnsupportedFormatError,
+        match=re.escape(f"transfer syntax {syntax!r} found; expected that of an image"),
     ):
         read(tmp_path)
 
@@ -47,7 +52,15 @@ def test_pixels_that_are_not_there_are_told(tmp_path, monkeypatch):
         read(tmp_path)
 
 
-def test_frames_with_a_table_of_their_places(tmp_path):
+def compressed(shape):
+    dataset = make_slice((0, 0, 0), 0, values=plane_values(0, "<u2", shape))
+    dataset.compress(uid.JPEG2000Lossless)
+    return next(generate_frames(dataset.PixelData, number_of_frames=1))
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_frames_with_a_table_of_their_places(tmp_path, hidden):
+    """What is decoded is looked at: not what stands in the frame's place, but where the table says it is."""
     pytest.importorskip("openjpeg")
     values = np.array([plane_values(k, "<u2", (64, 64)) for k in range(3)])
     dataset = make_slice((0, 0, 0), 0, values=values[0], NumberOfFrames=3, ImagePositionPatient=None)
@@ -55,14 +68,19 @@ def test_frames_with_a_table_of_their_places(tmp_path):
     dataset.compress(uid.JPEG2000Lossless)
     frames = list(generate_frames(dataset.PixelData, number_of_frames=3))
     content, offsets, lengths = encapsulate_extended(frames)
-    dataset.PixelData, dataset.ExtendedOffsetTable, dataset.ExtendedOffsetTableLengths = (
-        content,
-        offsets,
-        lengths,
-    )
+    if hidden:
+        other = compressed((128, 128))
+        offsets = offsets[:-8] + struct.pack("<Q", len(encapsulate(frames, has_bot=False)) - 8)
+        lengths = lengths[:-8] + struct.pack("<Q", len(other))
+        content = encapsulate([*frames, other], has_bot=False)
+    dataset.PixelData, dataset.ExtendedOffsetTable = content, offsets
+    dataset.ExtendedOffsetTableLengths = lengths
     path = save(dataset, tmp_path / "a.dcm")
-    assert "ExtendedOffsetTable" in dcmread(path)
-    np.testing.assert_array_equal(read(path).values, values)
+    if not hidden:
+        np.testing.assert_array_equal(read(path).values, values)
+        return
+    with pytest.raises(DamagedVolumeError, match="a compressed image of 128 x 128 pixels of 1"):
+        read(path)
 
 
 @pytest.mark.parametrize("fragments", [4096 * 2 - 1, 4096 * 2, 4096 * 2 + 1])
