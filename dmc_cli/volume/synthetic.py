@@ -151,8 +151,7 @@ def _fill_noise(values: np.ndarray[Any, np.dtype[Any]], seed: int, sigma: float,
         for weight, n in zip(weights, window, strict=True):
             total += weight * planes[n]
         values[k] = total
-        if 2 * radius < count:
-            planes.pop(k - radius, None) if k - radius >= radius else None
+        planes.pop(k - radius, None)  # farther than the filter reaches, mirrored or not
         progress.advance((k + 1) / count)
 
 

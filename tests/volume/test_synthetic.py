@@ -1,3 +1,6 @@
+import math
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
@@ -44,6 +47,43 @@ def test_axes_run_in_the_right_order():
     np.testing.assert_allclose(read("synth:genus_two:6").values, expected, rtol=1e-6, atol=1e-6)
 
 
+def genus_two(x, y, z):
+    return 2 * y * (y * y - 3 * x * x) * (1 - z * z) + (x * x + y * y) ** 2 - (9 * z * z - 1) * (1 - z * z)
+
+
+def kummer(x, y, z):
+    mu2, root = 1.69, math.sqrt(2)
+    product = ((1 - z) ** 2 - (root * x) ** 2) * ((1 + z) ** 2 - (root * y) ** 2)
+    return (x * x + y * y + z * z - mu2) ** 2 - (3 * mu2 - 1) / (3 - mu2) * product
+
+
+def steiner(x, y, z):
+    product = ((1 - z) ** 2 - 2 * x * x) * ((1 + z) ** 2 - 2 * y * y)
+    return (x * x + y * y + z * z - 1) ** 2 - product
+
+
+def of_cosines(formula, turns):
+    return lambda x, y, z: formula(*(math.cos(turns * math.pi * t) for t in (x + 1, y + 1, z + 1)))
+
+
+FORMULAS = {
+    "sphere": lambda x, y, z: 0.75 - math.hypot(x, y, z),
+    "torus": lambda x, y, z: 0.25 - math.hypot(math.hypot(x, y) - 0.6, z),
+    "genus_two": lambda x, y, z: genus_two(2 * x, 2 * y, 2 * z),
+    "kummer": lambda x, y, z: kummer(2 * x, 2 * y, 2 * z),
+    "steiner": steiner,
+    "iwp": of_cosines(lambda a, b, c: a * b + b * c + c * a - a * b * c, 5.01),
+    "neovius": of_cosines(lambda a, b, c: 3 * (a + b + c) + 4 * a * b * c, 2),
+}
+
+
+@pytest.mark.parametrize("field", synthetic.FIELDS)
+def test_every_node_has_the_value_of_the_papers_formula(field):
+    nodes = zip(*(axis.ravel() for axis in grid(6)), strict=True)
+    expected = np.reshape([FORMULAS[field](*node) for node in nodes], (6, 6, 6))
+    np.testing.assert_allclose(read(f"synth:{field}:6").values, expected, rtol=1e-5, atol=1e-5)
+
+
 @pytest.mark.parametrize("field", synthetic.FIELDS)
 def test_slabs_do_not_change_a_value(field, monkeypatch):
     whole = read(f"synth:{field}:17").values
@@ -57,10 +97,21 @@ def test_noise_is_the_generators_own_order():
     assert (read("synth:noise:9").values != expected).any()
 
 
-@pytest.mark.parametrize("sigma", [0.3, 1.0, 2.5])
-def test_smooth_noise_is_what_scipy_makes(sigma):
-    expected = gaussian_filter(np.random.default_rng(0).standard_normal((12, 12, 12)), sigma)
-    np.testing.assert_allclose(read("synth:noise:12", sigma=sigma).values, expected, atol=1e-6)
+@pytest.mark.parametrize("count", [2, 3, 5, 12])
+@pytest.mark.parametrize("sigma", [0.12, 0.13, 0.3, 1.0, 2.5, 7.0])
+def test_smooth_noise_is_what_scipy_makes(sigma, count):
+    expected = gaussian_filter(np.random.default_rng(0).standard_normal((count, count, count)), sigma)
+    np.testing.assert_allclose(read(f"synth:noise:{count}", sigma=sigma).values, expected, atol=1e-6)
+
+
+def test_smooth_noise_keeps_no_more_planes_than_its_filter_reaches():
+    """Nine of sixty, where a plane in double precision has twice the bytes of its values."""
+    read("synth:noise:2", sigma=1.0)
+    tracemalloc.start()
+    values = read("synth:noise:60", sigma=1.0).values
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < values.nbytes + 25 * 60 * 60 * 8
 
 
 @pytest.mark.parametrize(
