@@ -69,7 +69,7 @@ def measure_synthetic(device: Device, mesh: SyntheticMesh) -> dict[str, float]:
 
     Args:
         device: Where the mesh is.
-        mesh: The mesh.
+        mesh: The mesh, which has vertices.
     """
     vertex_count = mesh.points.shape[0]
     valences = inspect_vertices(device, flat_corners(mesh.quads), mesh.twins, vertex_count).valences
@@ -85,8 +85,8 @@ def measure_synthetic(device: Device, mesh: SyntheticMesh) -> dict[str, float]:
         "mean_deviation_1e4": 1e4 * deviation,
         "shape": quality.shape_mean or 0.0,
         "mean_ratio": quality.mean_ratio_mean or 0.0,
-        "irregular_percent": 100.0 * irregular / max(1, vertex_count + mesh.unused_vertices),
-        "irregular_triangle_percent": 100.0 * irregular_triangle / max(1, vertex_count),
+        "irregular_percent": 100.0 * irregular / (vertex_count + mesh.unused_vertices),
+        "irregular_triangle_percent": 100.0 * irregular_triangle / vertex_count,
     }
 
 
@@ -101,7 +101,7 @@ def mean_field_value(mesh: SyntheticMesh) -> float:
         local = mesh.locals[start : start + CHUNK].astype(np.float64)
         x, y, z = (step * (lowest[a] + local[:, a]) - 1.0 for a in range(3))
         sums.append(np.abs(formula(x, y, z)).sum())
-    return float(np.sum(sums)) / max(1, len(mesh.cells))
+    return float(np.sum(sums)) / len(mesh.cells)
 
 
 def compare_tables(found: Found, values: Iterable[PaperValue] = PAPER_VALUES) -> list[Row]:

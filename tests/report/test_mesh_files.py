@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.report.mesh_files import numbers, obj
 from dmc_cli.report.mesh_files.read import read_mesh
 from dmc_cli.writers.mesh_file import MeshFile
 from dmc_cli.writers.obj import encode_obj
@@ -99,6 +100,30 @@ f\t1 3 4
     assert found.faces.tolist() == [[0, 1, 2, -1], [0, 1, 2, 3], [0, 2, 3, -1]]
 
 
+@pytest.mark.parametrize("piece", [1, 2, 5, 9, 17, 1 << 24])
+def test_the_pieces_in_which_references_are_dropped_do_not_show(tmp_path, monkeypatch, piece):
+    monkeypatch.setattr(obj, "CHUNK", piece)
+    faces = np.random.default_rng(0).integers(0, 40, (30, 4))
+    lines = [f"v {n} 0 0" for n in range(40)]
+    for face in faces + 1:
+        words = zip(face, ("/{0}", "//{0}", "/{0}/{0}", ""), strict=True)
+        lines.append("f " + " ".join(f"{v}{reference.format(1234 + v)}" for v, reference in words))
+    assert read_mesh(save(tmp_path, "a.obj", "\n".join(lines))).faces.tolist() == faces.tolist()
+
+
+@pytest.mark.parametrize(("place", "space"), [(1015, "RAS"), (1016, "none")])
+def test_the_space_of_an_obj_stands_in_its_first_kilobyte(tmp_path, place, space):
+    text = "#".ljust(place, "x") + "SPACE=RAS\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
+    assert read_mesh(save(tmp_path, "a.obj", text)).space == space
+
+
+def test_words_of_which_some_are_no_numbers_are_refused(tmp_path, monkeypatch):
+    """As they are where NumPy only warns of them."""
+    monkeypatch.setattr(numbers, "parse_numbers", lambda path, text: np.zeros(8))
+    with pytest.raises(MeshFileError, match="9 words were found, but 8 numbers in them"):
+        read_mesh(save(tmp_path, "a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"))
+
+
 def test_negative_indices_count_from_the_last_vertex_so_far(tmp_path):
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 5 5 5\nv 6 6 6\nf -3 -2 -1\n"
     assert read_mesh(save(tmp_path, "a.obj", text)).faces[:, :3].tolist() == [[0, 1, 2], [2, 3, 4]]
@@ -164,6 +189,23 @@ def test_a_text_ply_with_more_in_it_is_read(tmp_path):
     assert found.points[3].tolist() == [3, 4, 5]
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("order", ["<", ">", ""])
+def test_faces_in_runs_of_any_length_are_read(tmp_path, order, seed):
+    draws = np.random.default_rng(seed)
+    lengths = draws.choice([1, 2, 63, 64, 65, 127, 128, 129, 200], 12)
+    sizes = np.repeat(np.tile([3, 4], 6), lengths)
+    faces = [draws.integers(0, 4, size).tolist() for size in sizes]
+    if order:
+        content = binary_ply(order, faces)
+    else:
+        lines = [f"7 {i} {i + 1} {i + 2}" for i in range(4)] + ["1 2"]
+        lines += [f"9 {len(f)} {' '.join(map(str, f))} 0.5" for f in faces]
+        content = PLY_HEAD.format(format="ascii", faces=len(faces)) + "\n".join(lines)
+    found = read_mesh(save(tmp_path, "a.ply", content))
+    assert found.faces.tolist() == [f if len(f) == 4 else [*f, -1] for f in faces]
+
+
 @pytest.mark.parametrize("keep", [0, 2, 60, 200, -1, -7, -2000, -7000])
 def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
     data = binary_ply("<", FACES)
@@ -207,6 +249,9 @@ def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
         ("a.ply", "ply\nformat ascii 2.0\nend_header\n", "the header has the line 'format ascii 2.0'"),
         ("a.ply", "ply\nproperty int x\nend_header\n", "the header has the line 'property int x'"),
         ("a.ply", "ply\nend_header\n", "the header names no format"),
+        ("a.ply", "ply\nend_header", "a header from ply to end_header was expected; this is no PLY file"),
+        ("a.ply", "ply\nformat ascii 1.0\n", "a header from ply to end_header was expected"),
+        ("a.ply", "x\nformat ascii 1.0\nend_header\n", "a header from ply to end_header was expected"),
         ("a.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex was found"),
         ("a.stl", "solid nothing", "meshio cannot read it|no faces were found"),
     ],

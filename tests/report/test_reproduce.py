@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from dmc_cli.device import Device, select_device
-from dmc_cli.report.paper_tables import DATA_SETS, PAPER_VALUES, DataSet
+from dmc_cli.report import reproduce, reproduce_run
+from dmc_cli.report.paper_tables import DATA_SETS, PAPER_VALUES, DataSet, PaperValue
 from dmc_cli.report.reproduce import (
+    Row,
     compare_tables,
     rows_as_json,
     rows_as_text,
@@ -147,6 +149,31 @@ def test_tables_and_sizes_are_chosen():
         assert row.found == pytest.approx(row.value.printed, abs=tolerance)
 
 
+@pytest.mark.parametrize(
+    ("settings", "tables", "largest"),
+    [
+        ({}, {2, 3, 4, 5, 6, 7, 8, 9}, 512),
+        ({"up_to": 128}, {7, 8}, 128),
+        ({"table": ("3", "9")}, {3, 9}, 512),
+    ],
+)
+def test_data_sets_of_the_chosen_rows_are_made_small_ones_first(monkeypatch, settings, tables, largest):
+    made = []
+
+    def measure(device, data_sets, placement, progress):
+        made.extend(data_sets)
+        return {}
+
+    monkeypatch.setattr(reproduce_run, "measure_data_sets", measure)
+    rows = reproduce_tables(ReproduceSettings(device="cpu", **settings))
+    assert {row.value.table for row in rows} == tables
+    assert {row.value.data for row in rows} == set(made)
+    assert len(set(made)) == len(made)
+    sizes = [data.nodes for data in made]
+    assert sizes == sorted(sizes)
+    assert sizes[-1] == largest
+
+
 @pytest.mark.slow
 def test_every_figure_that_can_be_reproduced_is():
     rows = reproduce_tables(ReproduceSettings(device="cpu"))
@@ -190,3 +217,59 @@ def test_rows_show_both_figures_and_the_difference():
         next(r for r in plain if r["quantity"] == "quads" and r["data"] == "genus_two_256")["difference"] == 1
     )
     assert json.loads(json.dumps(plain)) == plain
+
+
+DATA = DataSet(field="iwp", nodes=512)
+
+
+@pytest.mark.parametrize(
+    ("printed", "found", "shown"),
+    [
+        (7, 9, "          7            9          +2"),
+        (7, 4.0, "          7            4          -3"),
+        (7, 7.5, "          7       7.5000     +0.5000"),
+        (7.125, 7, "       7.12       7.0000     -0.1250"),
+        (7, None, "          7            -           -"),
+        (7.0, None, "       7.00            -           -"),
+    ],
+)
+def test_figures_in_their_columns(printed, found, shown):
+    row = Row(value=PaperValue(3, DATA, "dmc", "quads", printed, "exact"), found=found)
+    heading, names, line = rows_as_text([row])
+    assert heading == "Table 3"
+    assert names.split() == ["data", "mesh", "quantity", "paper", "found", "difference"]
+    assert line == "  iwp_512        dmc             quads                       " + shown
+    assert len(names) == len(line)
+
+
+@pytest.mark.parametrize(
+    ("expectation", "remark", "note"),
+    [
+        ("exact", "", ""),
+        ("close", "", ""),
+        ("machine", "", "  machine"),
+        ("misprint", "as table 4 says", "  as table 4 says"),
+        ("exact", "by hand", "  by hand"),
+    ],
+)
+def test_what_is_to_be_known_of_a_figure_stands_behind_it(expectation, remark, note):
+    row = Row(value=PaperValue(3, DATA, "dmc", "quads", 7, expectation, remark), found=None)
+    assert list(rows_as_text([row]))[2].endswith("-           -" + note)
+
+
+def test_every_table_has_one_heading():
+    rows = [Row(value=PaperValue(t, DATA, "dmc", "quads", 7, "exact"), found=None) for t in (3, 3, 4, 9, 9)]
+    assert [line for line in rows_as_text(rows) if line.startswith("Table")] == [
+        "Table 3",
+        "Table 4",
+        "Table 9",
+    ]
+    assert len(list(rows_as_text(rows))) == 5 + 2 * 3
+
+
+def test_the_pieces_of_the_mean_deviation_do_not_show(monkeypatch, found):
+    sets = [DataSet(field="sphere", nodes=16)]
+    monkeypatch.setattr(reproduce, "CHUNK", 100)
+    again = measure_data_sets(select_device("cpu", 2), sets, "exact")["sphere_16", "dmc"]
+    for quantity in ("mean_deviation", "mean_deviation_1e4"):
+        assert again[quantity] == pytest.approx(found["sphere_16", "dmc"][quantity], rel=1e-12)

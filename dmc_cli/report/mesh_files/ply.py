@@ -4,6 +4,7 @@ Faces have one list, their vertices; numbers before and after it are passed over
 follow each other are read at once.
 """
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -89,13 +90,12 @@ def read_ply(path: Path) -> MeshInput:
 
 def _parse_header(path: Path, data: bytes) -> tuple[list[Element], str, int]:
     """Return the elements, NumPy's letter for the byte order (none for text), and where the values start."""
-    end = data.find(b"end_header")
-    stop = data.find(b"\n", end) + 1
-    if not data.startswith(b"ply") or end < 0 or stop == 0:
+    header = re.match(rb"ply(.*?)end_header[^\n]*\n", data, re.DOTALL)
+    if header is None:
         raise MeshFileError(f"{path}: a header from ply to end_header was expected; this is no PLY file")
     elements: list[Element] = []
     order = None
-    for line in data[:end].decode("ascii", "replace").splitlines()[1:]:
+    for line in header[1].decode("ascii", "replace").splitlines()[1:]:
         try:
             match line.split():
                 case ["format", name, "1.0"]:
@@ -116,7 +116,7 @@ def _parse_header(path: Path, data: bytes) -> tuple[list[Element], str, int]:
             ) from None
     if order is None:
         raise MeshFileError(f"{path}: the header names no format; expected {', '.join(ENCODINGS)}")
-    return elements, order, stop
+    return elements, order, header.end()
 
 
 def _read_table(
