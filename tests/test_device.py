@@ -22,6 +22,7 @@ from dmc_cli.scan import CHUNK
 from dmc_cli.settings import MeshSettings, SurfaceSettings
 from dmc_cli.surface import Surface, compute_normals, extract_surface, upload_volume
 from tests.fields import smooth_noise, volume_of, white_noise
+from tests.other_hardware import AsOnGpu
 
 LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
 
@@ -71,6 +72,15 @@ def test_threads_are_as_many_as_processors_that_may_be_used(monkeypatch):
     assert select_device("cpu", 2).threads == 2
     monkeypatch.delattr("os.sched_getaffinity")
     assert select_device("cpu").threads == 64
+
+
+@pytest.mark.parametrize("dtype", [wp.uint8, wp.int64, wp.vec3])
+@pytest.mark.parametrize("device", [Device("cpu"), AsOnGpu("cpu")], ids=["cpu", "as on a GPU"])
+def test_one_array_without_items_of_each_type_is_enough(device, dtype):
+    nothing = device.empty(0, dtype)
+    assert device.empty(0, dtype) is nothing
+    assert (nothing.shape, nothing.dtype) == ((0,), dtype)
+    assert device.empty(1, dtype) is not nothing
 
 
 NOISE = white_noise(64)  # launches of several chunks

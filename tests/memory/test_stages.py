@@ -55,6 +55,11 @@ def kept(count):
             },
         ),
         (settings_of(halfedges="h.npz", normals=False), True, {"normals": 48_000 + 25_000 + 12_000 + 2000}),
+        (
+            settings_of(MeshSettings(simplify_rules="paper"), report="r"),
+            True,
+            {"halfedges": 48_000 + 25_000 + 3600 + 200 + 80},
+        ),
         (settings_of(MeshSettings(simplify="3x3y")), True, {"simplify": 48_000 + 25_000 + 10_000}),
         (settings_of(MeshSettings(simplify="all"), report="r"), True, {"simplify": 48_000 + 25_000 + 15_000}),
         (

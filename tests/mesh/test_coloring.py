@@ -5,7 +5,8 @@ import pytest
 import warp as wp
 from hypothesis import given
 
-from dmc_cli.mesh.coloring import color_vertices, repair_colors
+from dmc_cli.device import Device
+from dmc_cli.mesh.coloring import choose_colors_kernel, color_vertices, repair_colors
 from dmc_cli.mesh.halfedges import NO_TWIN
 from dmc_cli.settings import SurfaceSettings
 from tests import shapes
@@ -97,6 +98,24 @@ def test_of_two_in_a_clash_the_lower_key_takes_another_color_and_the_other_keeps
     assert repaired(four, [0, 0, 0, 0]) == [1, 0, 1, 0]
     assert repaired(four, [2, 1, 1, 2]) == [2, 1, 0, 2]
     assert repaired(four, [0, 1, 1, 0]) == [0, 1, 2, 0], "the lowest colour that no neighbour has"
+
+
+def test_nothing_lies_across_a_side_without_a_twin():
+    """Index -1 is the last quad, as Warp has it: here in a clash with 1, which its open sides do not show."""
+    twin = np.full(16, NO_TWIN)
+    twin[[5, 14]] = 14, 5
+    colors = wp.array([0, 1, 2, 1], dtype=wp.uint8)
+    chosen, waits = wp.zeros(2, dtype=wp.int32), wp.zeros(2, dtype=wp.int64)
+    inputs = [wp.array(twin, dtype=wp.int32), colors, wp.array([1, 3], dtype=wp.int32)]
+    Device("cpu").launch(choose_colors_kernel, 2, inputs, [chosen, waits])
+    assert chosen.numpy().tolist() == [0, -1]
+    assert waits.numpy().tolist() == [0, 1]
+
+
+def test_a_side_without_a_twin_takes_no_color():
+    apart = shapes.open_strip(4)
+    assert repaired(apart, [1, 1, 2, 0]) == [0, 1, 2, 0], "the last quad's colour is free"
+    assert repaired(apart, [0, 1, 2, 0]) == [0, 1, 2, 0], "the last quad has the first one's color"
 
 
 def test_only_the_quads_that_are_there_and_the_listed_sides_are_looked_at():
