@@ -30,7 +30,7 @@ def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
     Raises:
         VolumeError: It cannot be read, or has no end.
     """
-    with tempfile.TemporaryDirectory() as folder, Path(folder, "stdin.volume").open("wb") as file:
+    with tempfile.TemporaryDirectory() as folder, Path(folder, STREAM).open("wb") as file:
         path = Path(file.name)
         try:
             copied = file.write(sys.stdin.buffer.read(START_BYTES))

@@ -244,6 +244,18 @@ def test_integers_of_an_element(element, signed, expected):
     assert integer(Elements({}), 1, 9, signed=signed) == 9
 
 
+def test_an_element_that_cannot_be_looked_at_is_told():
+    class Strange(dict):
+        def get_item(self, tag):
+            raise ValueError("nothing of a kind")
+
+    with pytest.raises(
+        VolumeError, match=r"element 00000001 cannot be read \(nothing of a kind\); get the file"
+    ):
+        text(Strange({1: None}), 1)
+    assert text(Strange(), 1) == text(None, 1) == ""
+
+
 def test_texts_of_an_element():
     assert text(Elements({1: Element(b" CT \0")}), 1) == "CT"
     assert text(Elements({1: Element("größe".encode("latin-1"))}), 1) == "größe"

@@ -130,6 +130,43 @@ def test_series_are_numbered_as_the_scanner_did(tmp_path):
     assert read(tmp_path, series="3").shape == (5, 4, 2)
 
 
+def test_a_series_number_has_nine_digits_at_most(tmp_path):
+    for series, number in (("1.2.1", "123456789"), ("1.2.2", "1234567890"), ("1.2.3", "7"), ("1.2.4", "-3")):
+        for k, position in enumerate(axial(2)):
+            save(make_slice(position, k, series=series, SeriesNumber=number), tmp_path / series / f"{k}")
+    entries = list_volumes(str(tmp_path), ReadSettings())
+    assert [e.uid for e in entries] == ["1.2.2", "1.2.4", "1.2.3", "1.2.1"]
+    assert [(e.modality, e.size, e.slices) for e in entries] == [("CT", (5, 4, 2), 2)] * 4
+
+
+def test_several_slices_in_two_places_name_the_first_two(tmp_path):
+    save_stack(tmp_path, at(0, 2, 2.004, 2.008, 4, 4), names="abcdef")
+    told = (
+        r"3 of 6 slices lie where another one lies \(closer than 0\.01 mm\), first b and c, 0\.004 mm apart"
+    )
+    with pytest.raises(AmbiguousVolumeError, match=told):
+        read(tmp_path)
+    assert read(tmp_path, duplicates="first").warnings == (
+        "3 slices in the place of another one were left out: c, d, f",
+    )
+
+
+@pytest.mark.parametrize(("count", "told"), [(1, "1 DICOM image found"), (2, "2 DICOM images found")])
+def test_images_of_no_volume_are_counted(tmp_path, count, told):
+    for k in range(count):
+        save(make_slice((0, 0, 2 * k), k, series=f"1.2.{k}"), tmp_path / f"{k}")
+    with pytest.raises(VolumeError, match=rf"{told}, but no two slices of one volume"):
+        read(tmp_path)
+
+
+def test_three_reasons_of_files_without_images_are_told(tmp_path):
+    for k in range(4):
+        save(make_slice((0, 0, k), k, SamplesPerPixel=3), tmp_path / f"{k}")
+    told = r"no DICOM image found \(0: a colour image; 1: a colour image; 2: a colour image\); expected"
+    with pytest.raises(VolumeError, match=told):
+        read(tmp_path)
+
+
 def test_copies_are_told_apart_by_the_first_element_that_does_it_whole(tmp_path):
     """Echo times come before acquisition times, and differ within no copy."""
     for k, position in enumerate(axial(3)):

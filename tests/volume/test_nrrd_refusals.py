@@ -198,3 +198,26 @@ def test_values_from_the_end_of_a_file(tmp_path):
     assert FROM_END == -1
     path = nrrd(tmp_path, b"whatever" + VALUES.tobytes(), byte_skip="-1")
     np.testing.assert_array_equal(read(path).values, VALUES)
+
+
+def test_lines_that_take_what_the_values_need(tmp_path):
+    path = nrrd(tmp_path, b"x" * 29 + b"\n" + VALUES.tobytes()[:30], line_skip="1")
+    with pytest.raises(
+        DamagedVolumeError, match=r"30 bytes of values found, 48 expected for 2 x 3 x 4 values"
+    ):
+        read(path)
+
+
+@pytest.mark.parametrize(("kept", "found"), [(24, 0), (23, 0), (30, 6)])
+def test_a_stream_that_ends_before_the_chosen_volume(tmp_path, kept, found):
+    packed = gzip.compress(VALUES.tobytes()[:kept])
+    path = nrrd(tmp_path, packed, dimension="4", sizes="2 3 2 2", encoding="gzip")
+    with pytest.raises(DamagedVolumeError, match=rf"{found} bytes of values found, 24 expected"):
+        read(path, volume_index=1)
+
+
+def test_a_file_that_cannot_be_mapped_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(values, "map_file", lambda file: None)
+    found = read(nrrd(tmp_path)).values
+    np.testing.assert_array_equal(found, VALUES)
+    assert found.base is None or not isinstance(found.base, memoryview)

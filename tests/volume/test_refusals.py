@@ -184,6 +184,17 @@ def test_nifti_axes(tmp_path, dim, taken):
         read(tmp_path / "a.nii")
 
 
+@pytest.mark.parametrize("axis", [1, 3, 4])
+def test_nifti_axes_have_nodes(tmp_path, axis):
+    nib.save(nib.Nifti1Image(VALUES.T, np.eye(4)), tmp_path / "a.nii")
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    struct.pack_into("<h", content, 40, 4)
+    struct.pack_into("<h", content, 40 + 2 * axis, 0)
+    (tmp_path / "a.nii").write_bytes(content)
+    with pytest.raises(DamagedVolumeError, match=r"axes of \[.*\] nodes found; expected positive numbers"):
+        read(tmp_path / "a.nii")
+
+
 @pytest.mark.parametrize(
     ("unit", "scale", "is_told"),
     [(0, 1, False), (1, 1000, False), (2, 1, False), (3, 1e-3, False), (4, 1, True), (10, 1, False)],
@@ -295,6 +306,18 @@ def test_values_that_do_not_fit_are_refused_before_they_are_allocated(monkeypatc
         return
     made = allocation.allocate_values("a", (2, 3, 4), ">i2")
     assert (made.shape, made.dtype) == ((4, 3, 2), np.dtype("i2"))
+
+
+@pytest.mark.parametrize("error", [MemoryError, ValueError])
+def test_what_the_system_does_not_give_is_refused_too(monkeypatch, error):
+    def empty(shape, dtype):
+        raise error
+
+    monkeypatch.setattr(allocation, "available_bytes", lambda: None)
+    monkeypatch.setattr(allocation.np, "empty", empty)
+    told = r"a: 3 MiB needed for 1024 x 512 x 3 values of int16; 0 MiB of memory are free"
+    with pytest.raises(MemoryBudgetError, match=told):
+        allocation.allocate_values("a", (1024, 512, 3), ">i2")
 
 
 def test_a_forecast_is_asked_instead(monkeypatch):

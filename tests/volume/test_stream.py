@@ -93,3 +93,35 @@ def test_a_short_stream_is_read_whole(monkeypatch, tmp_path):
     volume = read_volume("-", ReadSettings())
     np.testing.assert_array_equal(volume.values, counting((3, 4, 5)))
     assert volume.files == ()
+
+
+def test_a_stream_that_ends_early_or_fails_is_told(monkeypatch):
+    monkeypatch.setattr(stream, "START_BYTES", 100)
+    values = counting((10, 10, 10), "<i2")
+    header = b"NRRD0004\ntype: short\ndimension: 3\nsizes: 10 10 10\nencoding: raw\nendian: little\n\n"
+    whole = header + values.tobytes()
+
+    class Failing(io.BytesIO):
+        def read(self, size):
+            if self.tell() > 1000:
+                raise OSError("the other end is gone")
+            return super().read(min(size, 700))
+
+    for buffer, told in (
+        (io.BytesIO(whole[:-1]), f"-: {len(whole) - 1} bytes found, {len(whole)} expected"),
+        (Failing(whole), r"-: standard input cannot be read \(the other end is gone\); give a file"),
+    ):
+        monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": buffer}))
+        with pytest.raises(VolumeError, match=told):
+            read_volume("-", ReadSettings())
+
+
+@pytest.mark.parametrize("piece", [1, 7, 1 << 26])
+def test_the_pieces_of_a_stream_do_not_show(monkeypatch, piece):
+    monkeypatch.setattr(stream, "START_BYTES", 100)
+    monkeypatch.setattr(stream, "PIECE_BYTES", piece)
+    values = counting((4, 5, 6), "<i2")
+    header = b"NRRD0004\ntype: short\ndimension: 3\nsizes: 6 5 4\nencoding: raw\nendian: little\n\n"
+    buffer = io.BytesIO(header + values.tobytes())
+    monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": buffer}))
+    np.testing.assert_array_equal(read_volume("-", ReadSettings()).values, values)

@@ -215,3 +215,11 @@ def test_a_changed_volume_is_checked_again_and_not_copied():
     assert np.shares_memory(replace(made, warnings=("a",)).values, VALUES)
     with pytest.raises(VolumeError, match=r"^scan\.nii: slope 0"):
         replace(made, path="scan.nii", slope=0.0)
+
+
+@pytest.mark.parametrize(("padding", "expected"), [((0.1, 0.1), (0.1, 0.3)), ((0.05, 0.15), (0.2, 0.3))])
+def test_padding_of_floats_is_compared_as_it_is_told(padding, expected):
+    """0.1 is no float32: none of them is that."""
+    values = np.full((2, 2, 2), 0.2, "f4")
+    values[0, 0, 0], values[1, 1, 1] = 0.1, 0.3
+    assert volume(values, padding=padding).value_range() == pytest.approx(expected, rel=1e-6)
