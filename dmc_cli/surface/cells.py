@@ -174,12 +174,12 @@ def several_polygons(
     faces = ambiguous_faces(c0, c1, c2, c3) | ambiguous_faces(c4, c5, c6, c7)
     faces |= ambiguous_faces(c0, c1, c4, c5) | ambiguous_faces(c2, c3, c6, c7)
     faces |= ambiguous_faces(c0, c2, c4, c6) | ambiguous_faces(c1, c3, c5, c7)
-    # without an ambiguous face, two opposite corners on the same side and their six other neighbours
-    # on the other side leave only the case of two lone opposite corners
-    lone07 = ~(c0 ^ c7) & (c0 ^ c1) & (c0 ^ c2) & (c0 ^ c4) & (c0 ^ c3) & (c0 ^ c5) & (c0 ^ c6)
-    lone16 = ~(c1 ^ c6) & (c1 ^ c0) & (c1 ^ c3) & (c1 ^ c5) & (c1 ^ c2) & (c1 ^ c4) & (c1 ^ c7)
-    lone25 = ~(c2 ^ c5) & (c2 ^ c0) & (c2 ^ c3) & (c2 ^ c6) & (c2 ^ c1) & (c2 ^ c4) & (c2 ^ c7)
-    lone34 = ~(c3 ^ c4) & (c3 ^ c1) & (c3 ^ c2) & (c3 ^ c7) & (c3 ^ c0) & (c3 ^ c5) & (c3 ^ c6)
+    # without an ambiguous face only two lone opposite corners are left: where three neighbours of one are on
+    # the other side, so are the three others, which share a face with two of them
+    lone07 = ~(c0 ^ c7) & (c0 ^ c1) & (c0 ^ c2) & (c0 ^ c4)
+    lone16 = ~(c1 ^ c6) & (c1 ^ c0) & (c1 ^ c3) & (c1 ^ c5)
+    lone25 = ~(c2 ^ c5) & (c2 ^ c0) & (c2 ^ c3) & (c2 ^ c6)
+    lone34 = ~(c3 ^ c4) & (c3 ^ c1) & (c3 ^ c2) & (c3 ^ c7)
     return faces | lone07 | lone16 | lone25 | lone34
 
 

@@ -38,6 +38,17 @@ def cells_of(values, border):
     return active, active & (SEVERAL[case] | ~whole)
 
 
+def crossed_edges(values, border):
+    """How many edges have both ends with data, on different sides."""
+    if border == "closed":
+        values = np.pad(np.nan_to_num(values, nan=-1.0), 1, constant_values=-1.0)
+    found = 0
+    for axis in range(3):
+        low, high = (np.delete(values, place, axis) for place in (-1, 0))
+        found += (np.isfinite(low + high) & ((low >= 0) != (high >= 0))).sum()
+    return found
+
+
 @pytest.mark.parametrize("missing", [0.0, 0.02])
 @pytest.mark.parametrize("border", ["open", "closed"])
 @pytest.mark.parametrize("nx", [2, 31, 32, 33, 34, 63, 64, 65, 97])
@@ -53,4 +64,18 @@ def test_cells_of_several_polygons_and_those_that_lack_quads_are_special(extract
     k, j, i = np.nonzero(special)
     np.testing.assert_array_equal(rows, j + k * surface.grid.ny)
     np.testing.assert_array_equal(row_cells, i)
+    assert surface.counts.crossed_edges == crossed_edges(values, border)
     assert surface.cells.ordinary_count == (active & ~special).sum() > 0 or nx == 2
+
+
+def test_cells_of_every_case(extract):
+    """A cell of each case, with outside nodes round it."""
+    values = np.full((4, 3 * 16 + 1, 3 * 16 + 1), -1.0, np.float32)
+    for case in range(256):
+        j, i = 1 + 3 * (case // 16), 1 + 3 * (case % 16)
+        values[1:3, j : j + 2, i : i + 2] = np.where([case >> c & 1 for c in range(8)], 1.0, -1.0).reshape(
+            2, 2, 2
+        )
+    cells = extract(volume_of(values), border="closed").cells
+    _, special = cells_of(values, "closed")
+    np.testing.assert_array_equal(cells.special_i.numpy(), np.nonzero(special)[2])
