@@ -101,3 +101,9 @@ def test_no_quad_folds_onto_one_across_a_side(check):
     assert check(FOLDED, strict=True, shape=[1, 1, 1, 1, 1, 0.39]) == [], "slivers may"
     assert check(FOLDED, strict=True, shape=[1, 1, 1, 1, 0.39, 1]) == []
     assert check(FOLDED, strict=True, shape=[0.39, 0.39, 0.39, 0.39, 0.41, 0.41]) == [4, 5]
+
+
+def test_at_a_right_angle_no_quad_is_folded_yet(check):
+    upright = {6: (5, 0, 1), 13: (5, 1, 1)}
+    assert check(upright, strict=True) == []
+    assert check(FOLDED, strict=True, before=upright) == [4, 5]
