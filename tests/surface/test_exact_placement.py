@@ -106,6 +106,11 @@ def test_every_attempt_finds_what_the_oracle_finds(cells, device):
             assert (found[same, 3] == (name in FALLBACKS)).mean() > 0.98, name
 
 
+def test_the_first_attempt_alone_finds_what_all_of_them_find(cells, device):
+    whole, care, _ = placed(cells, device)
+    np.testing.assert_allclose(whole, care, rtol=0, atol=2e-6)
+
+
 def test_every_vertex_is_on_the_surface_and_in_its_cell(cells, device):
     whole, care, _ = placed(cells, device)
     for found in (whole, care):
