@@ -116,7 +116,8 @@ class Trial:
             outcome, seconds, told = self.attempt(mutant, tree)
             self.results.append((mutant, outcome))
             self.choice.learn(told)
-            reason = "" if outcome == "survived" else told.strip().splitlines()[-1][:110]
+            lines = told.strip().splitlines() or ["the run ended without a word"]  # as one that crashed may
+            reason = "" if outcome == "survived" else lines[-1][:110]
             print(f"{number} {outcome} {seconds:.0f} s {mutant} | {reason}", flush=True)
 
     def attempt(self, mutant, tree):

@@ -1,9 +1,11 @@
 """The sampler puts faults where code is, all of them, and chooses the tests that can notice them."""
 
 import ast
+from types import SimpleNamespace
 
 import pytest
 
+from tests.mutants.__main__ import Trial
 from tests.mutants.areas import AREAS, files_of, files_with_tests_of
 from tests.mutants.coverage_map import Choice
 from tests.mutants.mutant import CONSTANTS, PACKAGE, ROOT, SHARE_OF_CONSTANTS, sample
@@ -150,3 +152,13 @@ def test_a_fault_that_a_test_notices_is_killed(tmp_path):
         write_module(tmp_path, "it.py", text.replace("5", fault))
         outcomes.append(run_tests(tmp_path, [], [], ["test_it.py"], 300)[0])
     assert outcomes == ["killed", "survived"]
+
+
+def test_a_run_that_crashes_without_a_word_ends_no_sample(monkeypatch, capsys):
+    trial = Trial({}, 60, SimpleNamespace(learn=lambda told: None), [])
+    monkeypatch.setattr(trial, "attempt", lambda mutant, tree: ("killed", 1.0, " \n"))
+    trial.run_all(["one", "two"], ["tree"])
+    assert [line.split(" | ")[0] for line in capsys.readouterr().out.splitlines()] == [
+        "1/2 killed 1 s one",
+        "2/2 killed 1 s two",
+    ]
