@@ -33,6 +33,9 @@ FEW_BYTES = 1 << 16
 
 _BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
 
+_UNTOLD = {0x00189082: "FD", 0x00189087: "FD", 0x00209128: "UL"}
+"""Binary elements that are asked for their numbers: with implicit VR a file does not tell what they are."""
+
 
 @dataclass(frozen=True, eq=False)
 class Header:
@@ -82,7 +85,7 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
     element = _element(dataset, tag)
     if element is None or element.value is None or len(_as_bytes_or_list(element.value)) == 0:
         return None
-    kind = _BINARY.get(str(element.VR)) if element.VR is not None else None
+    kind = _binary_kind(element, tag)
     try:
         if kind is not None and isinstance(element.value, bytes):
             order = "<" if element.is_little_endian else ">"
@@ -97,6 +100,13 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
         wanted = "finite numbers" if count is None else f"{count} finite numbers"
         raise DamagedVolumeError(f"element {tag:08x} holds {element.value!r:.60}; expected {wanted}")
     return found
+
+
+def label(dataset: Any, tag: int) -> str:
+    """An element's texts in a line, or its first number where it is a binary one."""
+    element = _element(dataset, tag)
+    value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
+    return f"{value[0]:g}" if value else "/".join(texts(dataset, tag))
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
@@ -152,6 +162,11 @@ def _parse_items(dataset: Any, tag: int, element: Any, most: int) -> None:
             break
         found.append(item)
     dataset[tag] = DataElement(tag, "SQ", found)
+
+
+def _binary_kind(element: Any, tag: int) -> str | None:
+    """How the numbers of a binary element are packed, as `struct` has it; None for one of text."""
+    return _BINARY.get(str(element.VR) if element.VR is not None else _UNTOLD.get(tag, ""))
 
 
 def _element(dataset: Any, tag: int) -> Any:

@@ -132,9 +132,7 @@ def read_frames(header: Header) -> list[Frame]:
         )
     offsets = [0.0] * pixels.frames if each else _frame_offsets(dataset, pixels.frames)
     padding = _padding(dataset, pixels)
-    common = {
-        key: "/".join(elements.texts(dataset, tag)) for key, tag in DISCRIMINATORS.items() if tag in dataset
-    }
+    common = {key: elements.label(dataset, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
     common[VALUE_TYPE] = pixels.dtype.name
     frames = []
     for index in range(pixels.frames):
@@ -299,12 +297,6 @@ class _Place:
         found = {}
         for key, (sequence, tag) in FRAME_DISCRIMINATORS.items():
             holder = self.find(sequence, tag)
-            if holder is None:
-                continue
-            value = (
-                elements.numbers(holder, tag)
-                if key in ("echo time", "b-value", "temporal position")
-                else None
-            )
-            found[key] = f"{value[0]:g}" if value else "/".join(elements.texts(holder, tag))
+            if holder is not None:
+                found[key] = elements.label(holder, tag)
         return found

@@ -240,14 +240,6 @@ def test_orientations_of_one_series_are_stacks_to_choose_from(tmp_path):
     assert {read(tmp_path, series=n).shape[2] for n in "12"} == {3, 4}
 
 
-def test_echoes_at_the_same_places_are_stacks_to_choose_from(tmp_path):
-    save_stack(tmp_path / "a", axial(), EchoTime="20")
-    save_stack(tmp_path / "b", axial(), EchoTime="80")
-    with pytest.raises(AmbiguousVolumeError, match=r"(?s)echo time 20.*echo time 80"):
-        read(tmp_path)
-    assert read(tmp_path, series="2").shape == (5, 4, 4)
-
-
 def test_gantry_tilt_is_a_shear(tmp_path):
     positions = [(10, 20 - 0.9 * k, 30 + 2 * k) for k in range(4)]
     volume = read(save_stack(tmp_path, positions))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
+from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError
 from tests.volume.reading import physical, read
@@ -76,6 +77,30 @@ def test_time_points_are_volumes_to_choose_from(tmp_path):
     with pytest.raises(AmbiguousVolumeError, match=r"(?s)temporal position 1.*temporal position 2"):
         read(path)
     np.testing.assert_array_equal(read(path, series="2").values, values[3:])
+
+
+@pytest.mark.parametrize("syntax", [ExplicitVRLittleEndian, ImplicitVRLittleEndian])
+@pytest.mark.parametrize(
+    ("label", "name", "element", "values"),
+    [
+        ("stack", "FrameContentSequence", "StackID", "AB"),
+        ("echo time", "MREchoSequence", "EffectiveEchoTime", (20.0, 80.0)),
+        ("temporal position", "FrameContentSequence", "TemporalPositionIndex", (1, 2)),
+        ("b-value", "MRDiffusionSequence", "DiffusionBValue", (0.0, 800.0)),
+        ("frame type", "MRImageFrameTypeSequence", "FrameType", ("M", "P")),
+    ],
+)
+def test_what_tells_frames_at_the_same_place_apart_is_named(tmp_path, label, name, element, values, syntax):
+    dataset, pixels = enhanced([0, 2, 4, 0, 2, 4], syntax=syntax)
+    for number, group in enumerate(dataset.PerFrameFunctionalGroupsSequence):
+        setattr(group, name, sequence(**{element: values[number // 3]}))
+    path = save(dataset, tmp_path / "a")
+    told = [
+        f"{label} {value:g}" if label in ("echo time", "b-value") else f"{label} {value}" for value in values
+    ]
+    with pytest.raises(AmbiguousVolumeError, match="(?s)" + ".*".join(told)):
+        read(path)
+    np.testing.assert_array_equal(read(path, series="2").values, pixels[3:])
 
 
 def test_groups_and_frames_must_agree(tmp_path):
