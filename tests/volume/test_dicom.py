@@ -141,6 +141,15 @@ def test_signed_and_unsigned_copies_are_stacks_to_choose_from(tmp_path):
     assert read(tmp_path, series="2").values.dtype == np.uint16
 
 
+def test_signed_and_unsigned_slices_of_one_stack_become_physical_values(tmp_path):
+    planes = [plane_values(k, dtype) for k, dtype in enumerate(("<i2", "<u2", "<i2", "<u2"))]
+    for k, position in enumerate(axial()):
+        save(make_slice(position, k, values=planes[k]), tmp_path / f"{k}")
+    volume = read(tmp_path)
+    assert volume.values.dtype == np.float32
+    np.testing.assert_array_equal(volume.values, np.array(planes) - 1024.0)
+
+
 def test_monochrome1_does_not_change_the_values(tmp_path):
     save_stack(tmp_path, axial(), PhotometricInterpretation="MONOCHROME1")
     np.testing.assert_array_equal(read(tmp_path).values, STACK)
