@@ -38,6 +38,8 @@ SWAPPED = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum
 GRAIN, AHEAD = "_A_CHUNK", "fetch_"
 """How the names end of what says how large a share of a launch is, and how those start of functions that ask
 for memory ahead: a fault there shows in nothing but time."""
+ORDERLESS = {"isinstance", "min", "max", "dot"}
+"""Calls whose arguments are not exchanged: to no effect, or to none but an error at once."""
 LEAVES = (ast.Raise, ast.Return, ast.Continue, ast.Break)
 
 
@@ -204,9 +206,13 @@ class Finder(ast.NodeVisitor):
             self.put("call", end - len(name), end, SWAPPED[name])
         arguments = node.args
         for one, two in pairwise(arguments):
-            if name != "isinstance" and self.is_alike(one, two):
+            if name not in ORDERLESS and self.is_alike(one, two):
                 self.swap(one, two)
         self.generic_visit(node)
+
+    def visit_keyword(self, node):
+        if node.arg != "strict":  # of zip: what it would refuse is a fault already
+            self.generic_visit(node)
 
     def is_alike(self, one, two):
         """Return whether two arguments may be of one type, as far as the annotations of parameters tell."""

@@ -39,7 +39,7 @@ def host(é, b, limit=2):
     """Docstring: 1 + 1."""
     if b < limit and é:
         raise ValueError(f"{b} is below {limit + 1}")
-    total = min(é, b) + LEAST
+    total = min(b, é) + zipped(é, b, strict=True) + LEAST
     total = total * 2
     fetch_ahead(total)
     launch(total, 16 * WORDS_A_CHUNK)
@@ -79,6 +79,11 @@ def test_texts_options_and_messages_are_left_alone():
     assert lines.isdisjoint({1, 3, 5, 8, 13, 16, 17, 21, 25, 30})
     assert (31, CONSTANTS, "16", "17") not in found()
     assert not any("limit + 1" in old and kind == "arithmetic" for _, kind, old, _ in found())
+
+
+def test_what_has_no_effect_is_left_alone():
+    assert (28, "call", "b, é", "é, b") not in found()
+    assert (28, CONSTANTS, "True", "False") not in found()
 
 
 @pytest.mark.parametrize("area", AREAS)
