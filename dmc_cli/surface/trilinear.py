@@ -56,19 +56,22 @@ def single_precision(f: CornerValues64) -> CornerValues:
     a = wp.max(wp.max(wp.abs(f[0]), wp.abs(f[1])), wp.max(wp.abs(f[2]), wp.abs(f[3])))
     b = wp.max(wp.max(wp.abs(f[4]), wp.abs(f[5])), wp.max(wp.abs(f[6]), wp.abs(f[7])))
     largest = wp.max(a, b)
-    lift = wp.where(largest < LEAST_INVERTIBLE, LIFT, wp.float64(1.0))
-    in_reach = (largest > SMALL and largest < LARGE) or largest == wp.float64(0.0)
-    scale = wp.where(in_reach, wp.float64(1.0), wp.float64(1.0) / (lift * largest))
-    return CornerValues(
-        keep_side(scale * (lift * f[0]), f[0]),
-        keep_side(scale * (lift * f[1]), f[1]),
-        keep_side(scale * (lift * f[2]), f[2]),
-        keep_side(scale * (lift * f[3]), f[3]),
-        keep_side(scale * (lift * f[4]), f[4]),
-        keep_side(scale * (lift * f[5]), f[5]),
-        keep_side(scale * (lift * f[6]), f[6]),
-        keep_side(scale * (lift * f[7]), f[7]),
+    values = CornerValues(
+        below_zero(f[0]),
+        below_zero(f[1]),
+        below_zero(f[2]),
+        below_zero(f[3]),
+        below_zero(f[4]),
+        below_zero(f[5]),
+        below_zero(f[6]),
+        below_zero(f[7]),
     )
+    if largest > wp.float64(0.0) and (largest <= SMALL or largest >= LARGE):
+        lift = wp.where(largest < LEAST_INVERTIBLE, LIFT, wp.float64(1.0))
+        scale = wp.float64(1.0) / (lift * largest)
+        for c in range(8):
+            values[c] = keep_side(scale * (lift * f[c]), f[c])
+    return values
 
 
 @wp.func
