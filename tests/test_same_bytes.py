@@ -10,7 +10,7 @@ from tests.same_bytes import HASHES, RUNS, make_volumes, written_by
 LONG = [run for run in RUNS if "head_mr" in run and "--simplify more" in run]
 """What takes ten seconds; the same options on smaller volumes stay."""
 
-KNOWN = json.loads(HASHES.read_text())
+KNOWN = json.loads(HASHES.read_text("utf-8"))
 
 
 @pytest.fixture(scope="module")

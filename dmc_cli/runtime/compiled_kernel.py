@@ -56,7 +56,7 @@ class CompiledKernel:
     def source(self) -> str:
         """The C++ that Warp made of the kernel's module."""
         binary = Path(self._module.binary_path)
-        return binary.with_name(f"{binary.name.partition('.cpu')[0]}.cpp").read_text()
+        return binary.with_name(f"{binary.name.partition('.cpu')[0]}.cpp").read_text("utf-8")
 
     def pack(self, arguments: Sequence[Any]) -> ctypes.Structure:
         """Return the struct of a launch's arguments.

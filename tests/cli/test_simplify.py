@@ -9,7 +9,7 @@ import pytest
 from dmc_cli.pipeline import convert
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 
-SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text())
+SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text("utf-8"))
 
 FIELD = ("convert", "synth:genus_two:48", "-i", 0)
 
@@ -23,7 +23,7 @@ def reports(run, tmp_path):
         path, mesh = tmp_path / f"{name}.json", tmp_path / f"{name}.ply"
         command = (FIELD[0], FIELD[1], mesh, *FIELD[2:], "--report", path, *words)
         assert run(*command).exit_code == 0
-        made[name] = json.loads(path.read_text())
+        made[name] = json.loads(path.read_text("utf-8"))
     return made
 
 

@@ -74,7 +74,7 @@ def chosen_mutants(chosen):
     texts, found = {}, []
     for area in chosen.area or AREAS:
         for file in files_of(area, tuple(ranges)):
-            texts[file] = (ROOT / PACKAGE / file).read_text()
+            texts[file] = (ROOT / PACKAGE / file).read_text("utf-8")
             faults = faults_of(file, texts[file])
             low, high = next((r for name, r in ranges.items() if file.endswith(name)), (1, 10**9))
             found += [f for f in faults if low <= f.line <= high and chosen.match in str(f)]

@@ -18,7 +18,7 @@ MAP, NOTICED = WORK / "map.json", WORK / "noticed.json"
 
 def load_map():
     """Return what was recorded: of each test file its hash and tests, each with seconds and functions."""
-    return json.loads(MAP.read_text()) if MAP.exists() else {}
+    return json.loads(MAP.read_text("utf-8")) if MAP.exists() else {}
 
 
 def hash_of(tree, file):
@@ -43,7 +43,7 @@ def record(tree, files):
         status, text = run_pytest(tree, [*arguments, "--cov-report=", file], settings)
         left_out = "" if status in (0, NO_TESTS) else "; what failed is left out"
         print(f"recorded {file}: {text.strip().splitlines()[-1]}{left_out}", flush=True)
-        seconds = json.loads(told.read_text()) if told.exists() else {}
+        seconds = json.loads(told.read_text("utf-8")) if told.exists() else {}
         functions = _functions_by_test(tree, data)
         tests = {
             test: {"seconds": taken, "functions": [] if failed else sorted(functions[test])}
@@ -63,7 +63,7 @@ def _functions_by_test(tree, data):
     coverage.read()
     for path in coverage.measured_files():
         file = os.path.relpath(path, tree / PACKAGE)
-        source = Source(file, (tree / PACKAGE / file).read_text())
+        source = Source(file, (tree / PACKAGE / file).read_text("utf-8"))
         for line, contexts in coverage.contexts_by_lineno(path).items():
             symbol = source.body_at(line)
             if symbol:
@@ -77,7 +77,7 @@ class Choice:
 
     def __init__(self, recorded):
         self.users = users()
-        self.noticed = Counter(json.loads(NOTICED.read_text()) if NOTICED.exists() else {})
+        self.noticed = Counter(json.loads(NOTICED.read_text("utf-8")) if NOTICED.exists() else {})
         self.seconds = {}
         self.tests = defaultdict(set)
         for facts_of_file in recorded.values():
@@ -91,7 +91,7 @@ class Choice:
         name = file.rsplit("/", 1)[-1].removesuffix(".py")
         found = self._reaching(f"{file}::{symbol}")
         if not self.tests[f"{file}::{symbol}"]:  # a test may read a constant without a function
-            readers = {home for home in files if re.search(rf"\b{name}\b", (ROOT / home).read_text())}
+            readers = {home for home in files if re.search(rf"\b{name}\b", (ROOT / home).read_text("utf-8"))}
             found |= {test for test in self.seconds if test.split("::")[0] in readers}
         found = found or {test for test in self.seconds if test.split("::")[0] in files}
 

@@ -10,7 +10,7 @@ from tests.mutants.source import symbols_of
 def users():
     """For each `file::symbol` of the package those whose code mentions it."""
     modules = {path.relative_to(ROOT / PACKAGE).as_posix(): path for path in (ROOT / PACKAGE).rglob("*.py")}
-    trees = {file: ast.parse(path.read_text()) for file, path in modules.items()}
+    trees = {file: ast.parse(path.read_text("utf-8")) for file, path in modules.items()}
     used = defaultdict(set)
     for file, tree in trees.items():
         names, imported = _names(file, tree, trees)

@@ -26,7 +26,7 @@ def pytest_collection_modifyitems(items):
     """Keep the chosen tests in their order, after those that no record knows: they are new."""
     if not (given := os.environ.get("MUTANTS_TESTS")):
         return
-    plan = json.loads(Path(given).read_text())
+    plan = json.loads(Path(given).read_text("utf-8"))
     place = {test: n for n, test in enumerate(plan["chosen"])}
     known = set(plan["known"])
     kept = [item for item in items if item.nodeid in place or item.nodeid not in known]

@@ -89,9 +89,11 @@ def test_what_has_no_effect_is_left_alone():
 @pytest.mark.parametrize("area", AREAS)
 def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
     assert files_with_tests_of(area)
-    mutants = [f for file in files_of(area) for f in faults_of(file, (ROOT / PACKAGE / file).read_text())]
+    mutants = [
+        f for file in files_of(area) for f in faults_of(file, (ROOT / PACKAGE / file).read_text("utf-8"))
+    ]
     for mutant in sample(mutants, 40, seed=1):
-        text = (ROOT / PACKAGE / mutant.file).read_text()
+        text = (ROOT / PACKAGE / mutant.file).read_text("utf-8")
         changed = mutant.put_into(text)
         assert changed != text
         ast.parse(changed)
@@ -99,7 +101,7 @@ def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
 
 
 def test_a_sample_is_the_same_for_a_seed_and_not_full_of_constants():
-    mutants = faults_of("mesh/more_sweep.py", (ROOT / PACKAGE / "mesh/more_sweep.py").read_text())
+    mutants = faults_of("mesh/more_sweep.py", (ROOT / PACKAGE / "mesh/more_sweep.py").read_text("utf-8"))
     first, again, other = sample(mutants, 40, 1), sample(mutants[::-1], 40, 1), sample(mutants, 40, 2)
     assert first == again != other
     assert len(first) == len({(m.start, m.end) for m in first}) == 40
@@ -151,7 +153,7 @@ def test_a_fault_that_a_test_notices_is_killed(tmp_path):
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\nmarkers = ['slow', 'gpu']\n")
     text = "LEAST = 5\n"
     test = tmp_path / "test_it.py"
-    test.write_text(f"from {PACKAGE} import it\ndef test(): assert it.LEAST >= 5\n")
+    test.write_text(f"from {PACKAGE} import it\ndef test(): assert it.LEAST >= 5\n", "utf-8")
     outcomes = []
     for fault in ("4", "6"):
         write_module(tmp_path, "it.py", text.replace("5", fault))

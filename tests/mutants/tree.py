@@ -61,7 +61,7 @@ def write_module(tree, file, text):
     path = tree / PACKAGE / file
     for old in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
         old.unlink()
-    path.write_text(text)
+    path.write_text(text, "utf-8")
 
 
 def run_tests(tree, chosen, known, files, limit):

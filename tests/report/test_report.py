@@ -26,7 +26,7 @@ from dmc_cli.settings import ConvertSettings, OutputSettings, Requirement, Surfa
 from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.volume import Volume
 
-SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text())
+SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text("utf-8"))
 
 
 def run_facts(values, isovalue, border="closed", path="ball.raw", files=(), warnings=()):

@@ -21,7 +21,7 @@ from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.synthetic import synthetic_volume
 from tests.conftest import ROOT
 
-PRINTED = json.loads((ROOT / "tests/data/paper_tables.json").read_text())
+PRINTED = json.loads((ROOT / "tests/data/paper_tables.json").read_text("utf-8"))
 
 
 def mismatches(rows):
