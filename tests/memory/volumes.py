@@ -1,13 +1,16 @@
-"""Ten volumes as unlike as can be, in files: how to make each, to write it and to convert it."""
+"""Ten volumes as unlike as can be, in files: how to make each, to write it and to convert it.
+
+They are so large that modules that a run imports, some MiB, do not count beside them.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import nibabel
+import nrrd
 import numpy as np
 
-from dmc_cli.volume.volume import Volume
-from dmc_cli.writers.volume_file import write_volume
 from tests.volume.scanner import make_slice, save
 
 
@@ -35,15 +38,19 @@ def write_npy(path: Path, values: np.ndarray) -> Path:
     return path.with_suffix(".npy")
 
 
-def write_as(suffix: str) -> Callable[[Path, np.ndarray], Path]:
-    """Return what writes a volume of a format."""
+def write_raw(path: Path, values: np.ndarray) -> Path:
+    values.tofile(path.with_suffix(".raw"))
+    return path.with_suffix(".raw")
 
-    def write(path: Path, values: np.ndarray) -> Path:
-        file = path.with_name(path.name + suffix)
-        write_volume(str(file), Volume(values=values, affine=np.eye(4), space="RAS"))
-        return file
 
-    return write
+def write_nrrd(path: Path, values: np.ndarray) -> Path:
+    nrrd.write(str(path.with_suffix(".nrrd")), values, {"encoding": "gzip"}, index_order="C")
+    return path.with_suffix(".nrrd")
+
+
+def write_nifti(path: Path, values: np.ndarray) -> Path:
+    nibabel.save(nibabel.Nifti1Image(values.T, np.eye(4)), path.with_suffix(".nii.gz"))
+    return path.with_suffix(".nii.gz")
 
 
 def write_dicom(path: Path, values: np.ndarray) -> Path:
@@ -65,21 +72,21 @@ VOLUMES = {
     "smooth, mapped": Case(lambda: iwp((192, 192, 192), 3), write_npy),
     "white noise": Case(lambda: noise((100, 100, 100)), write_npy),
     "bytes, compressed": Case(
-        lambda: (20 * iwp((224, 224, 224)) + 128).astype(np.uint8), write_as(".nrrd"), ("-i", "128.5")
+        lambda: (20 * iwp((224, 224, 224)) + 128).astype(np.uint8), write_nrrd, ("-i", "128.5")
     ),
-    "shorts, compressed": Case(lambda: (200 * iwp((200, 200, 200))).astype(np.int16), write_as(".nii.gz")),
-    "doubles without data": Case(
-        lambda: with_holes(iwp((160, 160, 160)).astype(np.float64)), write_as(".nii.gz")
-    ),
-    "long integers": Case(lambda: (1000 * iwp((176, 176, 176))).astype(np.int64), write_npy),
+    "shorts, compressed": Case(lambda: (200 * iwp((200, 200, 200))).astype(np.int16), write_nifti),
+    "doubles without data": Case(lambda: with_holes(iwp((200, 200, 200), 4).astype(np.float64)), write_nifti),
+    "long integers": Case(lambda: (1000 * iwp((208, 208, 208), 4)).astype(np.int64), write_npy),
     "flat, closed": Case(lambda: iwp((6, 720, 720), 40), write_npy, ("-i", "0", "--border", "closed")),
-    "thin": Case(lambda: iwp((620, 620, 5), 30), write_as(".nrrd")),
+    "thin": Case(lambda: iwp((620, 620, 5), 30), write_nrrd),
     "slices": Case(
-        lambda: (200 * iwp((160, 192, 192))).astype(np.int16), write_dicom, ("-i", "-1024", "--space", "ras")
+        lambda: (200 * iwp((160, 256, 256), 4)).astype(np.int16),
+        write_dicom,
+        ("-i", "-1024", "--space", "ras"),
     ),
     "large, little surface": Case(
         lambda: np.pad(np.full((120, 120, 120), 200, np.uint8), 140, constant_values=10),
-        write_as(".raw"),
+        write_raw,
         ("-i", "100", "--shape", "400,400,400", "--dtype", "uint8"),
     ),
 }
