@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
 from dmc_cli.errors import WriteError
 from dmc_cli.runtime.stop import check_stop
@@ -159,7 +159,30 @@ def whole_writes(stream: BinaryIO) -> BinaryIO:
     One without a buffer, which `python -u` makes, writes as many as there is room for, and raises nothing.
     """
     raw: object = stream
-    return os.fdopen(stream.fileno(), "wb", closefd=False) if isinstance(raw, io.RawIOBase) else stream
+    return cast(BinaryIO, _WholeWrites(raw)) if isinstance(raw, io.RawIOBase) else stream
+
+
+class _WholeWrites(io.BufferedIOBase):
+    """Writes all bytes to a stream without a buffer, which stays open, and keeps none back."""
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        self._raw = raw
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        size = len(rest)
+        while rest:
+            written = self._raw.write(rest)
+            if written is None:
+                raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+            rest = rest[written:]
+        return size
 
 
 def part_of(target: Path) -> Path:
