@@ -51,10 +51,12 @@ class _Checking(SilentProgress):
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
+        """Check as a stage begins."""
         check_stop()
         yield
 
     def advance(self, fraction: float) -> None:
+        """Check at each step."""
         check_stop()
 
 

@@ -7,18 +7,15 @@ found, the vertices before they are placed. Python, Warp and its kernels take so
 `tests/memory` holds it against what runs take.
 """
 
-import mmap
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any
-
-import numpy as np
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.host_memory import SPARE_SHARE
 from dmc_cli.memory_limits import available_memory, total_memory
 from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.volume.allocation import available_bytes
+from dmc_cli.volume.mapping import mapped_file
 from dmc_cli.volume.volume import Volume
 
 
@@ -154,9 +151,9 @@ def _is_text(output: OutputSettings) -> bool:
 
 def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless a volume fits, before its values are read."""
-    free, limit = _free(settings)
+    free = _free(settings)
     if settings.output.memory is None and free is not None and value_bytes > free // settings.share.jobs:
-        raise _too_much(f"the volume needs {_readable(value_bytes)}", free, limit, settings)
+        raise _too_much(f"the volume needs {_readable(value_bytes)}", free, settings)
     words = words_of(shape, settings)
     sizes = Sizes(value_bytes, words, words)
     _reserve({"cells": sizes.bytes_of(CELLS)}, 0, settings, "the volume and its cells")
@@ -216,15 +213,7 @@ def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
 
 def held_bytes(volume: Volume) -> int:
     """Return the bytes of a volume's values, none if a file that is mapped holds them."""
-    return 0 if _is_mapped(volume.values) else volume.values.nbytes
-
-
-def _is_mapped(values: np.ndarray[Any, np.dtype[Any]]) -> bool:
-    """Return whether values lie in a file that is mapped, behind whatever views there are of it."""
-    owner: Any = values
-    while isinstance(owner, (np.ndarray, memoryview)):
-        owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
-    return isinstance(owner, mmap.mmap)
+    return volume.values.nbytes if mapped_file(volume.values) is None else 0
 
 
 def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what: str) -> None:
@@ -238,11 +227,11 @@ def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what
                 f" it, {_fewer(jobs)}or crop or downsample the volume"
             )
         return
-    free, limit = _free(settings)
+    free = _free(settings)
     more = needed - taken if jobs == 1 else needed
     if free is not None and more > free // jobs:
         besides = " more" if more < needed else ""
-        raise _too_much(f"{what} need {_readable(more)}{besides}", free, limit, settings)
+        raise _too_much(f"{what} need {_readable(more)}{besides}", free, settings)
     present = total_memory()
     if present is not None and needed > present // jobs:
         raise MemoryBudgetError(
@@ -252,16 +241,15 @@ def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what
         )
 
 
-def _free(settings: ConvertSettings) -> tuple[int | None, str]:
-    """Return what can still be had, for all jobs together, and what limits it."""
-    found = available_memory()
-    limit = found.limit if found is not None else ""
-    return (available_bytes() if settings.share.jobs == 1 else settings.share.free), limit
+def _free(settings: ConvertSettings) -> int | None:
+    """Return what can still be had, for all jobs together."""
+    return available_bytes() if settings.share.jobs == 1 else settings.share.free
 
 
-def _too_much(what: str, free: int, limit: str, settings: ConvertSettings) -> MemoryBudgetError:
+def _too_much(what: str, free: int, settings: ConvertSettings) -> MemoryBudgetError:
     """Return the error that says what is free, why no more, and what would help."""
-    jobs = settings.share.jobs
+    jobs, found = settings.share.jobs, available_memory()
+    limit = found.limit if found is not None else ""
     why = f" ({limit})" if limit else ""
     end = "raise that limit" if limit else "end other programs"
     return MemoryBudgetError(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.volume.decoding import GZIP_MAGIC
 
 CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("dicom", lambda start: start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04")),
@@ -39,7 +40,7 @@ def first_bytes(path: Path, name: str, count: int) -> bytes:
     """
     with path.open("rb") as file:
         start = file.read(count)
-    if start[:2] != b"\x1f\x8b":
+    if not start.startswith(GZIP_MAGIC):
         return start
     try:
         with gzip.open(path) as stream:

@@ -126,12 +126,12 @@ def map_file(file: BinaryIO) -> MappedFile | None:
     return mapping
 
 
-def mapped_file(values: _Array) -> MappedFile | None:
-    """Return the mapped file that values lie in, behind whatever views there are of it, or None."""
+def mapped_file(values: _Array) -> mmap.mmap | None:
+    """Return the mapping that values lie in, ours or a caller's, behind whatever views there are of it."""
     owner: Any = values
     while isinstance(owner, (np.ndarray, memoryview)):
         owner = owner.base if isinstance(owner, np.ndarray) else owner.obj
-    return owner if isinstance(owner, MappedFile) else None
+    return owner if isinstance(owner, mmap.mmap) else None
 
 
 @contextmanager
@@ -146,7 +146,7 @@ def intact(values: _Array, name: str) -> Iterator[None]:
         DamagedVolumeError: The file shrank, or could not be read.
     """
     mapping = mapped_file(values)
-    if mapping is None:
+    if not isinstance(mapping, MappedFile):
         yield
         return
     try:

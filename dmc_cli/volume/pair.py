@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from dmc_cli.volume.decoding import GZIP_MAGIC
 from dmc_cli.volume.layout import check_file, exists
 from dmc_cli.volume.within import check_beside
 
@@ -41,4 +42,4 @@ def is_gzip(path: Path, name: str) -> bool:
     """Whether a file that must be there is gzipped."""
     check_file(path, name if path.name == Path(name).name else f"{name} ({path.name})")
     with path.open("rb") as file:
-        return file.read(2) == b"\x1f\x8b"
+        return file.read(len(GZIP_MAGIC)) == GZIP_MAGIC

@@ -7,7 +7,7 @@ blosc and lz4 tell it in their headers, and libraries allocate what these tell.
 from collections.abc import Callable
 from typing import Any
 
-from dmc_cli.volume.decoding import BZIP2_RATIO, CHUNK, DEFLATE_RATIO, new_inflater
+from dmc_cli.volume.decoding import BZIP2_RATIO, CHUNK, DEFLATE_RATIO, GZIP_MAGIC, new_inflater
 
 Buffer = bytes | bytearray | memoryview
 
@@ -17,7 +17,7 @@ SLACK = 1 << 26
 _RATIOS = {"zlib": DEFLATE_RATIO, "gzip": DEFLATE_RATIO, "bz2": BZIP2_RATIO, "lzma": 10_000}
 """Unpacked bytes a packed byte, at most, of what has to be unpacked to be known."""
 
-_SEVERAL = {"gzip": b"\x1f\x8b", "bz2": b"BZh", "lzma": b"\xfd7zXZ"}
+_SEVERAL = {"gzip": GZIP_MAGIC, "bz2": b"BZh", "lzma": b"\xfd7zXZ"}
 """Packers whose streams may follow one another, and how each begins."""
 
 _LZMA_MEMORY = 1 << 29

@@ -169,12 +169,15 @@ class _WholeWrites(io.BufferedIOBase):
         self._raw = raw
 
     def writable(self) -> bool:
+        """Return whether bytes can be written: always."""
         return True
 
     def fileno(self) -> int:
+        """Return the descriptor of the stream."""
         return self._raw.fileno()
 
     def write(self, data: Any) -> int:
+        """Write all bytes, and return how many they are."""
         rest = memoryview(data).cast("B")
         size = len(rest)
         while rest:
