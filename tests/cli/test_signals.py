@@ -203,6 +203,13 @@ def running(folder, *words, **options):
             run.kill()
 
 
+def await_stage(run, name):
+    """Read the messages of a run until it tells that a stage has begun."""
+    for line in run.stderr:
+        if line.startswith(name):
+            break
+
+
 def end_of(run, number):
     """Send a signal; exit status, output and messages of the run, which ends soon."""
     run.send_signal(number)
@@ -220,9 +227,7 @@ REMESH = ["-i", "0", "--simplify", "more", "--rounds"]
 def test_a_signal_ends_a_remeshing_of_minutes(tmp_path, threads):
     words = ["convert", "synth:noise:48", "mesh.ply", *REMESH, "1000", "--threads", threads, "-v"]
     with running(tmp_path, *words) as run:
-        for line in run.stderr:
-            if line.startswith("simplifying"):
-                break
+        await_stage(run, "simplifying")
         time.sleep(0.5)
         status, _, messages = end_of(run, signal.SIGINT)
     assert status == 130
@@ -248,9 +253,7 @@ def test_a_signal_ends_a_batch_after_the_outcomes_of_what_is_done(tmp_path, numb
 def test_a_signal_ends_a_run_that_waits_for_standard_input(tmp_path):
     words = ["convert", "-", "mesh.ply", "-i", "0", "-v"]
     with running(tmp_path, *words, stdin=subprocess.PIPE) as run:
-        for line in run.stderr:
-            if line.startswith("loading kernels"):
-                break
+        await_stage(run, "loading kernels")
         time.sleep(0.2)
         status, _, messages = end_of(run, signal.SIGTERM)
     assert status == 143
