@@ -213,20 +213,23 @@ def distance_to_isovalue(field: Field, value: wp.float64) -> wp.float64:
 
 
 @wp.func
+def value_of_node(field: Field, border: wp.int32, value: wp.float64, is_virtual: wp.int32) -> wp.float64:
+    """Return F at a node of the grid, given its stored value or that of the node nearest to a virtual one."""
+    f = distance_to_isovalue(field, value)
+    if border == 1 and field.has_absent == 1 and not is_data(field, value):
+        f = field.absent
+    return wp.where(is_virtual == 1, field.outside * wp.max(wp.abs(f), field.least), f)
+
+
+@wp.func
 def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.float64:
     """Return F at a node of the grid, virtual nodes and nodes without data included."""
     vx = wp.clamp(i - grid.border, 0, grid.nx - 1 - 2 * grid.border)
     vy = wp.clamp(j - grid.border, 0, grid.ny - 1 - 2 * grid.border)
     vz = wp.clamp(k - grid.border, 0, grid.nz - 1 - 2 * grid.border)
     value = stored_value(field, node_of_volume(grid, vx, vy, vz))
-    f = distance_to_isovalue(field, value)
-    if field.has_absent == 1 and grid.border == 1:
-        if not is_data(field, value):
-            f = field.absent
-    if grid.border == 1:
-        if vx != i - 1 or vy != j - 1 or vz != k - 1:
-            f = field.outside * wp.max(wp.abs(f), field.least)
-    return f
+    is_virtual = vx + grid.border != i or vy + grid.border != j or vz + grid.border != k
+    return value_of_node(field, grid.border, value, wp.where(is_virtual, 1, 0))
 
 
 @wp.func

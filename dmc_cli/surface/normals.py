@@ -19,7 +19,8 @@ import warp as wp
 
 from dmc_cli.device import ITEMS_A_CHUNK
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.surface.field import Field, is_data, node_of_volume, node_value, stored_value
+from dmc_cli.surface.corner_differences import corner_differences, gradient_from_corners
+from dmc_cli.surface.field import Field, node_of_volume, stored_value
 from dmc_cli.surface.grid import Grid
 from dmc_cli.surface.lanes import FloatLanes, find_block_cells, load_points, store_points
 from dmc_cli.surface.slices import node_distance
@@ -65,7 +66,9 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
     ]
     if device.is_cpu and surface.depths.shape[0] == 0:
         blocks = -(-surface.vertices.shape[0] // LANES)
-        device.launch(normal_block_kernel, blocks, inputs, [normals], 2 * ITEMS_A_CHUNK // LANES)
+        left = device.empty(blocks, wp.int32)
+        device.launch(normal_block_kernel, blocks, inputs, [normals, left], 2 * ITEMS_A_CHUNK // LANES)
+        device.launch(normals_left_kernel, blocks, [*inputs, left], [normals], 2 * ITEMS_A_CHUNK // LANES)
     else:
         device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_CHUNK)
     return normals
@@ -117,71 +120,6 @@ def slope(
 
 
 @wp.func
-def has_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
-    """Return whether a node is on the grid and, at an open border, has data."""
-    found = i >= 0 and j >= 0 and k >= 0 and i < grid.nx and j < grid.ny and k < grid.nz
-    if found and field.has_absent == 1 and grid.border == 0:
-        found = is_data(field, stored_value(field, node_of_volume(grid, i, j, k)))
-    return found
-
-
-@wp.func
-def node_difference(
-    field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, di: wp.int32, dj: wp.int32, dk: wp.int32
-) -> wp.float64:
-    """Return the derivative of F at a node along (di, dj, dk): central, one-sided, or 0."""
-    back = wp.where(has_value(field, grid, i - di, j - dj, k - dk), 1, 0)
-    on = wp.where(has_value(field, grid, i + di, j + dj, k + dk), 1, 0)
-    low = node_value(field, grid, i - back * di, j - back * dj, k - back * dk)
-    high = node_value(field, grid, i + on * di, j + on * dj, k + on * dk)
-    return (high - low) / wp.float64(wp.max(back + on, 1))
-
-
-@wp.func
-def largest_difference(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.float64:
-    """Return the size of the largest derivative of F along an axis at the corners of a cell."""
-    largest = wp.float64(0.0)
-    for c in range(8):
-        for axis in range(3):
-            step = node_difference(
-                field,
-                grid,
-                i + (c & 1),
-                j + ((c >> 1) & 1),
-                k + (c >> 2),
-                wp.where(axis == 0, 1, 0),
-                wp.where(axis == 1, 1, 0),
-                wp.where(axis == 2, 1, 0),
-            )
-            largest = wp.max(largest, wp.abs(step))
-    return largest
-
-
-@wp.func
-def careful_gradient(
-    field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32, p: wp.vec3, unit: wp.float64
-) -> wp.vec3:
-    """Return the gradient of F, in a unit, in a cell whose neighbours may be missing."""
-    gradient = wp.vec3(0.0, 0.0, 0.0)
-    for c in range(8):
-        ci = c & 1
-        cj = (c >> 1) & 1
-        ck = c >> 2
-        weight = wp.where(ci == 1, p[0], 1.0 - p[0])
-        weight *= wp.where(cj == 1, p[1], 1.0 - p[1])
-        weight *= wp.where(ck == 1, p[2], 1.0 - p[2])
-        x = node_difference(field, grid, i + ci, j + cj, k + ck, 1, 0, 0)
-        y = node_difference(field, grid, i + ci, j + cj, k + ck, 0, 1, 0)
-        z = node_difference(field, grid, i + ci, j + cj, k + ck, 0, 0, 1)
-        if unit != wp.float64(1.0):  # three divisions take longer than the rest
-            x /= unit
-            y /= unit
-            z /= unit
-        gradient += weight * wp.vec3(wp.float32(x), wp.float32(y), wp.float32(z))
-    return gradient
-
-
-@wp.func
 def is_interior(has_absent: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
     """Return whether cell (i, j, k) and all round it lie in the volume and count as they are stored."""
     b = grid.border
@@ -206,7 +144,7 @@ def field_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int
             slope(field, node, z, x, y, p[0], p[1], p[2]),
         )
     else:
-        gradient = careful_gradient(field, grid, i, j, k, p, wp.float64(1.0))
+        gradient = gradient_from_corners(corner_differences(field, grid, i, j, k), p)
     return gradient
 
 
@@ -259,24 +197,27 @@ def normal_at(
     grid: Grid,
     to_output: wp.mat33,
     depths: wp.array(dtype=wp.float64),
-    i: wp.int32,
-    j: wp.int32,
-    k: wp.int32,
+    cell: wp.int64,
     p: wp.vec3,
 ) -> wp.vec3:
-    """Return the normal at local coordinates p of cell (i, j, k)."""
+    """Return the normal at local coordinates p of a cell."""
+    row = wp.int32(cell / wp.int64(grid.nx))
+    i = wp.int32(cell - wp.int64(row) * wp.int64(grid.nx))
+    j = row % grid.ny
+    k = row // grid.ny
     step = slice_step(depths, k, p[2])
     gradient = field_gradient(field, grid, i, j, k, p)
     gradient[2] = gradient[2] / step
     found = output_gradient(to_output, gradient)
     if is_out_of_reach(square_of(found)) == 1:
-        unit = largest_difference(field, grid, i, j, k)
+        differences = corner_differences(field, grid, i, j, k)
+        unit = wp.max(wp.abs(differences))
         entry = wp.max(
             wp.max(wp.abs(to_output[0])), wp.max(wp.max(wp.abs(to_output[1])), wp.max(wp.abs(to_output[2])))
         )
         size = unit * wp.float64(entry)
         if unit > wp.float64(0.0) and (size < LEAST_STEP or size > LARGEST_STEP):
-            gradient = careful_gradient(field, grid, i, j, k, p, unit)
+            gradient = gradient_from_corners(differences / unit, p)
             gradient[2] = gradient[2] / step
             found = output_gradient((1.0 / entry) * to_output, gradient)
     return unit_normal(found)
@@ -297,10 +238,7 @@ def compute_normals_kernel(
 ):
     """Compute the normals. One thread a vertex."""
     v = first + wp.tid()
-    row = wp.int32(cells[v] / wp.int64(grid.nx))
-    i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
-    k = row // grid.ny
-    normals_out[v] = normal_at(field, grid, to_output, depths, i, row % grid.ny, k, locals[v])
+    normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], locals[v])
 
 
 @wp.kernel
@@ -315,8 +253,9 @@ def normal_block_kernel(
     locals: wp.array(dtype=wp.vec3),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
+    left_out: wp.array(dtype=wp.int32),
 ):
-    """Compute the normals of sixteen vertices, slices even. One thread a block."""
+    """Compute the normals of sixteen vertices, slices even, and tell which are left. One thread a block."""
     start = (first + wp.tid()) * LANES
     size = wp.min(LANES, cells.shape[0] - start)
     block = find_block_cells(grid, cells, start, size)
@@ -354,12 +293,32 @@ def normal_block_kernel(
             u[lane] = normal[0]
             v[lane] = normal[1]
             w[lane] = normal[2]
+    store_points(u, v, w, start, size, normals_out)
+    left = int(0)
     if some_care == 1 or some_out == 1:
         for lane in range(LANES):
-            if care[lane] == 1 or some_out == 1:
-                local = wp.vec3(points[lane], points[LANES + lane], points[2 * LANES + lane])
-                normal = normal_at(field, grid, to_output, depths, i[lane], j[lane], k[lane], local)
-                u[lane] = normal[0]
-                v[lane] = normal[1]
-                w[lane] = normal[2]
-    store_points(u, v, w, start, size, normals_out)
+            left |= wp.where(some_out == 1, 1, care[lane]) << lane
+    left_out[first + wp.tid()] = left
+
+
+@wp.kernel
+def normals_left_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    field: Field,
+    to_output: wp.mat33,
+    depths: wp.array(dtype=wp.float64),
+    cells: wp.array(dtype=wp.int64),
+    locals: wp.array(dtype=wp.vec3),
+    left: wp.array(dtype=wp.int32),
+    # Out:
+    normals_out: wp.array(dtype=wp.vec3),
+):
+    """Compute the normals of the vertices that are left, a bit each. One thread a block."""
+    start = (first + wp.tid()) * LANES
+    bits = left[first + wp.tid()]
+    for lane in range(wp.where(bits == 0, 0, wp.min(LANES, cells.shape[0] - start))):
+        if ((bits >> lane) & 1) == 1:
+            v = start + lane
+            normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], locals[v])

@@ -32,6 +32,12 @@ _NATIVE_TYPES = ("uint8_t", "int8_t", "uint16_t", "int16_t", "uint32_t", "int32_
 IntLanes = wp.types.vector(length=LANES, dtype=wp.int32)
 DoubleLanes = wp.types.vector(length=LANES, dtype=wp.float64)
 
+AxisOffsets = wp.types.vector(length=4, dtype=wp.int64)
+"""How many nodes lie before each of four layers across an axis."""
+
+CubeValues = wp.types.vector(length=64, dtype=wp.float64)
+"""Values at the nodes round a cell, four along each axis, x fastest."""
+
 PairLanes = wp.types.vector(length=2 * LANES, dtype=wp.float64)
 """Two values in a row for each lane: the first ones, then the second ones."""
 
@@ -69,6 +75,23 @@ def cell_at(
     values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, row: wp.int64, layer: wp.int64
 ) -> CornerValues64:
     """Return the stored values of the cell at node `at`; a row and a layer have that many nodes."""
+    ...
+
+
+@wp.func_native(
+    "const long long at = 0;\n"
+    + _for_each_type(
+        """
+        wp::vec_t<64, double> cube;
+        for (int n = 0; n < 64; ++n) cube[n] = (double)nodes[x[n & 3] + y[n >> 2 & 3] + z[n >> 4]];
+        return cube;
+        """
+    )
+)
+def cube_at(
+    values: wp.array2d(dtype=wp.uint8), kind: wp.int32, x: AxisOffsets, y: AxisOffsets, z: AxisOffsets
+) -> CubeValues:
+    """Return the stored values of the nodes, x fastest, in four layers across each axis."""
     ...
 
 
