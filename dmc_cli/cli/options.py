@@ -41,10 +41,8 @@ def setting(owner: type, name: str, *flags: str, section: str, help: str, **extr
         choices = _choices(get_type_hints(owner)[name])
         extra["type"] = click.Choice(choices) if choices else None
     default = default_of(owner, name)
-    if isinstance(default, tuple):
+    if default == ():
         extra["show_default"] = False
-        words = ",".join(f"{item:g}" for item in default)
-        help += f"  [default: {words}]" if words else ""
     names = flags or (f"--{name.replace('_', '-')}",)
     return click.option(
         *names, name, cls=SectionedOption, section=section, default=default, help=help, **extra

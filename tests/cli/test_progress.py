@@ -2,6 +2,7 @@
 
 import io
 import re
+import sys
 
 import pytest
 
@@ -136,3 +137,27 @@ def test_data_are_printed_on_a_terminal_without_a_bar(monkeypatch):
     monkeypatch.setattr("sys.stdout", terminal)
     echo_data("a line", SILENT)
     assert terminal.getvalue() == "a line\n"
+
+
+def test_lines_of_data_take_the_bars_off_a_terminal_that_both_are_on(monkeypatch):
+    told = []
+    monkeypatch.setattr("sys.stderr", Terminal())
+    monkeypatch.setattr("sys.stdout", Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    with shown_progress(quiet=False, verbose=0) as progress:
+        bar = progress._bar
+        monkeypatch.setattr(bar, "stop", lambda: told.append(f"hidden, {sys.stdout.getvalue()!r} printed"))
+        monkeypatch.setattr(bar, "start", lambda: told.append(f"shown, {sys.stdout.getvalue()!r} printed"))
+        echo_data("data", progress)
+        assert told == ["hidden, '' printed", "shown, 'data\\n' printed"]
+        monkeypatch.undo()
+
+
+def test_the_streams_stay_as_they_are_while_there_is_a_bar(monkeypatch):
+    terminal, output = Terminal(), Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    monkeypatch.setattr("sys.stdout", output)
+    monkeypatch.setenv("TERM", "xterm")
+    with shown_progress(quiet=False, verbose=0):
+        assert sys.stderr is terminal
+        assert sys.stdout is output

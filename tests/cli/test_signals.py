@@ -8,8 +8,11 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
+
+from dmc_cli.cli import signals
 
 SWALLOWED = """
 import os, signal, time, weakref
@@ -279,3 +282,10 @@ def test_a_signal_while_the_command_line_is_imported_leaves_no_traceback():
     run = run_script(EARLY)
     assert run.returncode == -signal.SIGINT
     assert run.stderr == ""
+
+
+def test_what_else_python_swallows_is_told_as_usual():
+    told = []
+    swallowed = SimpleNamespace(exc_value=ValueError("a destructor's"))
+    signals._Handler().raising_again(told.append)(swallowed)
+    assert told == [swallowed]
