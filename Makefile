@@ -8,7 +8,7 @@ TESTS := $(PY) -m pytest
 # Side by side on the cores there are; kernels share them
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist worksteal
 SECONDS ?= 60
-AREA ?= mesh
+AREA ?= processing
 COUNT ?= 60
 SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
@@ -84,7 +84,7 @@ test-faults: $(VENV)/.installed-dev ## signals at random moments, full disks: ou
 fuzz: $(VENV)/.installed-dev ## damage files of every format for SECONDS (60) and read them
 	$(PY) -m tests.fuzz --seconds $(SECONDS)
 
-mutants: $(VENV)/.installed-dev ## put COUNT (60) faults into AREA (mesh), chosen by SEED (0), and see which the tests notice
+mutants: $(VENV)/.installed-dev ## put COUNT (60) faults into AREA (processing), chosen by SEED (0), and see which the tests notice
 	$(PY) -m tests.mutants --area $(AREA) --count $(COUNT) --seed $(SEED)
 
 bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a whole convert beside its floor, DICOM beside plain reading

@@ -19,7 +19,7 @@ from pathlib import Path
 from cases import CASES, ROOT
 
 from dmc_cli.volume.volume import Volume
-from dmc_cli.writers.volume_file import write_volume
+from dmc_cli.volume_io.volume_file import write_volume
 
 START = "import warp, nibabel; warp.config.quiet = True; warp.init()"
 GUNZIP = """

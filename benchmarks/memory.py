@@ -16,14 +16,14 @@ from pathlib import Path
 
 from cases import CASES
 
-from dmc_cli.device import load_kernels, select_device
-from dmc_cli.mesh import kernel_modules as mesh_kernels
-from dmc_cli.mesh.coloring import color_quads, reduce_colors
-from dmc_cli.mesh.halfedges import build_halfedges
-from dmc_cli.mesh.simplify import simplify
+from dmc_cli.contouring import compute_normals, extract_surface, kernel_modules, upload_volume
+from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
+from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.processing import kernel_modules as mesh_kernels
+from dmc_cli.processing.patterns.simplify import simplify
+from dmc_cli.runtime.device import load_kernels, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
-from dmc_cli.surface import compute_normals, extract_surface, kernel_modules, upload_volume
-from dmc_cli.volume.read import read_volume
+from dmc_cli.volume_io.read import read_volume
 
 UNIT = 1 if sys.platform == "darwin" else 1024
 

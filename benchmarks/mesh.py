@@ -17,13 +17,13 @@ import warp as wp
 from cases import CASES, ROOT
 from surface import machine
 
-from dmc_cli.device import select_device
-from dmc_cli.mesh.coloring import color_quads, reduce_colors
-from dmc_cli.mesh.halfedges import build_halfedges
-from dmc_cli.mesh.simplify import simplify
+from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
+from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.field.field import stored_isovalue
+from dmc_cli.processing.patterns.simplify import simplify
+from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import MeshSettings, SurfaceSettings
-from dmc_cli.surface import compute_normals, extract_surface, upload_volume
-from dmc_cli.surface.field import stored_isovalue
 
 STAGES = ("surface", "halfedges", "coloring", "simplify", "normals")
 SIMPLIFY = MeshSettings(simplify="all")

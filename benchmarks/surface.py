@@ -23,10 +23,10 @@ import vtk
 import warp as wp
 from cases import CASES, ROOT
 
-from dmc_cli.device import select_device
+from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.field.field import stored_isovalue
+from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.surface import extract_surface, upload_volume
-from dmc_cli.surface.field import stored_isovalue
 
 GOALS = {"flying edges": 2.0, "scikit-image": 12.0, "surface nets": 8.0}
 SLOW = ("scikit-image", "surface nets")

@@ -1,31 +1,32 @@
 """From a scan to a quad mesh: dual marching cubes on NVIDIA Warp.
 
-The data flow is the package. Whoever reads the files in this order meets the method's steps in theirs:
+The data flow is the package. Whoever reads the folders in this order meets the method's steps in theirs; each
+says in its `__init__.py` what it is for and in which order to read it:
 
-    settings     every choice there is, with its default
+    settings       every choice there is, with its default
     setting_types  what a setting may be, as its annotation says
-    errors       every error that is raised on purpose
-    threads      work in threads, as many as the system gives
-    system       what one operating system has and another lacks
-    printable    texts from outside without what a terminal would obey
-    progress     who is told how far a run is
-    volume       values on a grid and where they lie in the world; readers for each format
-    read_ahead   the volume is read while kernels are loaded
-    host_memory  memory that is kept for the next array
-    runtime      the CPU threads that share a launch, how they are stopped, the kernels on disk
-    scan         the prefix sum of a long array, by all threads
-    device       where kernels run, and the one way to launch them
-    surface      from the volume to vertices and quads: inside, cells, polygons, vertices, quads, normals
-    mesh         halfedges, colours, simplification, smoothing, checks
-    report       topology, quality, deviation; the papers' tables
-    writers      mesh and volume files, complete or not at all
-    memory       the forecast that is held against a budget
+    errors         every error that is raised on purpose
+    progress       who is told how far a run is
+    stop           how work in threads is asked to stop
+    threads        work in threads, as many as the system gives
+    system         what one operating system has and another lacks
     memory_limits  what this process may still take
-    file_keys    what a file is known by, whatever its path
-    overlaps     no output is an input or another output
-    pipeline     the table of contents: one call a stage
-    batch        many conversions, side by side
-    cli          the command line, the only place that knows click
+    printable      texts from outside without what a terminal would obey
+    volume         values on a grid and where they lie in the world
+    volume_io      volumes in files, a format a file or a folder
+    runtime        where kernels run, the threads that share a launch, memory
+    bits           words of bits
+    field          the grid and the function between its nodes
+    mesh           connectivity, renumbering, invariants
+    contouring     from a volume to a surface mesh, a folder a method
+    processing     algorithms on a mesh: patterns, relaxation, remeshing
+    measures       topology, quality, deviation, of any mesh
+    report         what a run found, as JSON, and what is required of it
+    files          outputs that are complete or not there at all
+    mesh_io        meshes in files, a format a file
+    reproduction   the papers' tables, made again
+    app            what a command does: convert, batch, measure
+    cli            the command line, the only place that knows click
 
 The names below are what other programs may rely on. They are imported when they are first used, so that
 `import dmc_cli` and `dmc --help` stay light.
@@ -35,10 +36,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from dmc_cli.device import select_device
+    from dmc_cli.app.convert import ConvertResult, convert
+    from dmc_cli.app.measure_file import measure_file
+    from dmc_cli.contouring import Surface, extract_surface, upload_volume
     from dmc_cli.errors import DmcError
-    from dmc_cli.pipeline import ConvertResult, convert
-    from dmc_cli.report.measure import measure_file
+    from dmc_cli.runtime.device import select_device
     from dmc_cli.settings import (
         ConvertSettings,
         MeasureSettings,
@@ -47,27 +49,26 @@ if TYPE_CHECKING:
         ReadSettings,
         SurfaceSettings,
     )
-    from dmc_cli.surface import Surface, extract_surface, upload_volume
-    from dmc_cli.volume.read import read_volume
     from dmc_cli.volume.volume import Volume
+    from dmc_cli.volume_io.read import read_volume
 
 _HOMES = {
-    "ConvertResult": "pipeline",
+    "ConvertResult": "app.convert",
     "ConvertSettings": "settings",
     "DmcError": "errors",
     "MeasureSettings": "settings",
     "MeshSettings": "settings",
     "OutputSettings": "settings",
     "ReadSettings": "settings",
-    "Surface": "surface",
+    "Surface": "contouring",
     "SurfaceSettings": "settings",
     "Volume": "volume.volume",
-    "convert": "pipeline",
-    "extract_surface": "surface",
-    "measure_file": "report.measure",
-    "read_volume": "volume.read",
-    "select_device": "device",
-    "upload_volume": "surface",
+    "convert": "app.convert",
+    "extract_surface": "contouring",
+    "measure_file": "app.measure_file",
+    "read_volume": "volume_io.read",
+    "select_device": "runtime.device",
+    "upload_volume": "contouring",
 }
 """The module that each public name comes from."""
 

@@ -19,9 +19,10 @@ SliceGaps = Literal["refuse", "keep"]
 Duplicates = Literal["refuse", "first"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
+Method = Literal["dmc"]
 Placement = Literal["exact", "sampled", "iterative", "centroid"]
 Border = Literal["open", "closed"]
-Simplify = Literal["none", "3x3y", "3333", "all", "more"]
+Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
@@ -141,6 +142,7 @@ class SurfaceSettings:
     """Which surface to extract from a volume; `isovalue` is in the volume's physical values."""
 
     isovalue: float
+    method: Method = "dmc"
     inside: Inside = "above"
     topology: Topology = "manifold"
     placement: Placement = "exact"
@@ -158,29 +160,40 @@ class SurfaceSettings:
 class MeshSettings:
     """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
 
-    `rounds` is how long `more` goes on, `relax` the number of steps of smoothing on the surface, after
-    simplification.
+    `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `relax`
+    the number of steps of smoothing on the surface, at last.
     """
 
     simplify: Simplify = "none"
     simplify_rules: SimplifyRules = "safe"
     project: bool = True
-    rounds: int = 20
+    remesh: int = 0
     relax: int = 0
 
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
         settle_types(self)
-        if self.rounds < 0:
-            raise SettingsError(f"rounds is {self.rounds}; expected a number, 0 or more")
+        if self.remesh < 0:
+            raise SettingsError(f"remesh is {self.remesh}; expected a number of rounds, 0 or more")
         if self.relax < 0:
             raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
-        if self.simplify == "more" and (self.simplify_rules == "paper" or not self.project):
+        if self.remesh:
+            self._settle_remeshing()
+
+    def _settle_remeshing(self) -> None:
+        """Raise SettingsError if remeshing cannot follow; set the simplification that it implies."""
+        if self.simplify_rules == "paper" or not self.project:
             found = "simplify_rules is 'paper'" if self.simplify_rules == "paper" else "project is off"
             raise SettingsError(
-                f"simplify is 'more', but {found}; expected the safe rules and vertices on the surface, which"
-                " its operations rely on"
+                f"remesh is {self.remesh}, but {found}; expected the safe rules and vertices on the surface,"
+                " which its operations rely on"
             )
+        if self.simplify not in ("none", "all"):
+            raise SettingsError(
+                f"remesh is {self.remesh}, but simplify is {self.simplify!r}; expected 'all', which remeshing"
+                " implies, or no word of it"
+            )
+        object.__setattr__(self, "simplify", "all")
 
     @property
     def is_changed(self) -> bool:

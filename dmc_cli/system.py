@@ -1,7 +1,7 @@
 """What one operating system has and another lacks: each asked for here, in one place, or done without.
 
 Linux has all of it, macOS no affinity of processes, Windows neither that nor `resource`, `pthread_kill` and
-locks on files (`writers/atomic.py`).
+locks on files (`files/atomic.py`).
 """
 
 import errno

@@ -58,6 +58,18 @@ def device(request):
     return request.param
 
 
+@pytest.fixture
+def extract(device):
+    """Extract a surface on each device: `extract(volume, isovalue, threads=..., **settings)`."""
+    from dmc_cli.settings import SurfaceSettings
+    from tests.contouring.dual_marching_cubes.agreement import extract_on
+
+    def run(volume, isovalue=0.0, *, threads=1, **settings):
+        return extract_on(device, volume, SurfaceSettings(isovalue=isovalue, **settings), threads=threads)
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def sample_data():
     """The folder of small real volumes that come with the project."""

@@ -8,13 +8,14 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import Device, select_device
-from dmc_cli.mesh.more import simplify_more
-from dmc_cli.mesh.relax import relax
+from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring.dual_marching_cubes import quads, vertices
+from dmc_cli.processing.relaxation.relax import relax
+from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.report import measured_sections
+from dmc_cli.runtime.device import Device, select_device
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.surface import compute_normals, extract_surface, quads, upload_volume, vertices
 from dmc_cli.volume.volume import Volume
 from tests.fields import smooth_noise, volume_of, white_noise
 from tests.mesh.meshes import colored
@@ -87,7 +88,7 @@ def bytes_of(name: str, device: Device) -> dict[str, bytes]:
     result = mesh.simplified()
     found["simplified"] = everything_of(result.surface, result.halfedges)
     if name in REMESHED:
-        more = simplify_more(result.surface, result.halfedges, 2, result.color, result.color24)
+        more = remesh(result.surface, result.halfedges, 2, result.color, result.color24)
         found["remeshed"] = everything_of(more.surface, more.halfedges) + more.color.numpy().tobytes()
         found["remeshed measures"] = measures_of(more.surface, more.halfedges, volume)
     relaxed = relax(result.surface, result.halfedges, 3)

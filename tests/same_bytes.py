@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.volume.scanner import make_slice, save
+from tests.volume_io.dicom.scanner import make_slice, save
 
 ROOT = Path(__file__).resolve().parent.parent
 HASHES = ROOT / "tests" / "data" / "same_bytes.json"
@@ -56,9 +56,9 @@ RUNS = [
     *[f"{HEAD} a.ply -i 30 --simplify {pattern}" for pattern in ("3x3y", "3333", "all")],
     f"{HEAD} a.ply -i 30 --simplify all --no-project",
     f"{HEAD} a.ply -i 30 --simplify all --simplify-rules paper --border closed",
-    f"{HEAD} a.ply -i 30 --simplify more --rounds 6 --border closed",
-    "synth:genus_two:40 a.ply -i 0 --simplify more --rounds 12",
-    "synth:noise:20 a.ply -i 0.3 --simplify more --rounds 3",
+    f"{HEAD} a.ply -i 30 --remesh 6 --border closed",
+    "synth:genus_two:40 a.ply -i 0 --remesh 12",
+    "synth:noise:20 a.ply -i 0.3 --remesh 3",
     f"{HEAD} a.ply -i 30 --relax 4",
     "synth:torus:40 a.ply -i 0 --simplify all --relax 3",
     "uneven a.ply -i 150 --simplify all --relax 2",
@@ -70,14 +70,14 @@ RUNS = [
     f"{HEAD} a.obj -i 30 --no-normals --simplify all",
     f"{HEAD} a.ply -i 30 --halfedges h.npz",
     f"{HEAD} a.ply -i 30 --halfedges h.txt --simplify all",
-    "synth:noise:16 a.off -i 0.3 --halfedges h.npz --simplify more --rounds 2",
+    "synth:noise:16 a.off -i 0.3 --halfedges h.npz --remesh 2",
     # spaces
     *[f"sample_data/metaimage/head_mr_turned.mhd a.ply -i 30 --space {s}" for s in ("ras", "lps", "voxel")],
     "uneven a.ply -i 150 --space voxel",
     f"{RAW} a.ply -i 85 {RAW_OPTIONS} --spacing 0.5,0.25,2 --origin -3,7,11",
     # threads
     *[f"{TOOTH} a.ply -i 500 --threads {threads} --simplify all" for threads in (1, 2, 3)],
-    "synth:noise:24 a.ply -i 0.5 --threads 3 --simplify more --rounds 2 --halfedges h.npz",
+    "synth:noise:24 a.ply -i 0.5 --threads 3 --remesh 2 --halfedges h.npz",
 ]
 
 

@@ -7,9 +7,9 @@ import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from scipy.spatial import cKDTree
 
-from dmc_cli.pipeline import convert
+from dmc_cli.app.convert import convert
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
-from tests.volume.scanner import make_slice, save
+from tests.volume_io.dicom.scanner import make_slice, save
 
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0])
 SHAPE = (9, 10, 11)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.same_bytes import HASHES, RUNS, make_volumes, written_by
 
-LONG = [run for run in RUNS if "head_mr" in run and "--simplify more" in run]
+LONG = [run for run in RUNS if "head_mr" in run and "--remesh" in run]
 """What takes ten seconds; the same options on smaller volumes stay."""
 
 KNOWN = json.loads(HASHES.read_text("utf-8"))

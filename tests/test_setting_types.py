@@ -5,8 +5,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from dmc_cli.device import select_device
 from dmc_cli.errors import SettingsError
+from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import (
     ConvertSettings,
     Inside,
@@ -31,7 +31,7 @@ REFUSED = [
     (SurfaceSettings, {"isovalue": 1.0, "inside": "upper"}, f"one of {', '.join(get_args(Inside))}"),
     (SurfaceSettings, {"isovalue": 1.0, "border": []}, "one of open, closed"),
     *[(MeshSettings, {"relax": given}, "a whole number") for given in ("5", 1.5, True, None, np.float64(2))],
-    (MeshSettings, {"rounds": None}, "a whole number"),
+    (MeshSettings, {"remesh": None}, "a whole number"),
     (MeshSettings, {"project": 1}, "True or False"),
     *[
         (converting, {"threads": given}, "threads is .*; expected a whole number")

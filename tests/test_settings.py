@@ -67,7 +67,7 @@ RANGES = [
     (synth, "nodes", 2, 1),
     (synth, "path", "-", "", "a\0"),
     (surface, "isovalue", -1e300, *INFINITE),
-    (MeshSettings, "rounds", 0, -1),
+    (MeshSettings, "remesh", 0, -1),
     (MeshSettings, "relax", 0, -1),
     (output, "memory", 1, 0),
     *((output, name, "-", "", "a\0") for name in ("halfedges", "report")),
@@ -106,14 +106,24 @@ def test_an_isovalue_to_measure_at_is_finite_and_has_a_volume():
         ({"simplify_rules": "paper", "project": False}, True),
     ],
 )
-@pytest.mark.parametrize("simplify", ["none", "3x3y", "3333", "all", "more"])
-def test_more_needs_safe_rules_and_vertices_on_the_surface(simplify, given, is_refused):
-    if is_refused and simplify == "more":
+@pytest.mark.parametrize("simplify", ["none", "3x3y", "3333", "all"])
+def test_remeshing_needs_safe_rules_and_vertices_on_the_surface(simplify, given, is_refused):
+    assert MeshSettings(simplify=simplify, **given).is_changed == (simplify != "none")
+    if is_refused:
         cause = "simplify_rules is 'paper'" if "simplify_rules" in given else "project is off"
-        with pytest.raises(SettingsError, match=f"simplify is 'more', but {cause}"):
-            MeshSettings(simplify=simplify, **given)
-    else:
-        assert MeshSettings(simplify=simplify, **given).is_changed == (simplify != "none")
+        with pytest.raises(SettingsError, match=f"remesh is 20, but {cause}"):
+            MeshSettings(simplify=simplify, remesh=20, **given)
+
+
+@pytest.mark.parametrize("simplify", ["none", "all"])
+def test_remeshing_implies_all_patterns(simplify):
+    assert MeshSettings(simplify=simplify, remesh=1).simplify == "all"
+
+
+@pytest.mark.parametrize("simplify", ["3x3y", "3333"])
+def test_remeshing_goes_on_from_all_patterns_only(simplify):
+    with pytest.raises(SettingsError, match=f"remesh is 2, but simplify is '{simplify}'"):
+        MeshSettings(simplify=simplify, remesh=2)
 
 
 def test_smoothing_changes_the_mesh_too():

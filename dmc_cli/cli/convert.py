@@ -49,10 +49,10 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     )
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.read_ahead import ReadAhead
+            from dmc_cli.app.read_ahead import ReadAhead
 
             ahead = ReadAhead(settings)  # reads while Warp, which is most of the loading, is imported
-            from dmc_cli import pipeline
+            from dmc_cli.app import convert as pipeline
         result = pipeline.convert(settings, progress, ahead)
     if not quiet:
         echo_summary(result.report)
@@ -61,7 +61,7 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
 def missing_isovalue(input: str, settings: ReadSettings) -> SettingsError:
     """Name the values that there are to choose from."""
     from dmc_cli.volume.mapping import intact
-    from dmc_cli.volume.read import read_volume
+    from dmc_cli.volume_io.read import read_volume
 
     volume = read_volume(input, settings)
     with intact(volume.values, input):

@@ -12,8 +12,8 @@ from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
 from dmc_cli.volume.mapping import intact
-from dmc_cli.volume.read import list_volumes, read_volume
 from dmc_cli.volume.volume import Volume
+from dmc_cli.volume_io.read import list_volumes, read_volume
 
 _PACKAGES = (
     "dmc-cli", "warp-lang", "numpy", "pydicom", "meshio", "isal", "orjson", "click", "rich",
@@ -93,7 +93,7 @@ def _devices() -> list[dict[str, Any]]:
     """All devices that Warp sees, the CPU first."""
     import warp as wp
 
-    from dmc_cli.device import initialize_warp
+    from dmc_cli.runtime.device import initialize_warp
 
     initialize_warp()
     found = [{"alias": "cpu", "name": platform.processor() or platform.machine(), "memory_bytes": None}]

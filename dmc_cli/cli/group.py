@@ -12,9 +12,9 @@ import click
 from dmc_cli.cli.signals import Stopped
 from dmc_cli.cli.terminal import escape_streams
 from dmc_cli.errors import DeviceError, DmcError, WriteError
+from dmc_cli.files.atomic import write_error
 from dmc_cli.settings import STREAM
 from dmc_cli.system import check_address_space, lacks_memory
-from dmc_cli.writers.atomic import write_error
 
 VERBOSE = "dmc_cli.verbose"
 """Key of the context's shared notes under which a command leaves how often `-v` was given."""

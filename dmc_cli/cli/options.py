@@ -86,7 +86,7 @@ def _remember(ctx: click.Context, _parameter: click.Parameter, value: int) -> in
 
 
 def _complete_types(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> Any:
-    from dmc_cli.volume.raw import RAW_TYPES
+    from dmc_cli.volume_io.raw import RAW_TYPES
 
     return complete_words(*RAW_TYPES)(ctx, parameter, incomplete)
 
@@ -200,6 +200,9 @@ shape_of_surface_options = stack(
         section="Surface",
         help="A 2-manifold always, or the asymptotic decider's own answer.",
     ),
+    setting(
+        SurfaceSettings, "method", section="Surface", help="How the surface is made: dual marching cubes."
+    ),
     setting(SurfaceSettings, "placement", section="Surface", help="Where the vertices lie."),
     setting(
         SurfaceSettings,
@@ -222,8 +225,7 @@ mesh_options = stack(
         MeshSettings,
         "simplify",
         section="Mesh",
-        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both;"
-        " more goes on by rotating edges, merging and opening quads.",
+        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both.",
     ),
     setting(
         MeshSettings,
@@ -241,11 +243,12 @@ mesh_options = stack(
     ),
     setting(
         MeshSettings,
-        "rounds",
+        "remesh",
         section="Mesh",
         type=int,
-        metavar="N",
-        help="Rounds of --simplify more: each removes further irregular vertices.",
+        metavar="ROUNDS",
+        help="Reduce irregular vertices further, by rotating edges, merging and opening quads; 20 rounds do"
+        " most of it. Implies --simplify all.",
     ),
     setting(
         MeshSettings,

@@ -12,7 +12,7 @@ _SLOW_STAGES = (
     "normals",
     "halfedges",
     "simplify",
-    "simplify_more",
+    "remesh",
     "relax",
     "report",
     "write",

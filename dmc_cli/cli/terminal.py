@@ -14,8 +14,8 @@ from typing import Any, TextIO
 
 import click
 
+from dmc_cli.files.atomic import whole_writes
 from dmc_cli.printable import printable
-from dmc_cli.writers.atomic import whole_writes
 
 
 class PrintableStream:

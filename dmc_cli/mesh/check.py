@@ -8,8 +8,8 @@ from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, pieces
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.near_frame import COARSE
+from dmc_cli.mesh.surface import Surface
 from dmc_cli.settings import ConvertSettings
-from dmc_cli.surface import Surface
 
 UNIT_TOLERANCE = 1e-4
 """How far the length of a normal may be from 1: some float32 roundings."""

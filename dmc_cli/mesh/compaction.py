@@ -10,13 +10,12 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
+from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_marks, part
+from dmc_cli.bits.words import VECTOR_FLAGS, low_bits
 from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.selection import WORDS_A_CHUNK, list_mask, mask_marks, part
+from dmc_cli.mesh.surface import Surface
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
-from dmc_cli.surface import Surface
-from dmc_cli.surface.grid import low_bits
-from dmc_cli.surface.words import VECTOR_FLAGS
+from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.surface import Surface
-from dmc_cli.surface.grid import kernel_matrix
-from dmc_cli.surface.slices import map_vertices
+from dmc_cli.field.grid import kernel_matrix
+from dmc_cli.field.slices import map_vertices
+from dmc_cli.mesh.surface import Surface
 
 LEAST_SPACING, LARGEST_SPACING = 1e-6, 1e6
 """Between these the fourth power of a length, times another, is a float32 number."""

@@ -4,7 +4,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.device import Device
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads, previous_halfedge
-from dmc_cli.surface import Surface
+from dmc_cli.mesh.surface import Surface
+from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.measures.deviation import Deviation, measure_deviation
+from dmc_cli.measures.locate import locate
+from dmc_cli.measures.measure_rounding import measure_rounding
+from dmc_cli.measures.quality import measure_quality
+from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.near_frame import COARSE
-from dmc_cli.report.deviation import Deviation, measure_deviation
-from dmc_cli.report.locate import locate
-from dmc_cli.report.measure_rounding import measure_rounding
-from dmc_cli.report.quality import measure_quality
+from dmc_cli.mesh.surface import Surface
 from dmc_cli.report.report import Measures
-from dmc_cli.report.topology import measure_topology
-from dmc_cli.surface import Surface
 from dmc_cli.volume.volume import Volume
 
 

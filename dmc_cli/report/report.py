@@ -9,16 +9,16 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from dmc_cli.measures.plain_values import plain
+from dmc_cli.mesh.surface import SurfaceCounts
 from dmc_cli.printable import json_text
-from dmc_cli.report.plain_values import plain
 from dmc_cli.settings import ConvertSettings
-from dmc_cli.surface.surface import SurfaceCounts
 from dmc_cli.volume.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.report.deviation import Deviation
-    from dmc_cli.report.quality import Quality
-    from dmc_cli.report.topology import Topology
+    from dmc_cli.measures.deviation import Deviation
+    from dmc_cli.measures.quality import Quality
+    from dmc_cli.measures.topology import Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -176,8 +176,9 @@ def _settings_section(settings: ConvertSettings, resolved: Mapping[str, Any]) ->
 def _surface_section(facts: RunFacts) -> dict[str, Any]:
     counts = asdict(facts.counts)
     del counts["no_data_nodes"]
-    isovalue = facts.settings.surface.isovalue
-    return {"isovalue": isovalue, "stored_isovalue": facts.stored_isovalue, **counts}
+    chosen = facts.settings.surface
+    found = {"method": chosen.method, "isovalue": chosen.isovalue, "stored_isovalue": facts.stored_isovalue}
+    return found | counts
 
 
 def _own_warnings(counts: SurfaceCounts) -> list[str]:

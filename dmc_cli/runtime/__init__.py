@@ -1,6 +1,9 @@
-"""How kernels run on a CPU: calls of compiled kernels, the threads that share them, and how they are stopped.
+"""Where kernels run, and all that knows Warp's private side.
 
-Read `compiled_kernel.py`, then `worker_pool.py`, `job.py`, and `job_slots.py`, which is what its threads do
-in native code. `stop.py` lets one thread ask others to stop; `kernel_cache.py` loads what is compiled and
-mends what is damaged.
+buffer_pool      memory that is kept for the next array
+kernel_cache     compiled kernels on the disk
+compiled_kernel  a kernel called without Warp's launch
+job, job_slots, worker_pool  the CPU threads that share a launch
+prefix_sums      the prefix sum of a long array, by all threads
+device           devices, and the one way to launch a kernel
 """

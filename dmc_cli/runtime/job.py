@@ -8,7 +8,7 @@ import warp as wp
 
 from dmc_cli.runtime import job_slots as words
 from dmc_cli.runtime.compiled_kernel import CompiledKernel
-from dmc_cli.runtime.stop import check_stop
+from dmc_cli.stop import check_stop
 
 
 class SlotKernels:

@@ -27,7 +27,7 @@ import warp as wp
 from dmc_cli.runtime import job_slots
 from dmc_cli.runtime.compiled_kernel import OTHER_RECORDS, CompiledKernel, takes_structs
 from dmc_cli.runtime.job import JobSlot, SlotKernels
-from dmc_cli.runtime.stop import EVENTS, check_stop
+from dmc_cli.stop import EVENTS, check_stop
 from dmc_cli.system import usable_cores
 
 CHUNKS_PER_THREAD = 64

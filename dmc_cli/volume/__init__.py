@@ -1,1 +1,1 @@
-"""The volume and its readers; `read.py` is the one way in. Nothing here imports Warp."""
+"""The volume: values on a grid and where they lie in the world. Nothing here imports Warp."""

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import read_volume
-from dmc_cli.writers.volume_file import write_volume
+from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io.volume_file import write_volume
 
 
 def missing(folder):

@@ -85,7 +85,7 @@ def test_jobs_share_the_budget(run, scans):
 
 
 def test_jobs_share_what_is_free(run, scans, monkeypatch):
-    for module in ("dmc_cli.batch", "dmc_cli.memory"):
+    for module in ("dmc_cli.app.batch", "dmc_cli.app.memory_budget"):
         monkeypatch.setattr(f"{module}.available_bytes", lambda: 400_000)
     words = ["batch", "synth:torus:40", "synth:sphere:40", "-i", 0, "--force"]
     assert run(*words).exit_code == 0

@@ -186,7 +186,7 @@ def test_no_option_takes_what_no_words_could_give(plan):
     ("line", "message"),
     [
         ("relax = 1.5", "'1.5' is not a valid integer"),
-        ("rounds = 2.0", "'2.0' is not a valid integer"),
+        ("remesh = 2.0", "'2.0' is not a valid integer"),
         ("relax = [1]", "expected a text or a number"),
         ("shape = [4, 5, 6.5]", "expected three integers"),
         ("require = [1]", "'1' is not one of"),

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from dmc_cli.report.mesh_files.read import read_mesh
+from dmc_cli.mesh_io.read import read_mesh
 
 TORUS = "synth:torus:24"
 

@@ -67,18 +67,18 @@ def test_a_batch_takes_every_option_of_convert():
 
 
 def test_the_synthetic_fields_are_those_that_can_be_made():
-    from dmc_cli.volume.synthetic import FIELD_NAMES
+    from dmc_cli.volume_io.synthetic import FIELD_NAMES
 
     assert get_args(settings.SyntheticField) == FIELD_NAMES
 
 
 def test_the_volume_formats_are_those_that_can_be_written():
-    from dmc_cli.writers.volume_file import SUFFIXES
+    from dmc_cli.volume_io.volume_file import SUFFIXES
 
     assert set(get_args(settings.VolumeFormat)) == set(SUFFIXES.values())
 
 
 def test_the_mesh_formats_are_those_that_can_be_written():
-    from dmc_cli.writers.write import FORMATS
+    from dmc_cli.mesh_io.write import FORMATS
 
     assert get_args(settings.OutputFormat) == tuple(FORMATS)

@@ -223,7 +223,7 @@ def end_of(run, number):
     return run.returncode, printed, messages
 
 
-REMESH = ["-i", "0", "--simplify", "more", "--rounds"]
+REMESH = ["-i", "0", "--remesh"]
 
 
 @pytest.mark.parametrize("threads", ["1", "2"])

@@ -6,7 +6,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from dmc_cli.pipeline import convert
+from dmc_cli.app.convert import convert
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text("utf-8"))
@@ -17,7 +17,7 @@ FIELD = ("convert", "synth:genus_two:48", "-i", 0)
 @pytest.fixture
 def reports(run, tmp_path):
     """The reports of the same surface as it is, and simplified."""
-    settings = {"none": (), "all": ("--simplify", "all"), "more": ("--simplify", "more", "--rounds", 4)}
+    settings = {"none": (), "all": ("--simplify", "all"), "more": ("--remesh", 4)}
     made = {}
     for name, words in settings.items():
         path, mesh = tmp_path / f"{name}.json", tmp_path / f"{name}.ply"

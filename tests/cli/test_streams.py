@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from dmc_cli import errors
-from dmc_cli.batch import convert_all
+from dmc_cli.app.batch import convert_all
 from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
 from tests.cli.test_errors import outcome
 
@@ -77,7 +77,7 @@ def test_a_bug_in_a_batch_tells_its_traceback(tmp_path, monkeypatch):
     def broken(*_):
         raise errors.MeshInvariantError("vertex 3 is in no quad")
 
-    monkeypatch.setattr("dmc_cli.pipeline.convert", broken)
+    monkeypatch.setattr("dmc_cli.app.convert.convert", broken)
     output = OutputSettings(path=str(tmp_path / "a.ply"))
     item = ConvertSettings(input="synth:sphere:8", surface=SurfaceSettings(isovalue=0.0), output=output)
     outcomes = []

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import read_volume
+from dmc_cli.volume_io.read import read_volume
 
 
 @pytest.mark.parametrize("name", ["a.nii", "a.nii.gz", "a.nrrd", "a.mha"])

@@ -8,9 +8,9 @@ import pytest
 
 from dmc_cli import errors, settings
 from dmc_cli.cli.signals import Stopped
-from dmc_cli.volume.read import SUFFIXES
-from dmc_cli.writers.atomic import part_of
-from dmc_cli.writers.write import FORMATS
+from dmc_cli.files.atomic import part_of
+from dmc_cli.mesh_io.write import FORMATS
+from dmc_cli.volume_io.read import SUFFIXES
 from tests.docs.readme import README, ROOT
 
 TEXT = README.read_text("utf-8")

@@ -58,14 +58,14 @@ def test_a_limit_on_the_size_of_files_is_told_before_kernels_are_compiled(tmp_pa
 def test_a_damaged_module_is_compiled_anew(tmp_path, suffix):
     import warp as wp
 
-    from dmc_cli.device import initialize_warp
+    from dmc_cli.runtime.device import initialize_warp
 
     initialize_warp()
     cache = tmp_path / "cache"
     shutil.copytree(wp.config.kernel_cache_dir, cache / wp.config.version)
     assert convert(tmp_path, cache).returncode == 0
     mesh = (tmp_path / "mesh.ply").read_bytes()
-    for file in (cache / wp.config.version).glob(f"wp_dmc_cli.scan*/*{suffix}"):
+    for file in (cache / wp.config.version).glob(f"wp_dmc_cli.runtime.prefix_sums*/*{suffix}"):
         file.write_bytes(file.read_bytes()[:100])
     result = convert(tmp_path, cache)
     assert result.returncode == 0, result.stderr

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import read_volume
-from dmc_cli.writers.volume_file import write_volume
+from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io.volume_file import write_volume
 
 pytestmark = pytest.mark.slow
 
@@ -95,8 +95,8 @@ def test_an_input_that_shrank_ends_with_status_3(tmp_path, suffix):
 
 SHRINK = """
 import os, sys, time
-from dmc_cli import pipeline
-from dmc_cli.read_ahead import ReadAhead
+from dmc_cli.app import convert as pipeline
+from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
 settings = ConvertSettings(
     input="scan.nii", surface=SurfaceSettings(isovalue=0), output=OutputSettings(path="mesh.ply")

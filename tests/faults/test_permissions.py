@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import read_volume
-from dmc_cli.writers.volume_file import write_volume
+from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io.volume_file import write_volume
 
 CAPBSET_DROP = 24
 OVERRIDING = (1, 2)
@@ -121,7 +121,7 @@ def test_a_kernel_cache_that_lacks_kernels_and_cannot_be_written_is_named(tmp_pa
 
 def test_a_full_kernel_cache_can_only_be_read_and_is_used(tmp_path):
     """As in an image whose kernels `dmc doctor --warm-up` compiled."""
-    from dmc_cli.device import initialize_warp
+    from dmc_cli.runtime.device import initialize_warp
 
     initialize_warp()
     import warp as wp

@@ -11,7 +11,7 @@ from pydicom import uid
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
-from tests.volume.scanner import axial, make_slice, plane_values, save
+from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
 
 VALUES = np.arange(6 * 7 * 8, dtype="<i2").reshape(6, 7, 8)
 

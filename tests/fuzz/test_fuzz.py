@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dmc_cli.errors import DmcError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import read_volume
+from dmc_cli.volume_io.read import read_volume
 from tests.fuzz.honest import HONEST
 from tests.fuzz.mutation import mutated
 from tests.fuzz.trial import settings_for, target_of, try_file

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dmc_cli.errors import DmcError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.read import list_volumes, read_volume
+from dmc_cli.volume_io.read import list_volumes, read_volume
 
 MOST_SECONDS = 2.0
 MOST_BYTES = 512 << 20

@@ -70,7 +70,8 @@ class Meter:
 
 def measured(words: list[str]) -> Peaks:
     """Run `dmc` with these words in this process, which is not of much use afterwards."""
-    from dmc_cli import memory, progress
+    from dmc_cli import progress
+    from dmc_cli.app import memory_budget as memory
     from dmc_cli.cli import dmc
 
     meter = Meter()
@@ -129,8 +130,8 @@ def in_a_process(words: list[str]) -> Peaks:
 
 def load() -> None:
     """Load all kernels, so that a convert takes memory for its arrays alone."""
-    from dmc_cli import pipeline
-    from dmc_cli.device import load_kernels, select_device
+    from dmc_cli.app import convert as pipeline
+    from dmc_cli.runtime.device import load_kernels, select_device
 
     load_kernels(select_device("cpu"), pipeline.every_kernel())
     import dmc_cli.mesh.check

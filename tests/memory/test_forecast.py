@@ -31,9 +31,9 @@ OPTIONS = {
 SLOW_OPTIONS = {
     "halfedge text": ["--halfedges", "HALFEDGES.txt"],
     "relax 3": ["--relax", "3", "--no-normals"],
-    "more": ["--simplify", "more", "--rounds", "1"],
+    "more": ["--remesh", "1"],
     "everything": [
-        *["--simplify", "more", "--rounds", "1", "--relax", "1", "--halfedges", "HALFEDGES.npz"],
+        *["--remesh", "1", "--relax", "1", "--halfedges", "HALFEDGES.npz"],
         *["--check", "--report", "REPORT.json", "--ascii"],
     ],
 }

@@ -5,15 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmc_cli import memory
-from dmc_cli.device import select_device
+from dmc_cli.app import memory_budget as memory
+from dmc_cli.app.memory_budget import (
+    CELLS,
+    Cost,
+    MeshForecast,
+    Sizes,
+    forecast,
+    reserve_cells,
+    reserve_values,
+    words_of,
+)
+from dmc_cli.contouring import extract_surface, upload_volume
 from dmc_cli.errors import MemoryBudgetError
-from dmc_cli.memory import CELLS, Cost, MeshForecast, Sizes, forecast, reserve_cells, reserve_values, words_of
 from dmc_cli.memory_limits import Available
+from dmc_cli.mesh_io.text import CHUNK_ROWS
+from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import ConvertSettings, MemoryShare, MeshSettings, OutputSettings, SurfaceSettings
-from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.volume import Volume
-from dmc_cli.writers.text import CHUNK_ROWS
 
 MIB = 1 << 20
 SIZES = Sizes(values=1600, words=10, near=5, special=100, vertices=1000, quads=1000)
@@ -68,9 +77,9 @@ def kept(count):
             {"simplify": 48_000 + 25_000 + 12_000},
         ),
         (
-            settings_of(MeshSettings(simplify="more")),
+            settings_of(MeshSettings(remesh=20)),
             True,
-            {"simplify_more": 48_000 + 25_000 + 19_000 + 39_000 + 88_000},
+            {"remesh": 48_000 + 25_000 + 19_000 + 39_000 + 88_000},
         ),
         (settings_of(MeshSettings(relax=1)), True, {"relax": 48_000 + 25_000 + 39_000 + 44_000}),
         (settings_of(MeshSettings(relax=2)), True, {"relax": 48_000 + 25_000 + 39_000 + 88_000}),
@@ -85,13 +94,13 @@ def test_each_stage_counts_what_is_alive_in_it(settings, even, stages):
 
 def test_a_stage_that_does_not_run_takes_nothing():
     assert list(forecast(SIZES, settings_of(normals=False))) == ["surface", "write"]
-    mesh = MeshSettings(simplify="more", relax=3)
+    mesh = MeshSettings(remesh=20, relax=3)
     everything = settings_of(mesh, check=True, halfedges="h.npz")
     names = [
         "surface",
         "halfedges",
         "simplify",
-        "simplify_more",
+        "remesh",
         "relax",
         "normals",
         "report",

@@ -11,7 +11,7 @@ import nibabel
 import nrrd
 import numpy as np
 
-from tests.volume.scanner import make_slice, save
+from tests.volume_io.dicom.scanner import make_slice, save
 
 
 def iwp(shape: tuple[int, int, int], waves: float = 2.0) -> np.ndarray:

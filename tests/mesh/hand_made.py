@@ -3,9 +3,9 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.measures.twins import pair_halfedges
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
-from dmc_cli.report.twins import pair_halfedges
+from dmc_cli.runtime.device import Device
 from tests.oracle.edges import vertex_pairs
 from tests.oracle.halfedges import NO_TWIN, valences
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.mesh.coloring import color_quads, reduce_colors
-from dmc_cli.mesh.halfedges import Halfedges, build_halfedges
-from dmc_cli.mesh.simplify import Simplified, simplify
+from dmc_cli.contouring import Surface
+from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
+from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.processing.patterns.simplify import Simplified, simplify
 from dmc_cli.settings import MeshSettings
-from dmc_cli.surface import Surface
 from tests.oracle.simplify import (
     ColoredMesh,
     chosen_by_color,

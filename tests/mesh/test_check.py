@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import warp as wp
 
+from dmc_cli.contouring import compute_normals
+from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check import DEVIATION_TOLERANCE, UNIT_TOLERANCE, check_mesh
-from dmc_cli.mesh.halfedges import build_halfedges
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
-from dmc_cli.surface import compute_normals
+from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import one_cell, sphere
-from tests.surface.agreement import extract_on
 
 SOUND = {"non_manifold_edges": 0, "non_manifold_vertices": 0}
 

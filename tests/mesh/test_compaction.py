@@ -6,9 +6,9 @@ import warp as wp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmc_cli.device import Device
 from dmc_cli.mesh.compaction import rename_vertices_kernel
 from dmc_cli.mesh.working_mesh import MeshArrays
+from dmc_cli.runtime.device import Device
 
 END = 100
 MOVED_TO = np.arange(50, dtype=np.int32)[::-1].copy()

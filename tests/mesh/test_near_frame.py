@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import warp as wp
 
+from dmc_cli.app.convert import convert
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
-from dmc_cli.pipeline import convert
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
+from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import smooth_noise, volume_of
-from tests.surface.agreement import extract_on
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def changed(tmp_path):
         (2.0**90, 0, {"simplify": "3333", "relax": 1}),
         (1.0, 1e6, {"simplify": "all", "relax": 1}),
         (2.0**-10, 1e4, {"relax": 2}),
-        (2.0**-70, 2.0**-50, {"simplify": "more", "rounds": 1}),
+        (2.0**-70, 2.0**-50, {"remesh": 1}),
     ],
 )
 def test_the_mesh_is_the_same_in_any_frame(changed, spacing, origin, mesh):
@@ -90,6 +90,6 @@ def test_a_vertex_that_leaves_its_cell_on_the_way_is_refused(changed, monkeypatc
         local[7] = 0.5, 1.25, 0.0
         return replace(surface, vertex_local=wp.array(local, dtype=wp.vec3, device="cpu"))
 
-    monkeypatch.setattr("dmc_cli.mesh.relax.relax", spoil)
+    monkeypatch.setattr("dmc_cli.processing.relaxation.relax.relax", spoil)
     with pytest.raises(MeshInvariantError, match=r"vertex 7 lies at \(0.5, 1.25, 0\) of its cell, one of 1 "):
         changed(1.0, 0.0, relax=1)

@@ -14,19 +14,35 @@ class Area:
 
 
 AREAS = {
-    "surface": Area(("surface/*.py",), ("tests/surface", "tests/test_same_bytes.py")),
-    "mesh": Area(("mesh/*.py",), ("tests/mesh", "tests/test_same_bytes.py", "tests/test_needed_kernels.py")),
-    "report": Area(("report/**/*.py",), ("tests/report",)),
-    "volume": Area(("volume/*.py",), ("tests/volume",)),
-    "writers": Area(("writers/*.py",), ("tests/writers",)),
+    "contouring": Area(
+        ("bits/*.py", "field/*.py", "contouring/**/*.py"),
+        (
+            "tests/bits",
+            "tests/field",
+            "tests/contouring",
+            "tests/test_same_bytes.py",
+            "tests/runtime/test_other_hardware.py",
+        ),
+    ),
+    "processing": Area(
+        ("mesh/*.py", "processing/**/*.py"),
+        ("tests/mesh", "tests/processing", "tests/test_same_bytes.py", "tests/app/test_needed_kernels.py"),
+    ),
+    "report": Area(
+        ("measures/*.py", "report/*.py", "reproduction/*.py"),
+        ("tests/measures", "tests/report", "tests/reproduction", "tests/app"),
+    ),
+    "volume": Area(("volume/*.py", "volume_io/**/*.py"), ("tests/volume", "tests/volume_io")),
+    "mesh_io": Area(("mesh_io/*.py", "files/*.py"), ("tests/mesh_io", "tests/files")),
     "cli": Area(("cli/*.py",), ("tests/cli", "tests/docs")),
     "runtime": Area(
-        ("*.py", "runtime/*.py"), ("tests/test_*.py", "tests/cli", "tests/memory", "tests/runtime")
+        ("*.py", "app/*.py", "runtime/*.py"),
+        ("tests/test_*.py", "tests/app", "tests/cli", "tests/memory", "tests/runtime"),
     ),
 }
 
 
-NO_EFFECT = ("mesh/fetch.py",)
+NO_EFFECT = ("field/prefetch.py",)
 """Files that only ask for memory ahead of its use: no fault there shows in anything but time."""
 
 
@@ -42,8 +58,8 @@ def files_of(area, chosen=()):
 
 def area_of(file):
     """Return the area that a file belongs to."""
-    folder = file.split("/")[0] if "/" in file else "runtime"
-    return folder if folder in AREAS else "runtime"
+    folder = file.split("/")[0] if "/" in file else "*.py"
+    return next(name for name, area in AREAS.items() if folder in {glob.split("/")[0] for glob in area.files})
 
 
 def files_with_tests_of(area):

@@ -101,7 +101,9 @@ def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
 
 
 def test_a_sample_is_the_same_for_a_seed_and_not_full_of_constants():
-    mutants = faults_of("mesh/more_sweep.py", (ROOT / PACKAGE / "mesh/more_sweep.py").read_text("utf-8"))
+    mutants = faults_of(
+        "processing/remeshing/sweep.py", (ROOT / PACKAGE / "processing/remeshing/sweep.py").read_text("utf-8")
+    )
     first, again, other = sample(mutants, 40, 1), sample(mutants[::-1], 40, 1), sample(mutants, 40, 2)
     assert first == again != other
     assert len(first) == len({(m.start, m.end) for m in first}) == 40
@@ -114,13 +116,17 @@ def recorded(name, seconds, function):
 
 RECORDED = {
     "tests/mesh/test_other.py": {
-        "tests": recorded("tests/mesh/test_other.py::slow", 50.0, "mesh/simplify.py::_safe_3x3y")
-        | recorded("tests/mesh/test_other.py::fast", 1.0, "mesh/simplify.py::_safe_3x3y")
+        "tests": recorded(
+            "tests/mesh/test_other.py::slow", 50.0, "processing/patterns/simplify.py::_safe_3x3y"
+        )
+        | recorded("tests/mesh/test_other.py::fast", 1.0, "processing/patterns/simplify.py::_safe_3x3y")
         | recorded("tests/mesh/test_other.py::elsewhere", 0.1, "mesh/check.py::check_mesh")
     },
-    "tests/mesh/test_simplify.py": {
+    "tests/processing/patterns/test_simplify.py": {
         "tests": recorded(
-            "tests/mesh/test_simplify.py::same_name", 5.0, "mesh/simplify_3x3y.py::judge_topology"
+            "tests/processing/patterns/test_simplify.py::same_name",
+            5.0,
+            "processing/patterns/simplify_3x3y.py::judge_topology",
         )
     },
 }
@@ -128,20 +134,20 @@ RECORDED = {
 
 def test_a_fault_in_a_kernel_is_shown_to_the_tests_that_launch_it():
     choice = Choice(RECORDED)
-    chosen, seconds = choice.tests_for("mesh/simplify_3x3y.py", "safe_cut", [], 60)
-    assert chosen == ["tests/mesh/test_simplify.py::same_name"]
+    chosen, seconds = choice.tests_for("processing/patterns/simplify_3x3y.py", "safe_cut", [], 60)
+    assert chosen == ["tests/processing/patterns/test_simplify.py::same_name"]
     assert seconds == 5
-    chosen, _ = choice.tests_for("mesh/simplify.py", "_safe_3x3y", [], 60)
+    chosen, _ = choice.tests_for("processing/patterns/simplify.py", "_safe_3x3y", [], 60)
     assert [c.split("::")[1] for c in chosen] == ["fast", "slow"]
-    assert choice.tests_for("mesh/simplify.py", "_safe_3x3y", [], 2)[1] == 1
+    assert choice.tests_for("processing/patterns/simplify.py", "_safe_3x3y", [], 2)[1] == 1
 
 
 def test_a_fault_in_a_constant_is_shown_to_the_tests_that_read_its_module():
-    files = ["tests/mesh/test_simplify.py", "tests/mesh/test_selection.py"]
+    files = ["tests/processing/patterns/test_simplify.py", "tests/bits/test_selection.py"]
     recorded_too = RECORDED | {
         files[1]: {"tests": recorded(f"{files[1]}::plain", 1.0, "mesh/other.py::none")}
     }
-    chosen, _ = Choice(recorded_too).tests_for("mesh/selection.py", "SHORT", files, 60)
+    chosen, _ = Choice(recorded_too).tests_for("bits/selection.py", "SHORT", files, 60)
     assert chosen[0] == f"{files[1]}::plain"
 
 

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.device import Device
+from dmc_cli.contouring import extract_surface, upload_volume
 from dmc_cli.errors import RequirementError
-from dmc_cli.report.deviation import measure_deviation
+from dmc_cli.measures.deviation import measure_deviation
+from dmc_cli.measures.plain_values import plain
+from dmc_cli.measures.quality import measure_quality
+from dmc_cli.measures.topology import measure_topology
+from dmc_cli.measures.twins import pair_halfedges
 from dmc_cli.report.memory import measure_memory
-from dmc_cli.report.plain_values import plain
-from dmc_cli.report.quality import measure_quality
 from dmc_cli.report.report import Measures, RunFacts, build_report, report_text
 from dmc_cli.report.requirements import CHECKS, check_requirements
-from dmc_cli.report.topology import measure_topology
-from dmc_cli.report.twins import pair_halfedges
 from dmc_cli.report.versions import collect_versions
+from dmc_cli.runtime.device import Device
 from dmc_cli.settings import ConvertSettings, OutputSettings, Requirement, SurfaceSettings
-from dmc_cli.surface import extract_surface, upload_volume
 from dmc_cli.volume.volume import Volume
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text("utf-8"))

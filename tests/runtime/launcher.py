@@ -3,7 +3,7 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.device import select_device
+from dmc_cli.runtime.device import select_device
 from dmc_cli.runtime.worker_pool import WorkerPool
 
 wp.set_module_options({"enable_backward": False})

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli import device as device_module
-from dmc_cli.device import load_kernels, select_device
 from dmc_cli.errors import WriteError
 from dmc_cli.progress import SilentProgress
+from dmc_cli.runtime import device as device_module
 from dmc_cli.runtime import kernel_cache
+from dmc_cli.runtime.device import load_kernels, select_device
 from dmc_cli.runtime.kernel_cache import CHECKSUMS, ROOM, compile_modules, load_compiled, usable_cache
 from tests import doubling
 
@@ -153,7 +153,7 @@ def test_a_whole_folder_without_checksums_is_loaded(cache):
 
 def test_what_is_missing_and_what_is_damaged_come_in_order(cache, monkeypatch):
     """The good one of three is loaded although another that looks whole cannot be."""
-    scan = wp.get_module("dmc_cli.scan")
+    scan = wp.get_module("dmc_cli.runtime.prefix_sums")
     (folder_of(cache) / CHECKSUMS).unlink()
     file_of(folder_of(cache), ".o").write_bytes(b"garbage")
     assert load_compiled("cpu", [scan, MODULE], 1) == [scan, MODULE]

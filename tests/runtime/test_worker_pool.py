@@ -13,8 +13,8 @@ import warp as wp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmc_cli.device import Device
 from dmc_cli.runtime import job_slots, worker_pool
+from dmc_cli.runtime.device import Device
 from dmc_cli.runtime.worker_pool import WorkerPool
 from tests.runtime.launcher import Launcher, count_visits_kernel, visits_of
 

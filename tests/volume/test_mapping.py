@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmc_cli.device import select_device
+from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import ReadSettings, SurfaceSettings
-from dmc_cli.surface import compute_normals, extract_surface, upload_volume
 from dmc_cli.volume import mapping as mapping_module
 from dmc_cli.volume.mapping import MappedFile, intact, map_file, mapped_file
-from dmc_cli.volume.read import read_volume
-from dmc_cli.writers.volume_file import write_volume
+from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io.volume_file import write_volume
 
 TOLD = "became shorter, or could not be read, while it was in use"
 PAGE = 4096
@@ -149,7 +149,7 @@ def test_a_file_that_shrinks_while_it_is_copied(tmp_path, dtype, monkeypatch):
         os.truncate(path, PAGE)
         return mapping
 
-    monkeypatch.setattr("dmc_cli.volume.numpy_file.map_file", shrunk)
+    monkeypatch.setattr("dmc_cli.volume_io.numpy_file.map_file", shrunk)
     with pytest.raises(DamagedVolumeError, match=TOLD):
         read_volume(str(path), ReadSettings())
 
@@ -161,7 +161,7 @@ def test_an_array_that_cannot_be_mapped_is_read(tmp_path, order, axes, monkeypat
     np.save(tmp_path / "a.npy", values)
     settings = replace(ReadSettings(), volume_index=1 if axes == 4 else None)
     mapped = read_volume(str(tmp_path / "a.npy"), settings).values
-    monkeypatch.setattr("dmc_cli.volume.numpy_file.map_file", lambda file: None)
+    monkeypatch.setattr("dmc_cli.volume_io.numpy_file.map_file", lambda file: None)
     found = read_volume(str(tmp_path / "a.npy"), settings).values
     assert mapped_file(found) is None
     np.testing.assert_array_equal(found, values[1] if axes == 4 else values)
@@ -235,7 +235,8 @@ def test_another_mapping_has_the_effect_that_it_had_before(tmp_path, before):
 
 COMMAND = """
 import os
-from dmc_cli.volume import mapping, values
+from dmc_cli.volume import mapping
+from dmc_cli.volume_io import values
 known = mapping.map_file
 
 def shrunk(file):
@@ -279,7 +280,7 @@ def test_measures_of_what_is_lost_are_none(tmp_path, run, monkeypatch):
         os.truncate(path, PAGE)
         return mapping
 
-    monkeypatch.setattr("dmc_cli.volume.values.map_file", shrunk)
+    monkeypatch.setattr("dmc_cli.volume_io.values.map_file", shrunk)
     result = run("measure", mesh, "--volume", path, "-i", 0)
     assert result.exit_code == 3
     assert TOLD in result.stderr

@@ -6,7 +6,7 @@ import pytest
 from dmc_cli.errors import SettingsError
 from dmc_cli.volume.space import output_affine
 from dmc_cli.volume.volume import Volume
-from tests.volume.reading import LPS_OF_RAS, counting
+from tests.volume_io.reading import LPS_OF_RAS, counting
 
 AFFINE = np.array([[0, 2, 0, 5], [3, 0, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1.0]])
 

@@ -7,7 +7,7 @@ import pytest
 
 from dmc_cli.errors import UnsupportedFormatError, VolumeError
 from dmc_cli.volume.volume import Volume
-from tests.volume.reading import counting
+from tests.volume_io.reading import counting
 
 VALUES = counting((3, 4, 5), "<i2")
 

@@ -1,0 +1,182 @@
+"""Many conversions in one run: a failure does not stop the others.
+
+Items are independent. With several jobs they run in threads: kernels and decompression release the
+interpreter's lock, so one item is read and another written while a third computes. Outcomes come in the
+order of the items, whatever the order in which they finish. Each job has an equal share of the memory: what
+the others will take cannot be told from what is free now. When the run is stopped, jobs at work end at their
+next check, within a second mostly.
+"""
+
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from dataclasses import dataclass, replace
+from threading import Event, Thread
+from typing import Any
+
+from dmc_cli.app import convert as pipeline
+from dmc_cli.errors import DeviceError, DmcError
+from dmc_cli.progress import SILENT, Progress, SilentProgress
+from dmc_cli.settings import ConvertSettings, MemoryShare
+from dmc_cli.stop import check_stop, stopping_on
+from dmc_cli.system import lacks_memory
+from dmc_cli.volume.allocation import available_bytes
+
+_BUG = 1
+"""Status of an item that failed by an error of ours: the others go on all the same."""
+
+_LONGEST_END = 5.0
+"""Seconds that jobs have to end when the run is stopped; they rarely need one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How one item ended; `status` is the exit status that `dmc convert` would have had."""
+
+    input: str
+    isovalue: float
+    output: str
+    status: int
+    error: str | None = None
+    vertices: int | None = None
+    quads: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+class _Checking(SilentProgress):
+    """Ends a job at its next stage or step when it was asked to stop."""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Check as a stage begins."""
+        check_stop()
+        yield
+
+    def advance(self, fraction: float) -> None:
+        """Check at each step."""
+        check_stop()
+
+
+class _Jobs:
+    """Threads that convert items side by side, as many as the system allows up to a number.
+
+    Attributes:
+        outcomes: One future an item.
+        threads: Those that could be started.
+    """
+
+    def __init__(self, items: Sequence[ConvertSettings], jobs: int) -> None:
+        self.outcomes: list[Future[Outcome]] = [Future() for _ in items]
+        self._waiting = deque(zip(items, self.outcomes, strict=True))
+        self._stop = Event()
+        self.threads: list[Thread] = []
+        with suppress(RuntimeError):  # no more can be started
+            for number in range(jobs):
+                thread = Thread(target=self._work, name=f"dmc-job-{number}", daemon=True)
+                thread.start()
+                self.threads.append(thread)
+
+    def stop(self) -> None:
+        """Have the jobs end at their next check, and wait for that, though not for ever."""
+        self._stop.set()
+        end = time.monotonic() + _LONGEST_END
+        for thread in self.threads:
+            thread.join(max(end - time.monotonic(), 0.0))
+
+    def _work(self) -> None:
+        with stopping_on(self._stop), suppress(IndexError):
+            while not self._stop.is_set():
+                item, outcome = self._waiting.popleft()
+                try:
+                    outcome.set_result(_convert_one(item, _Checking()))
+                except BaseException as error:  # else the main thread would wait for ever
+                    outcome.set_exception(error)
+
+
+def convert_all(
+    items: Sequence[ConvertSettings],
+    tell: Callable[[Outcome], None],
+    jobs: int = 1,
+    progress: Progress = SILENT,
+    whole: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> None:
+    """Convert each item and tell how it ended, in the order of the items.
+
+    When an exception stops the run, as a signal does, the outcomes of the items that are done are told first.
+
+    Args:
+        items: What to convert; no two share an output.
+        tell: Called with each outcome, by the calling thread.
+        jobs: Items at work at the same time; they share the memory.
+        progress: Who is told the stages; of several jobs only how many items are done.
+        whole: A context in which no signal raises an exception, for what must not be left half done.
+    """
+    jobs = min(jobs, len(items))
+    if jobs > 1:
+        share = MemoryShare(jobs=jobs, free=available_bytes())
+        shared = [replace(item, share=share) for item in items]
+        with suppress(DmcError):  # each item tells
+            pipeline.load_needed_kernels(shared, progress)  # threads must not race to compile
+        with progress.stage(f"{len(items)} items"):
+            if _convert_side_by_side(shared, tell, jobs, progress, whole):
+                return
+    for number, item in enumerate(items, 1):
+        with progress.stage(f"item {number} of {len(items)}"):
+            outcome = _convert_one(item, progress)
+        with whole():
+            tell(outcome)
+
+
+def _convert_side_by_side(
+    items: Sequence[ConvertSettings],
+    tell: Callable[[Outcome], None],
+    jobs: int,
+    progress: Progress,
+    whole: Callable[[], AbstractContextManager[None]],
+) -> bool:
+    """Convert the items in threads; return whether any could be started."""
+    running, told = _Jobs(items, jobs), 0
+    if not running.threads:
+        return False
+    try:
+        for outcome in running.outcomes:
+            found = outcome.result()
+            with whole():
+                told += 1
+                tell(found)
+            progress.advance(told / len(items))
+    except BaseException:
+        running.stop()
+        for outcome in running.outcomes[told:]:
+            if outcome.done() and outcome.exception() is None:
+                tell(outcome.result())
+        raise
+    return True
+
+
+def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
+    """Convert an item; whatever is wrong with it becomes part of the outcome."""
+    facts: dict[str, Any] = {
+        "input": item.input,
+        "isovalue": item.surface.isovalue,
+        "output": item.output.path,
+    }
+    try:
+        result = pipeline.convert(item, progress)
+    except DmcError as error:
+        told = traceback.format_exc() if error.exit_status == _BUG else str(error)
+        return Outcome(**facts, status=error.exit_status, error=told)
+    except Exception as error:
+        if lacks_memory(error):
+            return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
+        return Outcome(**facts, status=_BUG, error=traceback.format_exc())
+    return Outcome(
+        **facts,
+        status=0,
+        vertices=len(result.mesh.vertices),
+        quads=len(result.mesh.quads),
+        warnings=tuple(result.report["warnings"]),
+    )

@@ -1,0 +1,390 @@
+"""The conversion, stage by stage: the table of contents of the package.
+
+    volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh
+    -> relaxed mesh -> report -> files
+
+Each stage is one call; its time goes to the report under its name. The volume is read by a thread while
+kernels are loaded. Stages that not every run needs are imported where they are called: their kernels cost
+as much to import as a small surface to extract.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any
+
+from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
+from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app.read_ahead import ReadAhead
+from dmc_cli.contouring import Surface, compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import kernel_modules as surface_kernels
+from dmc_cli.contouring.dual_marching_cubes.vertices import refuse_lost
+from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
+from dmc_cli.files.atomic import check_output, write_output
+from dmc_cli.measures import kernel_modules as report_kernels
+from dmc_cli.measures.rounding import rounding_warnings
+from dmc_cli.mesh_io.halfedge_dump import HalfedgeDump, check_dump_name, write_halfedges
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.write import choose_format, write_mesh
+from dmc_cli.processing import kernel_modules as mesh_kernels
+from dmc_cli.progress import SILENT, Progress, Stopwatch
+from dmc_cli.report.memory import measure_memory
+from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
+from dmc_cli.report.requirements import check_requirements
+from dmc_cli.report.versions import collect_versions
+from dmc_cli.runtime import job_slots, prefix_sums
+from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.settings import ConvertSettings, OutputSettings
+from dmc_cli.volume.mapping import intact
+from dmc_cli.volume.space import output_affine
+from dmc_cli.volume.volume import Volume
+
+
+@dataclass
+class ConnectedMesh:
+    """A surface with what follows it: halfedges, colours, simplification; None for what was not asked for.
+
+    Nothing else holds the surface, so that a stage that replaces its arrays has their memory back.
+    """
+
+    surface: Surface
+    halfedges: Any = None
+    color: Any = None
+    color24: Any = None
+    vertex_color: Any = None
+    simplification: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class ConvertResult:
+    """What a conversion leaves: the mesh as it was written, and the report."""
+
+    mesh: MeshFile
+    report: dict[str, Any]
+
+
+def convert(
+    settings: ConvertSettings, progress: Progress = SILENT, ahead: ReadAhead | None = None
+) -> ConvertResult:
+    """Turn a volume into a quad mesh file, as `dmc convert` does.
+
+    Args:
+        settings: What to convert, and how.
+        progress: Who is told the stages.
+        ahead: The reading of the input where it has begun already.
+
+    Raises:
+        DmcError: What went wrong, by class; nothing was written then but a report that was asked for
+            together with `require`.
+    """
+    watch = Stopwatch(progress)
+    _check_outputs(settings)
+    ahead = ahead or ReadAhead(settings)
+    device = select_device(settings.device, settings.threads)
+    ahead.check()
+    with watch.stage("compile", "loading kernels"):
+        load_kernels(device, _needed_kernels(settings), progress)
+    with watch.stage("read", "reading"):
+        volume = ahead.result(progress)
+    refuse_overlaps([settings], volume.files)
+    with intact(volume.values, settings.input):
+        mesh, dump, report = _make_mesh(settings, volume, device, watch)
+    _finish(settings, mesh, dump, report, watch)
+    return ConvertResult(mesh, report)
+
+
+def _make_mesh(
+    settings: ConvertSettings, volume: Volume, device: Device, watch: Stopwatch
+) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
+    """Return all that is written: the mesh, its halfedges if they are asked for, and the report."""
+    output = settings.output
+    affine, space = output_affine(volume, output.space)
+    reserve_cells(volume, settings)
+    forecast = MeshForecast(volume, settings)
+    with watch.stage("surface", "extracting the surface"):
+        uploaded = upload_volume(volume, device)
+        connected = ConnectedMesh(
+            extract_surface(
+                uploaded,
+                settings.surface,
+                affine,
+                even_slices=output.space == "voxel",
+                reserve=forecast.of_mesh,
+                reserve_tracing=forecast.of_cells,
+            )
+        )
+    _refuse_empty(connected.surface, volume, settings)
+    if settings.needs_halfedges:
+        _connect(connected, settings, watch)
+    if settings.mesh.simplify != "none":
+        _simplify(connected, volume, settings, watch)
+    _relax(connected, settings, watch)
+    surface = connected.surface
+    if settings.mesh.is_changed:
+        refuse_lost(surface.vertex_local.numpy())
+    device.let_go()
+    normals = None
+    if output.normals or output.halfedges is not None:
+        with watch.stage("normals", "computing normals"):
+            normals = compute_normals(surface, settings.surface)
+    report = _make_report(settings, volume, connected, watch)
+    device.let_go()
+    if output.check:
+        from dmc_cli.mesh.check import check_mesh
+
+        check_mesh(surface, connected.halfedges, normals, report, settings)
+    mesh = MeshFile(
+        vertices=surface.vertices.numpy(),
+        quads=surface.quads.numpy(),
+        normals=None if normals is None or not output.normals else normals.numpy(),
+        space=space,
+    )
+    return mesh, None if output.halfedges is None else _dump(connected, normals), report
+
+
+def compile_kernels(progress: Progress = SILENT) -> None:
+    """Compile every kernel for the CPU and, if there is one, for the first GPU."""
+    names = {select_device("cpu").name, select_device("auto").name}
+    for name in sorted(names):
+        load_kernels(select_device(name), every_kernel(), progress)
+
+
+def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = SILENT) -> None:
+    """Load, and compile where the cache lacks them, the kernels of several runs at once.
+
+    A device that is missing is left to the runs that ask for it.
+    """
+    needed: dict[str, dict[str, ModuleType]] = {}
+    for item in items:
+        modules = {module.__name__: module for module in _needed_kernels(item)}
+        needed.setdefault(item.device, {}).update(modules)
+    for name, found in needed.items():
+        with suppress(DeviceError):
+            load_kernels(select_device(name), list(found.values()), progress)
+
+
+def every_kernel() -> list[ModuleType]:
+    """Return all modules with kernels, whatever a run needs of them."""
+    placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
+    processing = mesh_kernels(simplify=True, relax=True, remesh=True)
+    return [job_slots, prefix_sums, *placements, *processing, *report_kernels()]
+
+
+def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
+    """Return the modules with kernels that a run needs."""
+    dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
+    modules = surface_kernels(
+        normals_too=settings.output.normals or dumped,
+        method=settings.surface.method,
+        placement=settings.surface.placement,
+    )
+    if settings.needs_halfedges:
+        remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
+        modules += mesh_kernels(simplify=wanted, colors=dumped, relax=relaxed, remesh=remeshed)
+    return modules + (report_kernels() if settings.output.is_measured else [])
+
+
+def _check_outputs(settings: ConvertSettings) -> None:
+    """Raise DmcError, before any work, if an output has a name or a place that will not do."""
+    output = settings.output
+    refuse_overlaps([settings])
+    choose_format(output.path, output.output_format)
+    check_output(output.path, force=output.force)
+    if output.halfedges is not None:
+        check_dump_name(output.halfedges)
+    for path in (output.halfedges, output.report):
+        if path is not None:
+            check_output(path, force=output.force)
+
+
+def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
+    """Raise on a surface without a quad, unless that is allowed."""
+    if surface.quads.shape[0] or settings.output.allow_empty:
+        return
+    ends = volume.value_range()
+    if ends is None:
+        raise VolumeError(
+            f"{settings.input} holds no value that is data: all are NaN, infinite or padding; expected a"
+            " volume with finite values"
+        )
+    isovalue = settings.surface.isovalue
+    if ends[0] == ends[1]:
+        found = f"every value is {ends[0]:g}"
+        advice = "a constant volume has no surface; check that the right file was read"
+    else:
+        found = f"the values run from {ends[0]:g} to {ends[1]:g}"
+        advice = "choose an isovalue inside that range with -i, or allow an empty mesh with --allow-empty"
+    raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
+
+
+def _connect(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
+    """Build the halfedges, and colour the quads where that is needed; what only that takes is let go of."""
+    from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+
+    surface = mesh.surface
+    with watch.stage("halfedges", "building the halfedges"):
+        halfedges = build_halfedges(surface)
+    by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
+    if settings.output.halfedges is not None or by_paper:
+        from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
+
+        with watch.stage("coloring", "colouring"):
+            mesh.color24 = color_quads(surface, halfedges.words)
+            mesh.color = reduce_colors(surface, halfedges.words, halfedges.twin, mesh.color24)
+    mesh.halfedges = replace(halfedges, words=None)
+    mesh.surface = replace(surface, cells=None, polygons=None, quad_starts=None)
+
+
+def _simplify(mesh: ConnectedMesh, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
+    """Remove the papers' patterns, and remesh if that is asked for."""
+    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+    from dmc_cli.mesh.valences import irregular_percent
+    from dmc_cli.processing.patterns.simplify import simplify
+
+    device, affine = mesh.surface.device, mesh.surface.affine
+    irregular_before = irregular_percent(device, mesh.halfedges.valence)
+    before = _measure(mesh.surface, mesh.halfedges, volume, settings, watch)
+    with watch.stage("simplify", "simplifying"):
+        near = in_near_frame(mesh.surface)
+        result = simplify(near, mesh.halfedges, settings.mesh, mesh.color, mesh.color24)
+    mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
+    mesh.color, mesh.color24 = result.color, result.color24
+    mesh.simplification = {
+        "removed_3x3y": sum(result.removed_3x3y),
+        "removed_3333": result.removed_3333,
+        "refused": result.refused,
+        "irregular_percent_before": irregular_before,
+        "irregular_percent_after": irregular_percent(device, mesh.halfedges.valence),
+        "before": None if before is None else measured_sections(before),
+    }
+    del near, result
+    if settings.mesh.remesh:
+        _remesh(mesh, settings.mesh.remesh, watch)
+
+
+def _remesh(mesh: ConnectedMesh, rounds: int, watch: Stopwatch) -> None:
+    """Remove irregular vertices that the papers' patterns leave."""
+    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+    from dmc_cli.mesh.valences import irregular_percent
+    from dmc_cli.processing.remeshing.rounds import Rounds
+
+    with watch.stage("remesh", "remeshing"):
+        affine = mesh.surface.affine
+        sweeps = Rounds(in_near_frame(mesh.surface), mesh.halfedges, mesh.color, mesh.color24)
+        del mesh.surface, mesh.halfedges, mesh.color, mesh.color24  # the rounds let go of what they replace
+        result = sweeps.run(rounds, watch.progress)
+        mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
+    mesh.color, mesh.color24 = result.color, result.color24
+    found = dict(mesh.simplification or {})
+    found["irregular_percent_patterns"] = found["irregular_percent_after"]
+    found["irregular_percent_after"] = irregular_percent(mesh.surface.device, mesh.halfedges.valence)
+    mesh.simplification = found | {"rounds": rounds, "operations": result.operations}
+
+
+def _relax(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
+    """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
+    if settings.output.halfedges is not None:
+        from dmc_cli.contouring.dual_marching_cubes.coloring import color_vertices
+
+        mesh.vertex_color = color_vertices(mesh.surface)
+    if settings.mesh.relax:
+        from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+        from dmc_cli.processing.relaxation.relax import relax
+
+        with watch.stage("relax", "relaxing"):
+            affine = mesh.surface.affine
+            near = in_near_frame(mesh.surface)
+            surface = relax(near, mesh.halfedges, settings.mesh.relax, watch.progress)
+            mesh.surface = in_frame_of(affine, surface)
+
+
+def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
+    """Return the tables of the halfedge dump."""
+    surface, halfedges = connected.surface, connected.halfedges
+    assert halfedges is not None and connected.color is not None and connected.color24 is not None
+    return HalfedgeDump(
+        vertices=surface.vertices.numpy(),
+        normals=normals.numpy(),
+        quads=surface.quads.numpy(),
+        twin=halfedges.twin.numpy(),
+        vertex_halfedge=halfedges.vertex_halfedge.numpy(),
+        face_color=connected.color.numpy(),
+        face_color24=connected.color24.numpy(),
+        vertex_color=connected.vertex_color.numpy(),
+    )
+
+
+def _measure(
+    surface: Surface, halfedges: Any, volume: Volume, settings: ConvertSettings, watch: Stopwatch
+) -> Measures | None:
+    """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
+    if not settings.output.is_measured:
+        return None
+    from dmc_cli.report.measures import measure_surface
+
+    with watch.stage("report", "measuring"):
+        return measure_surface(surface, halfedges.twin, volume)
+
+
+def _make_report(
+    settings: ConvertSettings, volume: Volume, connected: ConnectedMesh, watch: Stopwatch
+) -> dict[str, Any]:
+    """Return the report, with the mesh's measures if they are needed."""
+    surface = connected.surface
+    measures = _measure(surface, connected.halfedges, volume, settings, watch)
+    device = surface.device
+    facts = RunFacts(
+        volume=volume,
+        settings=settings,
+        resolved={"device": device.name, "threads": device.threads},
+        stored_isovalue=surface.stored_isovalue,
+        counts=surface.counts,
+        vertex_count=surface.vertices.shape[0],
+        quad_count=surface.quads.shape[0],
+        measures=measures,
+        warnings=rounding_warnings(surface, volume),
+        simplification=connected.simplification,
+        timings_ms=watch.milliseconds,
+        memory=measure_memory(device.name),
+        versions=collect_versions(device.name),
+    )
+    return build_report(facts)
+
+
+def _finish(
+    settings: ConvertSettings,
+    mesh: MeshFile,
+    dump: HalfedgeDump | None,
+    report: dict[str, Any],
+    watch: Stopwatch,
+) -> None:
+    """Check what is required, then write the mesh and the report, which tells what is not met."""
+    output = settings.output
+    try:
+        check_requirements(report, output.require)
+    except RequirementError:
+        _write_report(output, report, watch)
+        raise
+    if not output.dry_run:
+        with watch.stage("write", "writing"):
+            written = write_mesh(
+                output.path,
+                mesh,
+                output_format=output.output_format,
+                ascii=output.ascii,
+                force=output.force,
+            )
+            if output.halfedges is not None and dump is not None:
+                write_halfedges(output.halfedges, dump, force=output.force)
+        report["warnings"] += written.warnings
+    _write_report(output, report, watch)
+
+
+def _write_report(output: OutputSettings, report: dict[str, Any], watch: Stopwatch) -> None:
+    """Complete the report, and write it where it was asked for."""
+    watch.total()
+    report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
+    report["memory"] = measure_memory(report["settings"]["device"])
+    if output.report is not None:
+        write_output(output.report, [report_text(report).encode()], force=output.force)

@@ -1,0 +1,169 @@
+"""Measure a mesh file: topology and quality, and with its volume the deviation.
+
+A file has no twins and no cells. Twins are paired by vertices (`twins.py`); a vertex's cell follows from its
+coordinates, so its deviation contains the rounding of the file's coordinates.
+"""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.field.field import absent_value, make_field, upload_volume
+from dmc_cli.field.grid import grid_affine, grid_of
+from dmc_cli.field.slices import slice_depths
+from dmc_cli.measures import kernel_modules
+from dmc_cli.measures.deviation import Deviation, measure_deviation
+from dmc_cli.measures.locate import locate
+from dmc_cli.measures.plain_values import plain
+from dmc_cli.measures.quality import measure_quality
+from dmc_cli.measures.rounding import file_rounding, rounding_warning
+from dmc_cli.measures.topology import measure_topology
+from dmc_cli.measures.twins import find_twins
+from dmc_cli.mesh_io.mesh_input import MeshInput
+from dmc_cli.mesh_io.read import read_mesh
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
+from dmc_cli.report.versions import collect_versions
+from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
+from dmc_cli.volume.mapping import intact
+from dmc_cli.volume.volume import Volume
+from dmc_cli.volume_io.read import read_volume
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VolumeReference:
+    """The volume and level that a mesh is held against; `isovalue` is in physical values.
+
+    `inside` says which side is the object, outside which virtual nodes and nodes without data lie.
+    """
+
+    volume: Volume
+    isovalue: float
+    inside: Inside = "above"
+
+
+def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict[str, Any]:
+    """Return the report on a mesh file, as `dmc measure` does.
+
+    Raises:
+        MeshFileError: The mesh is missing or damaged.
+        VolumeError: The volume cannot be read.
+        DeviceError: There is no such device.
+    """
+    device = select_device(settings.device, settings.threads)
+    load_kernels(device, kernel_modules(), progress)
+    with progress.stage("reading"):
+        mesh = read_mesh(settings.mesh)
+        reference = None
+        if settings.volume is not None and settings.isovalue is not None:
+            volume = read_volume(settings.volume, settings.read, progress)
+            reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
+    values = reference.volume.values if reference is not None else np.empty(0)
+    with progress.stage("measuring"), intact(values, settings.volume or ""):
+        return measure_mesh(device, mesh, settings.mesh, reference)
+
+
+def measure_mesh(
+    device: Device, mesh: MeshInput, path: str = "", reference: VolumeReference | None = None
+) -> dict[str, Any]:
+    """Return the report on a mesh file: schema, warnings, mesh, topology, quality, deviation, versions.
+
+    Args:
+        device: Where to work.
+        mesh: The mesh.
+        path: Its file, for the report.
+        reference: What the mesh is an isosurface of, or None.
+    """
+    points = wp.array(mesh.points.astype(np.float32), dtype=wp.vec3f, device=device.name)
+    faces = wp.array(mesh.faces, dtype=wp.int32, device=device.name)
+    twins = find_twins(device, faces, len(mesh.points))
+    topology = measure_topology(device, faces, twins, len(mesh.points))
+    quality = measure_quality(device, points, faces)
+    warnings: list[str] = []
+    deviation = None
+    if reference is not None:
+        warnings += reference.volume.warnings
+        deviation, told = _compared(device, mesh, reference)
+        warnings += told
+    triangles = mesh.triangle_count
+    return {
+        "schema": SCHEMA,
+        "warnings": warnings,
+        "mesh": plain(
+            {
+                "path": path,
+                "space": mesh.space,
+                "vertices": len(mesh.points),
+                "faces": len(mesh.faces),
+                "quads": len(mesh.faces) - triangles,
+                "triangles": triangles,
+                **extent_section(quality, topology),
+            }
+        ),
+        "topology": plain(topology_section(topology)),
+        "quality": plain(quality_section(quality)),
+        "deviation": plain(asdict(deviation)) if deviation else None,
+        "versions": collect_versions(device.name),
+    }
+
+
+def _compared(device: Device, mesh: MeshInput, reference: VolumeReference) -> tuple[Deviation, list[str]]:
+    """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told."""
+    told = []
+    cells, locals, outside = locate_points(mesh, reference.volume)
+    if outside:
+        told.append(f"{outside} vertices lie outside the volume; they are measured at its border")
+    rounding = file_rounding(mesh.points, reference.volume)
+    if warning := rounding_warning(rounding):
+        told.append(warning)
+    deviation = _deviation(device, reference, cells, locals)
+    return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative), told
+
+
+def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:
+    """Return each point's cell in the grid with a closed border, its place there, and how many are outside.
+
+    Returns:
+        Linear numbers of the cells' lowest nodes, (V,) int64; coordinates in the cells, (V, 3) float32,
+        clamped to [0, 1]; the number of points outside the grid, over a spacing outside the volume.
+    """
+    points = mesh.points
+    if "none" not in (mesh.space, volume.space) and mesh.space != volume.space:
+        points = points * (-1.0, -1.0, 1.0)
+    grid = grid_of(volume.shape, border=1)
+    depths = slice_depths(volume, grid, Device("cpu")).numpy()
+    return locate(points, grid_affine(volume.affine, grid), grid, depths)
+
+
+def _deviation(device: Device, reference: VolumeReference, cells: Array, locals: Array) -> Deviation:
+    """Measure against the grid with a closed border: an open one's vertices never touch its virtual layer.
+
+    Nor do they touch nodes without data, which lie outside the object under a closed border.
+    """
+    volume = reference.volume
+    uploaded = upload_volume(volume, device)
+    settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
+    field = make_field(uploaded, settings)
+    field.has_absent = int(_lacks_data(volume))
+    field.absent = absent_value(volume, field)
+    return measure_deviation(
+        device,
+        volume,
+        volume.value_range(),
+        field,
+        grid_of(volume.shape, border=1),
+        wp.array(cells, dtype=wp.int64, device=device.name),
+        wp.array(locals, dtype=wp.vec3f, device=device.name),
+    )
+
+
+def _lacks_data(volume: Volume) -> bool:
+    """Return whether nodes of a volume may be without data, slice by slice to keep memory small."""
+    if volume.padding is not None:
+        return True
+    return volume.values.dtype.kind == "f" and not all(np.isfinite(plane).all() for plane in volume.values)

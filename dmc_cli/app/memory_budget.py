@@ -1,0 +1,272 @@
+"""How much memory a conversion needs, told before it is taken.
+
+A stage's arrays are counted in bytes a word of 32 nodes, a special cell, a vertex and a quad; the forecast is
+that of the largest stage. It is held against the budget, or against what this process may still take
+(`memory_limits.py`), as soon as it can be known: the nodes before values are read, the quads when cells are
+found, the vertices before they are placed. Python, Warp and its kernels take some 200 MiB more.
+`tests/memory` holds it against what runs take.
+"""
+
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from dmc_cli.errors import MemoryBudgetError
+from dmc_cli.memory_limits import available_memory, total_memory
+from dmc_cli.runtime.buffer_pool import SPARE_SHARE
+from dmc_cli.settings import ConvertSettings, OutputSettings
+from dmc_cli.volume.allocation import available_bytes
+from dmc_cli.volume.mapping import mapped_file
+from dmc_cli.volume.volume import Volume
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Bytes of arrays: so many a word of nodes, one near the surface, a special cell, a vertex and a quad."""
+
+    word: int = 0
+    near: int = 0
+    special: int = 0
+    vertex: int = 0
+    quad: int = 0
+
+    def __add__(self, other: "Cost") -> "Cost":
+        """Return what both take together."""
+        return Cost(
+            self.word + other.word,
+            self.near + other.near,
+            self.special + other.special,
+            self.vertex + other.vertex,
+            self.quad + other.quad,
+        )
+
+
+CELLS = Cost(word=16, near=8, special=36)
+"""Inside, active and ordinary bits, a sixteenth of eight sums; two ranks; what is known of a special cell."""
+
+TRACING = Cost(special=13)
+"""Counts and marks while special cells are traced."""
+
+MESH = Cost(vertex=12 + 12 + 8, quad=16)
+"""Position, local coordinates and cell; four corners."""
+
+UNEVEN_SLICES = Cost(vertex=12)
+"""Positions with even slices."""
+
+RANKS = Cost(near=16)
+"""The quads' ranks: three bits a node and a number a word."""
+
+TWINS = Cost(vertex=4 + 4, quad=16 + 1)
+"""A halfedge and the valence; twins and defect."""
+
+COLORS = Cost(quad=2)
+MEASURES = Cost(vertex=15)
+"""Degrees, starts and valences, what is wrong at a vertex; components take less, and earlier."""
+
+PATTERNS = Cost(vertex=1 + 4, quad=2 + 3)
+"""What has gone and who may go; lists of quads with a pattern."""
+
+SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, quad=4 + 1)
+"""Of smoothing: all of a vertex with its normal, once more; normals, aims, shapes and marks."""
+
+TRACKED = Cost(vertex=12 + 4 + 2, quad=1)
+"""Of remeshing: the vertices before it, each with its nearest quad; marks."""
+
+NORMALS = Cost(vertex=12)
+CHECKS = Cost(vertex=5, quad=16)
+"""Walks round vertices, and comparisons of the halfedges."""
+
+WRITING = Cost(vertex=3)
+"""Whether coordinates are finite."""
+
+PAGE_WORDS = 1 << 17
+"""Words whose ranks fill a huge page, which is there as a whole if one of them is."""
+
+TEXT_ROW, TEXT_ROWS = 240, 1 << 15
+"""Bytes of a row of text on its way to a file, in all its stages, and rows that are on their way together."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What there is so far: bytes of values, words of nodes, those near the surface, special cells, ..."""
+
+    values: int
+    words: int
+    near: int
+    special: int = 0
+    vertices: int = 0
+    quads: int = 0
+
+    def bytes_of(self, cost: Cost) -> int:
+        """Return what the values and a stage take together, with the memory that may be kept beside."""
+        counts = (self.words, self.near, self.special, self.vertices, self.quads)
+        costs = (cost.word, cost.near, cost.special, cost.vertex, cost.quad)
+        arrays = sum(count * size for count, size in zip(counts, costs, strict=True))
+        return self.values + arrays + arrays // SPARE_SHARE
+
+
+def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, Cost]:
+    """Return what each stage of a run takes beside the values, everything that is alive then counted in."""
+    mesh, output = settings.mesh, settings.output
+    surface = MESH if even_slices else MESH + UNEVEN_SLICES
+    stages = {"surface": CELLS + TRACING + surface}
+    alive = CELLS + MESH
+    if settings.needs_halfedges:
+        by_paper = mesh.simplify != "none" and mesh.simplify_rules == "paper"
+        colors = COLORS if output.halfedges is not None or by_paper else Cost()
+        alive = MESH + TWINS + colors
+        stages["halfedges"] = CELLS + RANKS + alive
+        if mesh.simplify != "none":
+            stages["simplify"] = alive + (MEASURES if output.is_measured else PATTERNS)
+        if mesh.remesh:
+            stages["remesh"] = alive + TRACKED + SHAPES + SPARE + SPARE
+        if mesh.relax:
+            spares = SPARE if mesh.relax == 1 else SPARE + SPARE
+            stages["relax"] = alive + SHAPES + spares
+    if output.normals or output.halfedges is not None:
+        alive += NORMALS
+        stages["normals"] = alive
+    if output.is_measured:
+        stages["report"] = alive + MEASURES
+    if output.check:
+        stages["check"] = alive + CHECKS
+    stages["write"] = alive + WRITING
+    return stages
+
+
+def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, int]:
+    """Return the bytes that each stage of a run takes, the values counted in."""
+    costs = stage_costs(settings, even_slices=even_slices)
+    stages = {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
+    if _is_text(settings.output):
+        stages["write"] += TEXT_ROW * min(max(sizes.vertices, sizes.quads), TEXT_ROWS)
+    return stages
+
+
+def _is_text(output: OutputSettings) -> bool:
+    """Return whether a file of the mesh, or of its halfedges, is text."""
+    name = output.output_format or PurePath(output.path).suffix.lower().lstrip(".")
+    halfedges = output.halfedges or "none.npz"
+    return not output.dry_run and (output.ascii or name != "ply" or not halfedges.lower().endswith(".npz"))
+
+
+def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: ConvertSettings) -> None:
+    """Raise MemoryBudgetError unless a volume fits, before its values are read."""
+    free = _free(settings)
+    if settings.output.memory is None and free is not None and value_bytes > free // settings.share.jobs:
+        raise _too_much(f"the volume needs {_readable(value_bytes)}", free, settings)
+    words = words_of(shape, settings)
+    sizes = Sizes(value_bytes, words, words)
+    _reserve({"cells": sizes.bytes_of(CELLS)}, 0, settings, "the volume and its cells")
+
+
+def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
+    """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit."""
+    sizes = sizes_of(volume, settings)
+    _reserve({"cells": sizes.bytes_of(CELLS)}, held_bytes(volume), settings, "the volume and its cells")
+
+
+@dataclass
+class MeshForecast:
+    """Holds the forecast for a volume's mesh against the budget as its counts become known.
+
+    `near` and `special` are the words near the surface and the special cells, once they are known.
+    """
+
+    volume: Volume
+    settings: ConvertSettings
+    near: int | None = None
+    special: int = 0
+
+    def of_cells(self, near: int | None, ordinary: int, special: int, quads: int) -> None:
+        """Raise MemoryBudgetError if the mesh of these cells cannot fit: each ordinary one has a vertex."""
+        self.near, self.special = near, special
+        self.of_mesh(ordinary, quads)
+
+    def of_mesh(self, vertices: int, quads: int) -> None:
+        """Raise MemoryBudgetError unless the mesh fits beside the volume."""
+        found = sizes_of(self.volume, self.settings)
+        near = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
+        near = min(near, found.words)
+        sizes = Sizes(found.values, found.words, near, self.special, vertices, quads)
+        is_even = self.volume.slice_positions is None or self.settings.output.space == "voxel"
+        stages = forecast(sizes, self.settings, even_slices=is_even)
+        taken = sizes.bytes_of(Cost(word=CELLS.word, near=CELLS.near))
+        _reserve(stages, taken, self.settings, f"the volume and a mesh of {quads} quads")
+
+
+def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:
+    """Return the sizes of a volume; 64-bit integers are counted twice, since they become shorter numbers."""
+    values = held_bytes(volume)
+    if volume.values.dtype.kind in "iu" and volume.values.dtype.itemsize == 8:
+        values += volume.values.nbytes // 2
+    words = words_of(volume.shape, settings)
+    return Sizes(values, words, words)
+
+
+def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
+    """Return the words of a volume's nodes; half of the bits' planes has a layer of zeros on both sides."""
+    border = 2 * (settings.surface.border == "closed")
+    nx, ny, nz = (n + border for n in shape)
+    layer = -(-nx // 32) * ny
+    return layer * nz + layer
+
+
+def held_bytes(volume: Volume) -> int:
+    """Return the bytes of a volume's values, none if a file that is mapped holds them."""
+    return volume.values.nbytes if mapped_file(volume.values) is None else 0
+
+
+def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what: str) -> None:
+    """Raise MemoryBudgetError unless the largest stage fits; so many bytes of it are taken already."""
+    needed, budget, jobs = max(stages.values()), settings.output.memory, settings.share.jobs
+    if budget is not None:
+        if needed > budget // jobs:
+            each = f"{_readable(budget // jobs)} that each of {jobs} jobs has of the " if jobs > 1 else ""
+            raise MemoryBudgetError(
+                f"{what} need {_readable(needed)}, more than the {each}{_readable(budget)} of --memory; raise"
+                f" it, {_fewer(jobs)}or crop or downsample the volume"
+            )
+        return
+    free = _free(settings)
+    more = needed - taken if jobs == 1 else needed
+    if free is not None and more > free // jobs:
+        besides = " more" if more < needed else ""
+        raise _too_much(f"{what} need {_readable(more)}{besides}", free, settings)
+    present = total_memory()
+    if present is not None and needed > present // jobs:
+        raise MemoryBudgetError(
+            f"{what} need {_readable(needed)}, but this machine has {_readable(present)} of memory"
+            f"{_for_each(present, jobs)}; {_fewer(jobs)}crop or downsample the volume, or force it with"
+            " --memory"
+        )
+
+
+def _free(settings: ConvertSettings) -> int | None:
+    """Return what can still be had, for all jobs together."""
+    return available_bytes() if settings.share.jobs == 1 else settings.share.free
+
+
+def _too_much(what: str, free: int, settings: ConvertSettings) -> MemoryBudgetError:
+    """Return the error that says what is free, why no more, and what would help."""
+    jobs, found = settings.share.jobs, available_memory()
+    limit = found.limit if found is not None else ""
+    why = f" ({limit})" if limit else ""
+    end = "raise that limit" if limit else "end other programs"
+    return MemoryBudgetError(
+        f"{what}, but {_readable(free)} of memory are free{_for_each(free, jobs)}{why}; {end},"
+        f" {_fewer(jobs)}crop or downsample the volume, or force it with --memory"
+    )
+
+
+def _for_each(size: int, jobs: int) -> str:
+    """Tell what a job has of memory that several share."""
+    return f", {_readable(size // jobs)} for each of {jobs} jobs" if jobs > 1 else ""
+
+
+def _fewer(jobs: int) -> str:
+    """Tell what may help where several jobs share the memory."""
+    return "take fewer --jobs, " if jobs > 1 else ""
+
+
+def _readable(size: int) -> str:
+    return f"{size / 2**30:.2f} GiB" if size >= 2**28 else f"{size / 2**20:.1f} MiB"

@@ -1,0 +1,40 @@
+"""Contouring: from a volume to a surface mesh. A method is a folder, and a line of the registry.
+
+registry              the methods that there are
+dual_marching_cubes/  quads only, one vertex a polygon (Grosso & Zint 2021)
+extraction            a volume and its settings to a surface, by whichever method
+normals               vertex normals by central differences, whatever the method
+"""
+
+from types import ModuleType
+
+from dmc_cli.contouring.extraction import extract_surface
+from dmc_cli.contouring.normals import compute_normals
+from dmc_cli.contouring.registry import METHODS
+from dmc_cli.field.field import DeviceVolume, upload_volume
+from dmc_cli.mesh.surface import Surface, SurfaceCounts
+from dmc_cli.settings import Method, Placement
+
+__all__ = [
+    "METHODS",
+    "DeviceVolume",
+    "Surface",
+    "SurfaceCounts",
+    "compute_normals",
+    "extract_surface",
+    "kernel_modules",
+    "upload_volume",
+]
+
+
+def kernel_modules(
+    *, normals_too: bool = True, method: Method = "dmc", placement: Placement = "exact"
+) -> list[ModuleType]:
+    """Return the modules whose kernels a surface needs, for loading them ahead of time.
+
+    The one that takes longest to compile comes first, so that it is not the last to be ready.
+    """
+    from dmc_cli.contouring import normals
+
+    modules = METHODS[method].kernels(placement)
+    return [normals, *modules] if normals_too else modules

@@ -1,0 +1,43 @@
+"""Dual marching cubes (Grosso & Zint 2020, 2021), each file below those that it needs.
+
+classification    inside bits: the one pass over the values
+nodata_cells      what nodes without data take away
+cells             active cells, ordinary and special, and their numbers
+tracing           the polygons of one cell, followed from face to face
+special_cells     the cells with more than one polygon, or at a border
+polygon_vertices  from polygons to vertices
+manifold_repair   face flips that make the mesh manifold
+polygons          decide, trace, number, flip: the special cells' stage
+placement/        one vertex a polygon, on the surface or as the papers have it
+vertices          vertices of all cells
+plain_quads       quads where all cells are ordinary
+quads             one quad a crossed edge
+extraction        the stages in order
+halfedges/        the halfedge structure, from the grid
+color_words       colours of the quads of whole rows
+coloring          colours of vertices and quads
+"""
+
+from types import ModuleType
+
+from dmc_cli.contouring.dual_marching_cubes.extraction import extract
+from dmc_cli.settings import Placement
+
+__all__ = ["extract", "kernels"]
+
+
+def kernels(placement: Placement) -> list[ModuleType]:
+    """Return the modules whose kernels a surface needs, those that take longest to compile first."""
+    from dmc_cli.contouring.dual_marching_cubes import (
+        cells,
+        classification,
+        manifold_repair,
+        polygons,
+        quads,
+        vertices,
+    )
+    from dmc_cli.contouring.dual_marching_cubes.placement import exact_scalar, exact_simd, paper
+    from dmc_cli.field import slices
+
+    placing = [exact_simd, exact_scalar] if placement == "exact" else [paper]
+    return [classification, cells, polygons, manifold_repair, vertices, *placing, quads, slices]

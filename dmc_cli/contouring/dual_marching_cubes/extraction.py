@@ -1,0 +1,124 @@
+"""From a volume to vertices and quads: the stages of this folder in the order they run.
+
+A stage may end with a launch only begun (`Device.begin`), which the next stage's first launch waits for, so
+that threads are at work while the host gets ready.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.contouring.dual_marching_cubes.cells import Cells, find_cells, words_near_quads
+from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits, find_inside
+from dmc_cli.contouring.dual_marching_cubes.polygons import Tallies, trace_polygons
+from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
+from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
+from dmc_cli.errors import VolumeError
+from dmc_cli.field.field import DeviceVolume, absent_value, make_field
+from dmc_cli.field.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
+from dmc_cli.field.slices import map_vertices, slice_depths
+from dmc_cli.mesh.surface import Surface, SurfaceCounts
+from dmc_cli.runtime.device import Device
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.volume.checks import FARTHEST_MM
+
+
+def extract(
+    volume: DeviceVolume,
+    settings: SurfaceSettings,
+    affine: np.ndarray[Any, Any] | None,
+    even_slices: bool,
+    reserve: Callable[[int, int], None] | None,
+    reserve_tracing: Callable[[int | None, int, int, int], None] | None,
+) -> Surface:
+    """Extract the isosurface as quads; the arguments are those of `extract_surface`.
+
+    The last launch may be begun only.
+    """
+    device = volume.device
+    grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
+    nodes = find_inside(volume, settings, grid)
+    field = _field(volume, settings, nodes)
+    cells = find_cells(nodes, grid, device)
+    target = volume.volume.affine if affine is None else affine
+    is_reversed = _is_reversed(settings, target)
+    to_output = grid_affine(target, grid)
+    matrix = kernel_matrix(to_output)
+    depths = slice_depths(None if even_slices else volume.volume, grid, device)
+    if reserve_tracing is not None:
+        near = words_near_quads(cells, grid, device)
+        reserve_tracing(near, cells.ordinary_count, cells.special_count, cells.quad_count)
+    polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
+    if reserve is not None:
+        reserve(polygons.vertex_count, cells.quad_count)
+    vertices = place_vertices(cells, polygons, field, grid, matrix, device, settings.placement)
+    position = vertices.position
+    if depths.shape[0]:
+        position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
+    quads = connect_quads(cells, polygons, grid, is_reversed, device)
+    _refuse_infinite(position, to_output, grid, depths)
+    return Surface(
+        vertices=position,
+        vertex_cell=vertices.cell,
+        vertex_local=vertices.local,
+        quads=quads.corners,
+        quad_starts=quads.starts,
+        is_reversed=is_reversed,
+        counts=_counts(nodes, cells, tallies, vertices, device),
+        field=field,
+        grid=grid,
+        cells=cells,
+        polygons=polygons,
+        stored_isovalue=field.isovalue,
+        affine=to_output,
+        depths=depths,
+        device=device,
+    )
+
+
+def _field(volume: DeviceVolume, settings: SurfaceSettings, nodes: InsideBits) -> Any:
+    """Return the kernels' `Field`, which looks for nodes without data only where there are any."""
+    field = make_field(volume, settings)
+    if nodes.no_data_count:
+        field.has_absent = 1
+        field.absent = absent_value(volume.volume, field)
+    return field
+
+
+def _counts(
+    nodes: InsideBits, cells: Cells, tallies: Tallies, vertices: Vertices, device: Device
+) -> SurfaceCounts:
+    """Gather what the stages counted."""
+    polygons, unused, multi, ambiguous = device.totals(tallies.cells)
+    return SurfaceCounts(
+        polygons=cells.ordinary_count + polygons,
+        unused_vertices=unused,
+        crossed_edges=cells.crossed_edges,
+        active_cells=cells.ordinary_count + cells.special_count,
+        multi_polygon_cells=multi,
+        ambiguous_faces=ambiguous,
+        flipped_faces=tallies.flipped_faces,
+        fallback_vertices=count_fallbacks(vertices, device),
+        no_data_nodes=nodes.no_data_count,
+    )
+
+
+def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridShape, depths: Any) -> None:
+    """Raise VolumeError if a position is beyond float32; positions are only looked at where one may be."""
+    rows = to_output[:3].tolist()
+    deepest = np.abs(depths.numpy()).max(initial=grid.nz)
+    sizes = (grid.nx, grid.ny, float(deepest), 1)
+    farthest = max(sum(abs(a) * n for a, n in zip(row, sizes, strict=True)) for row in rows)
+    if farthest < FARTHEST_MM or np.isfinite(position.numpy()).all():
+        return
+    raise VolumeError(
+        f"the volume reaches as far as {farthest:g} mm; expected coordinates that float32 holds, up to"
+        f" {FARTHEST_MM:.2g}; move its origin, or write grid coordinates with --space voxel"
+    )
+
+
+def _is_reversed(settings: SurfaceSettings, affine: np.ndarray[Any, Any]) -> bool:
+    """Return whether quads made for a right-handed grid, normals towards lower values, must be reversed."""
+    towards_higher = settings.orientation == "gradient" or settings.inside == "below"
+    return towards_higher != is_mirrored(affine)

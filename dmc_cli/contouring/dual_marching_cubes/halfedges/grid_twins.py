@@ -1,0 +1,295 @@
+"""Twins from the grid: no hash, no sort, no guess.
+
+A mesh edge is dual to a segment in a cell face, and the segment joins two of the face's grid edges. The
+twin of the halfedge on that side of the quad round one of them is the halfedge on that side of the quad
+round the other; there is none if no quad goes round it. That is right also where four quads share two
+vertices, where Grosso & Zint 2021 (section 3.2) pair by whatever order a hash table has.
+
+`plain_twins.py` finds most of them by bits alone. On ambiguous faces, and near the grid's ends or nodes
+without data, the inside bits and the special cell's decision tell.
+
+The kernel also finds the quads with a *defect*: a side without a twin, or with two vertices that more than
+two quads join. Simplification leaves them and their neighbours alone. Crowded vertex pairs come from
+ambiguous faces only: any two vertices are joined through at most one cell face.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.bits.words import ALL_BITS, LANES, VECTOR_FLAGS, bit_index, has_bit, low_bits
+from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
+from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_twins import UNSURE, store_plain_twins
+from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import (
+    QuadWord,
+    has_quad,
+    quad_in,
+    quad_round,
+    side_halfedge,
+)
+from dmc_cli.contouring.dual_marching_cubes.quads import surely_ordinary
+from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, find_special
+from dmc_cli.field.grid import Grid
+from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
+from dmc_cli.mesh.surface import Surface
+from dmc_cli.runtime.device import Device
+
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
+
+
+def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, Any]:
+    """Return the twins, int32 vec4 (Q,), -1 for none, and which quads have a defect, uint8 (Q,).
+
+    Args:
+        surface: The surface as it was extracted.
+        words: As `rank_quads` returns them.
+        device: Where to work.
+    """
+    grid = surface.grid
+    count = surface.quads.shape[0]
+    twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
+    inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
+    inputs += [surface.field.has_absent, words, surface.quad_starts, surface.quads]
+    device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_CHUNK)
+    return twins, defects
+
+
+@wp.func
+def one_step(axis: wp.int32) -> wp.vec3i:
+    """Return a step of one node along an axis."""
+    return wp.vec3i(wp.where(axis == 0, 1, 0), wp.where(axis == 1, 1, 0), wp.where(axis == 2, 1, 0))
+
+
+@wp.func
+def is_inside(bits: CellBits, grid: Grid, node: wp.vec3i) -> wp.bool:
+    """Return whether a node is inside."""
+    return has_bit(bits.inside[node[1] + grid.ny * node[2], node[0] // 32], node[0] % 32)
+
+
+@wp.struct
+class Face:
+    """A cell face: its axis, its lowest node, the sides of its four corners, and how they are joined.
+
+    Its edges have places 0 to 3 round it: U0, V1, U1, V0; place s ^ 1 is side s of the quad round that edge.
+    """
+
+    axis: wp.int32
+    node: wp.vec3i
+    f0: wp.bool
+    f1: wp.bool
+    f2: wp.bool
+    f3: wp.bool
+    is_ambiguous: wp.bool
+    cuts_f1: wp.bool
+
+
+@wp.func
+def face_on_side(
+    grid: Grid, bits: CellBits, special: SpecialCells, axis: wp.int32, node: wp.vec3i, side: wp.int32
+) -> Face:
+    """Return the face that a quad's side crosses; node is the lower one of the quad's edge."""
+    b = (axis + 1) % 3
+    c = (axis + 2) % 3
+    face = Face()
+    face.axis = wp.where(side % 2 == 0, b, c)
+    face.node = node
+    if side == 0:
+        face.node = node - one_step(c)
+    if side == 3:
+        face.node = node - one_step(b)
+    u = one_step((face.axis + 1) % 3)
+    v = one_step((face.axis + 2) % 3)
+    face.f0 = is_inside(bits, grid, face.node)
+    face.f1 = is_inside(bits, grid, face.node + u)
+    face.f2 = is_inside(bits, grid, face.node + v)
+    face.f3 = is_inside(bits, grid, face.node + u + v)
+    face.is_ambiguous = face.f0 == face.f3 and face.f1 == face.f2 and face.f0 != face.f1
+    if face.is_ambiguous:
+        s = find_special(bits, face.node[1] + grid.ny * face.node[2], face.node[0])
+        face.cuts_f1 = face.f0 == has_bit(special.joined[s], 2 * face.axis)
+    return face
+
+
+@wp.func
+def joined_place(face: Face, place: wp.int32) -> wp.int32:
+    """Return the place where the segment from a place of a face ends."""
+    other = int(0)
+    if face.is_ambiguous:
+        other = wp.where(face.cuts_f1, place ^ 1, 3 - place)
+    else:
+        if place != 0 and face.f0 != face.f1:
+            other = 0
+        if place != 1 and face.f1 != face.f3:
+            other = 1
+        if place != 2 and face.f2 != face.f3:
+            other = 2
+        if place != 3 and face.f0 != face.f2:
+            other = 3
+    return other
+
+
+@wp.func
+def halfedge_at(
+    grid: Grid, words: wp.array2d(dtype=QuadWord), is_reversed: wp.int32, face: Face, place: wp.int32
+) -> wp.int32:
+    """Return the halfedge that crosses a face, of the quad round the edge at a place; -1 without a quad."""
+    u = (face.axis + 1) % 3
+    v = (face.axis + 2) % 3
+    node = face.node
+    inside = face.f0
+    if place == 1:
+        node = face.node + one_step(u)
+        inside = face.f1
+    if place == 2:
+        node = face.node + one_step(v)
+        inside = face.f2
+    axis = wp.where(place % 2 == 0, u, v)
+    row = node[1] + grid.ny * node[2]
+    h = int(-1)
+    if has_quad(words, row, node[0], axis):
+        h = side_halfedge(quad_round(words, row, node[0], axis), place ^ 1, inside == (is_reversed == 0))
+    return h
+
+
+@wp.func
+def joins_same(quads: wp.array(dtype=wp.vec4i), h: wp.int32, other: wp.int32) -> wp.bool:
+    """Return whether two halfedges join the same two vertices, either way."""
+    a = quads[h // 4][h % 4]
+    b = quads[h // 4][(h + 1) % 4]
+    c = quads[other // 4][other % 4]
+    d = quads[other // 4][(other + 1) % 4]
+    return (a == c and b == d) or (a == d and b == c)
+
+
+@wp.func
+def is_crowded(
+    grid: Grid,
+    words: wp.array2d(dtype=QuadWord),
+    quads: wp.array(dtype=wp.vec4i),
+    is_reversed: wp.int32,
+    face: Face,
+    place: wp.int32,
+) -> wp.bool:
+    """Return whether more than two quads join the two vertices of the halfedge at a place of a face."""
+    count = int(0)
+    if face.is_ambiguous:
+        h = halfedge_at(grid, words, is_reversed, face, place)
+        for other_place in range(4):
+            other = halfedge_at(grid, words, is_reversed, face, other_place)
+            if other >= 0:
+                if joins_same(quads, h, other):
+                    count += 1
+    return count > 2
+
+
+@wp.func
+def inner_nodes(grid: Grid, has_absent: wp.int32, row: wp.int32, w: wp.int32) -> wp.uint32:
+    """Return the nodes of a word round which all crossed edges have quads: two steps from the grid's ends."""
+    k = row / grid.ny
+    j = row - k * grid.ny
+    if has_absent == 1 or j < 2 or k < 2 or j > grid.ny - 3 or k > grid.nz - 3:
+        return wp.uint32(0)
+    return low_bits(grid.nx - 2 - 32 * w) & ~low_bits(2 - 32 * w)
+
+
+@wp.func
+def find_with_care(
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    is_reversed: wp.int32,
+    words: wp.array2d(dtype=QuadWord),
+    quads: wp.array(dtype=wp.vec4i),
+    n: wp.int32,
+    axis: wp.int32,
+    plain: wp.uint32,
+    inner: wp.uint32,
+    forward: wp.uint32,
+    twins_out: wp.array(dtype=wp.vec4i),
+    defects_out: wp.array(dtype=wp.uint8),
+):
+    """Find the twins of those quads along an axis of word n that may have special cells beside them.
+
+    Those of `inner` nodes are there already, but for sides that are `UNSURE`.
+    """
+    row = n / grid.words
+    w = n - row * grid.words
+    k = row / grid.ny
+    word = words[row, w]
+    left = word[axis] & ~plain
+    while left != wp.uint32(0):
+        b = bit_index(left)
+        left &= left - wp.uint32(1)
+        q = quad_in(word, axis, b)
+        node = wp.vec3i(32 * w + b, row - k * grid.ny, k)
+        turn = wp.where(has_bit(forward, b), 0, 3)
+        t = wp.vec4i(UNSURE, UNSURE, UNSURE, UNSURE)
+        if has_bit(inner, b):
+            t = twins_out[q]
+        for side in range(4):
+            if t[side ^ turn] == UNSURE:
+                face = face_on_side(grid, bits, special, axis, node, side)
+                h = halfedge_at(grid, words, is_reversed, face, joined_place(face, side ^ 1))
+                t[side ^ turn] = h
+                if h < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
+                    defects_out[q] = wp.uint8(1)
+        twins_out[q] = t
+
+
+@wp.kernel
+def find_twins_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    special: SpecialCells,
+    is_reversed: wp.int32,
+    has_absent: wp.int32,
+    words: wp.array2d(dtype=QuadWord),
+    starts: wp.array(dtype=wp.int64),
+    quads: wp.array(dtype=wp.vec4i),
+    # Out:
+    twins_out: wp.array(dtype=wp.vec4i),
+    defects_out: wp.array(dtype=wp.uint8),
+):
+    """Find the twins of the halfedges of all quads. One thread a block of words."""
+    block = first + wp.tid()
+    start = block * LANES
+    q = wp.int32(starts[block])
+    end = wp.int32(starts[block + 1])
+    if q == end:
+        return
+    for other in range(q, end):
+        defects_out[other] = wp.uint8(0)
+    plain = surely_ordinary(grid, bits, before_line(grid) + start)
+    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
+    for n in range(start, wp.min(start + LANES, grid.layer * grid.nz)):
+        row = n / grid.words
+        w = n - row * grid.words
+        word = words[row, w]
+        some = word[0] | word[1] | word[2]
+        if some != wp.uint32(0):
+            q = wp.int32(word[3])
+            forward = bits.inside[row, w] ^ turn
+            inner = inner_nodes(grid, has_absent, row, w)
+            known = plain[n - start] | inner
+            store_plain_twins(words, n, grid.words, grid.layer, known, forward, q, twins_out)
+            if (some & ~plain[n - start]) != wp.uint32(0):
+                for axis in range(3):
+                    find_with_care(
+                        grid,
+                        bits,
+                        special,
+                        is_reversed,
+                        words,
+                        quads,
+                        n,
+                        axis,
+                        plain[n - start],
+                        inner,
+                        forward,
+                        twins_out,
+                        defects_out,
+                    )

@@ -1,0 +1,76 @@
+"""Vertices exactly on the surface, one by one: `--placement exact`.
+
+On CPU `blocks` has placed nearly all before; what it left is placed here. On a GPU all are.
+"""
+
+import warp as wp
+
+from dmc_cli.bits.flags import ANY, marked
+from dmc_cli.bits.words import bit_index
+from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST, place_vertex
+from dmc_cli.contouring.dual_marching_cubes.special_cells import (
+    SpecialCells,
+    polygon_of_vertex,
+    special_cell_of,
+)
+from dmc_cli.field.crossings import crossed_edges, edge_set
+from dmc_cli.field.field import Field, cell_values
+from dmc_cli.field.grid import Grid, world_position
+from dmc_cli.field.trilinear import is_in_cell, single_precision
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+@wp.kernel
+def place_left_vertices_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    field: Field,
+    matrix: wp.mat44d,
+    size: wp.int32,
+    ordinary_count: wp.int32,
+    special: SpecialCells,
+    special_count: wp.int32,
+    cells: wp.array(dtype=wp.int64),
+    span: wp.int32,
+    # In/out:
+    local_inout: wp.array(dtype=wp.vec3),
+    position_inout: wp.array(dtype=wp.vec3),
+    left_inout: wp.array(dtype=wp.uint8),
+):
+    """Place the vertices that have no place yet: local coordinates below 0.
+
+    One thread `span` blocks of `size`: `left` says which have any, and then how many of each took a fallback,
+    or `LOST` if one is not in its cell.
+    The fans of one polygon share its position: each vertex is placed from the whole polygon's edges.
+    """
+    start = span * (first + wp.tid())
+    left = marked(left_inout, start, span, ANY)
+    while left != wp.uint32(0):
+        block = start + bit_index(left)
+        left &= left - wp.uint32(1)
+        fallbacks = int(0)
+        is_lost = bool(False)
+        for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
+            if local_inout[v][0] < 0.0:
+                s = int(-1)
+                n = wp.int64(v - ordinary_count)
+                if n >= wp.int64(0):
+                    s = special_cell_of(special, special_count, n)
+                row = wp.int32(cells[v] / wp.int64(grid.nx))
+                i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
+                j = row % grid.ny
+                k = row // grid.ny
+                f = single_precision(cell_values(field, grid, i, j, k))
+                edges = crossed_edges(f)
+                if s >= 0:
+                    fan = wp.int32(n - special.first_vertex[s])
+                    edges = edge_set(polygon_of_vertex(special, wp.int64(s), fan))
+                p = place_vertex(f, edges)
+                local = wp.vec3(p[0], p[1], p[2])
+                local_inout[v] = local
+                position_inout[v] = world_position(matrix, i, j, k, local)
+                fallbacks += int(p[3])
+                is_lost = is_lost or not is_in_cell(local)
+        left_inout[block] = wp.uint8(wp.where(is_lost, LOST, fallbacks))

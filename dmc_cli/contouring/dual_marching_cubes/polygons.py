@@ -1,0 +1,176 @@
+"""MC polygons of the special cells: decide their ambiguous faces, trace, flip, number the vertices.
+
+An ambiguous face is decided by the asymptotic decider in its product form: the inside corners are joined if
+the product of their distances to the isovalue is at least that of the outside corners' (in double precision;
+equivalent to the sign of the face's saddle value, but without its quotient). The decision does not depend on
+the order of the corners, so both cells of the face agree.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.contouring.dual_marching_cubes.cells import CellBits, Cells
+from dmc_cli.contouring.dual_marching_cubes.manifold_repair import flip_faces, suspect_faces
+from dmc_cli.contouring.dual_marching_cubes.polygon_vertices import number_vertices, store_vertices
+from dmc_cli.contouring.dual_marching_cubes.special_cells import (
+    AMBIGUOUS_FACES,
+    TALLIES,
+    SpecialCells,
+    cell_case,
+    is_active,
+)
+from dmc_cli.contouring.dual_marching_cubes.tracing import (
+    FACE_CORNERS,
+    is_ambiguous,
+    is_split,
+    label_all,
+    trace_cell,
+)
+from dmc_cli.field.field import Field, cell_values
+from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.field.trilinear import CornerValues64
+from dmc_cli.runtime.device import ITEMS_A_CHUNK, Device, mesh_size
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+LEAST_FACTOR, LIFT = wp.constant(wp.float64(2.0**-500)), wp.constant(wp.float64(2.0**600))
+LARGEST_FACTOR, SINK = wp.constant(wp.float64(2.0**500)), wp.constant(wp.float64(2.0**-600))
+"""Distances beyond which products are made of scaled ones; powers of two cost no digit."""
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """MC polygons of the special cells, with the vertices that stand for them.
+
+    Attributes:
+        special: The kernels' `SpecialCells`.
+        special_count: Number of special cells.
+        vertex_count: Number of vertices of all cells.
+    """
+
+    special: Any
+    special_count: int
+    vertex_count: int
+
+
+@dataclass(frozen=True)
+class Tallies:
+    """What was counted on the way.
+
+    Attributes:
+        cells: uint8 (`TALLIES`, special_count), what `special_cells` names, of each special cell.
+        flipped_faces: Faces whose decision was flipped.
+    """
+
+    cells: Any
+    flipped_faces: int
+
+
+def trace_polygons(
+    cells: Cells, field: Any, grid: GridShape, manifold: bool, device: Device
+) -> tuple[Polygons, Tallies]:
+    """Trace the polygons of the special cells and number all vertices: ordinary cells' first.
+
+    Args:
+        cells: Active cells.
+        field: The `Field` whose zero set is the surface.
+        grid: The grid over the volume.
+        manifold: Flip faces until the mesh is manifold, and give each fan its own vertex.
+        device: Where to work.
+    """
+    count = cells.special_count
+    special = SpecialCells()
+    special.row, special.i = cells.special_row, cells.special_i
+    special.joined = device.empty(count, wp.uint32)
+    special.polygons, special.vertices = device.empty(count, wp.uint64), device.empty(count, wp.uint64)
+    vertex_counts, suspects = device.empty(count, wp.int64), device.empty(count, wp.uint8)
+    tallies = device.empty((TALLIES, count), wp.uint8)
+    traced = [special.joined, special.polygons, special.vertices, vertex_counts, tallies]
+    inputs = [grid.struct(), cells.bits, field, special, manifold]
+    device.launch(trace_polygons_kernel, count, inputs, [*traced, suspects], ITEMS_A_CHUNK)
+    flipped_faces = 0
+    if manifold:
+        inputs = [grid.struct(), cells.bits, special, field.has_absent]
+        flipped_faces = flip_faces(inputs, traced, suspects, device)
+    special.first_vertex, vertex_count = device.starts(vertex_counts)
+    vertex_count = mesh_size(cells.ordinary_count + vertex_count)
+    return Polygons(special, count, vertex_count), Tallies(tallies, flipped_faces)
+
+
+@wp.func
+def are_inside_joined(f: CornerValues64, case: wp.int32, face: wp.int32) -> wp.bool:
+    """Return whether the asymptotic decider joins the inside corners of an ambiguous face.
+
+    Where float64 could not hold the products, all four values are scaled, alike in both cells of the face.
+    """
+    a = f[FACE_CORNERS[4 * face]]
+    b = f[FACE_CORNERS[4 * face + 1]]
+    c = f[FACE_CORNERS[4 * face + 2]]
+    d = f[FACE_CORNERS[4 * face + 3]]
+    largest = wp.max(wp.max(wp.abs(a), wp.abs(b)), wp.max(wp.abs(c), wp.abs(d)))
+    scale = wp.where(largest < LEAST_FACTOR, LIFT, wp.where(largest > LARGEST_FACTOR, SINK, wp.float64(1.0)))
+    first = (scale * a) * (scale * d)
+    second = (scale * b) * (scale * c)
+    is_first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
+    return wp.where(is_first_inside, first >= second, second >= first)
+
+
+@wp.kernel
+def trace_polygons_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: CellBits,
+    field: Field,
+    special: SpecialCells,
+    splits_fans: wp.bool,
+    # Out:
+    joined_out: wp.array(dtype=wp.uint32),
+    polygons_out: wp.array(dtype=wp.uint64),
+    vertices_out: wp.array(dtype=wp.uint64),
+    vertex_count_out: wp.array(dtype=wp.int64),
+    tallies_out: wp.array2d(dtype=wp.uint8),
+    suspects_out: wp.array(dtype=wp.uint8),
+):
+    """Decide the ambiguous faces, count those no lower cell shares, trace, and number the vertices.
+
+    One thread a special cell.
+    """
+    s = first + wp.tid()
+    row = special.row[s]
+    i = special.i[s]
+    j = row % grid.ny
+    k = row // grid.ny
+    case = cell_case(grid, bits.inside, row, i)
+    labels = wp.uint64(0)
+    joined = wp.uint32(0)
+    suspects = wp.uint32(0)
+    count = int(0)
+    if is_split(case):
+        f = cell_values(field, grid, i, j, k)
+        for face in range(6):
+            if is_ambiguous(case, face):
+                if are_inside_joined(f, case, face):
+                    joined |= wp.uint32(1) << wp.uint32(face)
+                axis = face / 2
+                low = is_active(
+                    grid,
+                    bits,
+                    i - wp.where(axis == 0, 1, 0),
+                    j - wp.where(axis == 1, 1, 0),
+                    k - wp.where(axis == 2, 1, 0),
+                )
+                if face % 2 == 1 or not low:
+                    count += 1
+        labels = trace_cell(case, joined)
+        suspects = suspect_faces(case, labels)
+    else:
+        labels = label_all(case)
+    joined_out[s] = joined
+    polygons_out[s] = labels
+    suspects_out[s] = wp.uint8(suspects)
+    tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)
+    found = number_vertices(grid, bits, row, i, case, joined, labels, splits_fans, field.has_absent)
+    store_vertices(found, s, vertices_out, vertex_count_out, tallies_out)

@@ -1,0 +1,100 @@
+"""The special cells: a sorted list with what was found out about each, and how to look one up."""
+
+import warp as wp
+
+from dmc_cli.bits.words import has_bit, low_bits
+from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
+from dmc_cli.contouring.dual_marching_cubes.tracing import NO_LABEL, label_of
+from dmc_cli.field.grid import Grid
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+POLYGONS = wp.constant(0)
+UNUSED = wp.constant(1)
+MULTI = wp.constant(2)
+AMBIGUOUS_FACES = wp.constant(3)
+TALLIES = 4
+"""What is counted of each special cell, a row each of an array: polygons; those without a vertex; whether
+there are several; ambiguous faces that no lower cell shares."""
+
+
+@wp.struct
+class SpecialCells:
+    """The special cells in grid order.
+
+    `joined` has a bit a face: it is ambiguous and its inside corners are joined.
+    `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
+    likewise the number of its vertex among the cell's. `first_vertex` counts the vertices of the special
+    cells before.
+    """
+
+    row: wp.array(dtype=wp.int32)
+    i: wp.array(dtype=wp.int32)
+    joined: wp.array(dtype=wp.uint32)
+    polygons: wp.array(dtype=wp.uint64)
+    vertices: wp.array(dtype=wp.uint64)
+    first_vertex: wp.array(dtype=wp.int64)
+
+
+@wp.func
+def find_special(bits: CellBits, row: wp.int32, i: wp.int32) -> wp.int32:
+    """Return the number of a special cell; the cell is one."""
+    w = i // 32
+    n = row * bits.active.shape[1] + w
+    before = low_bits(i % 32) & bits.active[row, w] & ~bits.ordinary[row, w]
+    return bits.special_rank[n] + wp.int32(wp.bit_count(before))
+
+
+@wp.func
+def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.int32:
+    """Return which special cell the n-th vertex of special cells belongs to, by bisection."""
+    low = int(0)
+    high = count
+    while high - low > 1:
+        middle = low + (high - low) // 2
+        if special.first_vertex[middle] <= n:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def polygon_of_vertex(special: SpecialCells, s: wp.int64, n: wp.int32) -> wp.uint32:
+    """Return the edges (a bit each) of the whole polygon that vertex n of a special cell stands for."""
+    polygon = int(NO_LABEL)
+    for edge in range(12):
+        if label_of(special.vertices[s], edge) == n:
+            polygon = label_of(special.polygons[s], edge)
+    edges = wp.uint32(0)
+    for edge in range(12):
+        if label_of(special.polygons[s], edge) == polygon:
+            edges |= wp.uint32(1) << wp.uint32(edge)
+    return edges
+
+
+@wp.func
+def is_active(grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+    """Return whether (i, j, k) is an active cell; indices may be off the grid."""
+    found = bool(False)
+    if i >= 0 and j >= 0 and k >= 0 and i < grid.nx - 1 and j < grid.ny - 1 and k < grid.nz - 1:
+        found = has_bit(bits.active[j + k * grid.ny, i // 32], i % 32)
+    return found
+
+
+@wp.func
+def cell_case(grid: Grid, inside: wp.array2d(dtype=wp.uint32), row: wp.int32, i: wp.int32) -> wp.int32:
+    """Return a cell's case: bit c is set if corner c is inside."""
+    w = i // 32
+    b = i % 32
+    w1 = (i + 1) // 32
+    b1 = (i + 1) % 32
+    case = int(0)
+    for r in range(4):
+        corner_row = row + (r & 1) + (r >> 1) * grid.ny
+        if has_bit(inside[corner_row, w], b):
+            case |= 1 << (2 * r)
+        if has_bit(inside[corner_row, w1], b1):
+            case |= 2 << (2 * r)
+    return case

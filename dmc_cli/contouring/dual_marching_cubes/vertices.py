@@ -1,0 +1,222 @@
+"""Vertex representatives: one a MC polygon, with `--placement exact` exactly on the trilinear isosurface.
+
+A vertex is its cell and its local coordinates in it; the world's millimetres follow from both by the affine
+in double precision and are rounded to float32 once. Vertices of ordinary cells come first, in grid order
+(a cell's number is its rank), then those of special cells, in grid order.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.bits.bit_lists import LIST_BITS, ON_GPU
+from dmc_cli.bits.words import LANES, VECTOR_FLAGS, Words
+from dmc_cli.contouring.dual_marching_cubes.cells import Cells
+from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST
+from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_left_vertices_kernel
+from dmc_cli.contouring.dual_marching_cubes.placement.exact_simd import place_block_kernel
+from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, place_paper_vertices_kernel
+from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
+from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
+from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
+from dmc_cli.errors import MeshInvariantError
+from dmc_cli.field.crossings import ALL_EDGES
+from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.field.planes import BITS_A_CHUNK, BLOCKS_A_CHUNK, before_line, block_count
+from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
+from dmc_cli.settings import Placement
+
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
+
+
+@dataclass(frozen=True)
+class Vertices:
+    """Vertices in the order of their numbers.
+
+    Attributes:
+        position: float32 vec3, millimetres in the output space.
+        cell: int64, linear number of the cell's lowest node in the grid, x fastest.
+        local: float32 vec3 in [0, 1].
+        fallbacks: uint8, one a vertex or, if exact on CPU, a block of them; its sum counts, if exact, the
+            vertices that no axis or lattice line could place in their polygon's box; else those left at the
+            mean of their polygon's crossings because the method failed. `LOST` where one is not in its cell.
+    """
+
+    position: Any
+    cell: Any
+    local: Any
+    fallbacks: Any
+
+
+def place_vertices(
+    cells: Cells,
+    polygons: Polygons,
+    field: Any,
+    grid: GridShape,
+    matrix: Any,
+    device: Device,
+    placement: Placement = "exact",
+) -> Vertices:
+    """Place every vertex; all are placed for the next launch.
+
+    Args:
+        cells: Active cells, with the ordinary ones' numbers.
+        polygons: The special cells' polygons, with their vertices' numbers.
+        field: The `Field` whose zero set is the surface.
+        grid: The grid over the volume.
+        matrix: The kernels' map of the grid's node index to the output space.
+        device: Where to work.
+        placement: Where in its polygon a vertex goes.
+    """
+    count = polygons.vertex_count
+    scene = [grid.struct(), field, matrix]
+    cell = device.empty(count, wp.int64)
+    inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
+    device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [cell], BITS_A_CHUNK)
+    size = LANES if placement == "exact" and device.is_cpu else 1
+    vertices = Vertices(
+        position=device.empty(count, wp.vec3),
+        cell=cell,
+        local=device.empty(count, wp.vec3),
+        fallbacks=device.empty(-(-count // size), wp.uint8),
+    )
+    if placement == "exact":
+        _place_exactly(vertices, cells, polygons, scene, size, device)
+        return vertices
+    inputs = [*scene, METHODS[placement], cells.ordinary_count, polygons.special, polygons.special_count]
+    outputs = [vertices.cell, vertices.position, vertices.local, vertices.fallbacks]
+    device.launch(place_paper_vertices_kernel, count, inputs, outputs)
+    return vertices
+
+
+def _place_exactly(
+    vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], size: int, device: Device
+) -> None:
+    """Place all vertices on the surface; a block has `size` of them."""
+    ordinary, special = cells.ordinary_count, polygons.special_count
+    inputs = [scene[0], polygons.special, ordinary]
+    outputs = [vertices.cell, vertices.local]
+    device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_CHUNK)
+    left = vertices.fallbacks  # at first whether some are left in a block
+    if device.is_cpu:
+        inputs = [*scene, ordinary, vertices.cell]
+        outputs = [vertices.local, vertices.position, left]
+        device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_CHUNK)
+    else:
+        left.fill_(1)
+        vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
+    threads = -(-left.shape[0] // device.span)
+    inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell, device.span]
+    outputs = [vertices.local, vertices.position, left]
+    device.begin(place_left_vertices_kernel, threads, inputs, outputs, 1)
+
+
+def count_fallbacks(vertices: Vertices, device: Device) -> int:
+    """Return how many vertices took a fallback.
+
+    Raises:
+        MeshInvariantError: A vertex is not in its cell.
+    """
+    count = device.total(vertices.fallbacks)
+    if count >= int(LOST) and (vertices.fallbacks.numpy() == int(LOST)).any():
+        refuse_lost(vertices.local.numpy())
+    return count
+
+
+def refuse_lost(local: np.ndarray[Any, Any]) -> None:
+    """Raise MeshInvariantError with the first vertex whose local coordinates, (V, 3), are not in [0, 1]."""
+    is_lost = ~((local >= 0) & (local <= 1)).all(axis=1)
+    if is_lost.any():
+        first = int(np.argmax(is_lost))
+        found = ", ".join(f"{x:g}" for x in local[first].tolist())
+        raise MeshInvariantError(
+            f"vertex {first} lies at ({found}) of its cell, one of {int(is_lost.sum())} outside theirs;"
+            " expected local coordinates from 0 to 1; please report this"
+        )
+
+
+@wp.func_native(
+    f"""
+    long long* cell = (long long*)cell_out.data + v;
+    auto first_cell = [&](int lane) {{  // of a word
+        int row = (n + lane) / words_a_row;
+        return (long long)row * nx + 32 * (n + lane - row * words_a_row);
+    }};
+    #if {ON_GPU}
+    for (int lane = 0; lane < 16; ++lane) {{
+        for (unsigned int left = words[lane]; left; left &= left - 1) {{
+            *cell++ = first_cell(lane) + wp::bit_count(~left & (left - 1));
+        }}
+    }}
+    #else
+    {LIST_BITS}
+    long long firsts[16];
+    unsigned short codes[16 * 32 + 32];
+    unsigned short* end = codes;
+    for (int lane = 0; lane < 16; ++lane) {{
+        if (!words[lane]) continue;
+        firsts[lane] = first_cell(lane);
+        end = list_bits(words[lane], lane << 5, end);
+    }}
+    for (const unsigned short* code = codes; code < end; ++code) *cell++ = firsts[*code >> 5] + (*code & 31);
+    #endif
+    """
+)
+def store_cells(
+    words: Words,
+    n: wp.int32,
+    words_a_row: wp.int32,
+    nx: wp.int32,
+    v: wp.int32,
+    cell_out: wp.array(dtype=wp.int64),
+):
+    """Store the numbers of the cells of a block of words, its first one word n of the line, from v on."""
+    ...
+
+
+@wp.kernel
+def list_ordinary_cells_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    ordinary: wp.array(dtype=Words),
+    starts: wp.array(dtype=wp.int64),
+    # Out:
+    cell_out: wp.array(dtype=wp.int64),
+):
+    """List the ordinary cells: their numbers are their vertices'. One thread a block of words."""
+    block = first + wp.tid()
+    v = wp.int32(starts[block])
+    if v != wp.int32(starts[block + 1]):
+        n = block * LANES
+        store_cells(ordinary[before_line(grid) + n], n, grid.words, grid.nx, v, cell_out)
+
+
+@wp.kernel
+def list_special_vertices_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    special: SpecialCells,
+    ordinary_count: wp.int32,
+    # Out:
+    cell_out: wp.array(dtype=wp.int64),
+    local_out: wp.array(dtype=wp.vec3),
+):
+    """List the vertices' cells, and where their local coordinates will be their edges, a bit each.
+
+    One thread a special cell. The fans of one polygon are placed together, from the whole polygon's edges.
+    """
+    s = first + wp.tid()
+    start = wp.int64(ordinary_count) + special.first_vertex[s]
+    several = has_several(special.polygons[s])
+    for n in range(wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])):
+        edges = wp.uint32(ALL_EDGES)
+        if several:
+            edges = polygon_of_vertex(special, wp.int64(s), n)
+        cell_out[start + wp.int64(n)] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
+        local_out[start + wp.int64(n)] = wp.vec3(wp.float32(edges), 0.0, 0.0)

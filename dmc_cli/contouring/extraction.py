@@ -1,0 +1,50 @@
+"""From a volume to a surface, by whichever method."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.contouring.registry import METHODS
+from dmc_cli.field.field import DeviceVolume
+from dmc_cli.mesh.surface import Surface
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.volume.mapping import intact
+
+
+def extract_surface(
+    volume: DeviceVolume,
+    settings: SurfaceSettings,
+    affine: np.ndarray[Any, Any] | None = None,
+    *,
+    even_slices: bool = False,
+    reserve: Callable[[int, int], None] | None = None,
+    reserve_tracing: Callable[[int | None, int, int, int], None] | None = None,
+) -> Surface:
+    """Extract the isosurface of a volume by the method that is set.
+
+    Args:
+        volume: Values on the device.
+        settings: Method, isovalue, side, topology, border, orientation.
+        affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
+        even_slices: Leave slice positions aside, as grid coordinates do.
+        reserve: Called with the numbers of vertices and quads, of quads at most that many where nodes are
+            without data, before memory for them is taken; it may raise.
+        reserve_tracing: Called before special cells are traced, with the numbers of words that
+            `words_near_quads` tells, of ordinary and special cells, and of quads; it may raise as well.
+
+    Raises:
+        DeviceError: More vertices or quads than 32-bit mesh indices can number.
+        DamagedVolumeError: The file that holds the values shrank meanwhile.
+    """
+    device = volume.device
+    device.wake()
+    extract = METHODS[settings.method].extract
+    with intact(volume.volume.values, volume.volume.path):
+        try:
+            surface = extract(volume, settings, affine, even_slices, reserve, reserve_tracing)
+        except BaseException:
+            device.drop()
+            raise
+        device.finish()
+    return surface

@@ -1,0 +1,15 @@
+"""The scalar field: a grid of stored values, and the function between its nodes that is zero on the surface.
+
+grid                 numbering of nodes, cells, edges and faces; from grid to world
+planes               a bit a node or a cell, in words
+sample_reader        stored values of whatever type
+trilinear            the interpolant in a cell
+field                F: stored values less the isovalue, with sides, borders and missing data
+crossings            where a polygon crosses the edges of its cell
+slices               unevenly spaced slices
+simd_cells           sixteen cells at a time, on CPU
+central_differences  slopes of the values in sixteen cells
+corner_differences   slopes at the corners of any cell, beside missing nodes too
+prefetch             values asked for ahead of their use
+projection           the nearest point of the surface
+"""

@@ -1,0 +1,136 @@
+"""The grid: numbering of nodes, cells, edges and faces, and one bit a node.
+
+Conventions, used by every stage:
+
+    Corner c of a cell sits at (c & 1, c >> 1 & 1, c >> 2).
+    Edges e0 to e11 join corners 01 13 23 02 45 57 67 46 04 15 37 26 (Grosso & Zint 2021, figure 1).
+    Face 2a + s is the face at side s (0 low, 1 high) of axis a (0 x, 1 y, 2 z).
+
+             6-----e6------7
+            /|            /|        w
+           e7|          e5 |        |  v
+          /  e11        /  e10      | /
+         4-----e4------5   |        |/
+         |   |         |   |        +---- u
+         |   2-----e2--|---3
+        e8  /         e9  /
+         | e3          | e1
+         |/            |/
+         0-----e0------1
+
+A row is a line of nodes along x; row r of a grid with ny rows a layer is at j = r % ny, k = r // ny.
+Bits are stored by row, 32 nodes a word: bit b of word w belongs to node i = 32 w + b. A bit of a cell
+is stored at its lowest node. Word w of row r is word r * words + w of one long line (`planes.py`). With a
+closed border the grid has one more layer of nodes on every side than the volume; its node (1, 1, 1) is
+then the volume's first.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+CORNERS = tuple((c & 1, c >> 1 & 1, c >> 2) for c in range(8))
+"""Offset of each corner of a cell from its lowest node."""
+
+EDGES = ((0, 1), (1, 3), (2, 3), (0, 2), (4, 5), (5, 7), (6, 7), (4, 6), (0, 4), (1, 5), (3, 7), (2, 6))
+"""The two corners of each edge, the lower one first."""
+
+
+@wp.struct
+class Grid:
+    """Nodes along each axis, words a row and a layer, and how many layers lie outside the volume."""
+
+    nx: wp.int32
+    ny: wp.int32
+    nz: wp.int32
+    words: wp.int32
+    layer: wp.int32  # words a layer of rows
+    border: wp.int32  # layers of virtual nodes on every side: 0 open, 1 closed
+
+
+@dataclass(frozen=True)
+class GridShape:
+    """The host's view of a `Grid`."""
+
+    nx: int
+    ny: int
+    nz: int
+    border: int
+
+    @property
+    def words(self) -> int:
+        """Words of bits a row."""
+        return -(-self.nx // 32)
+
+    @property
+    def rows(self) -> int:
+        """Rows of nodes."""
+        return self.ny * self.nz
+
+    @property
+    def layer(self) -> int:
+        """Words a layer of rows."""
+        return self.ny * self.words
+
+    def struct(self) -> Any:
+        """Return the kernels' view."""
+        return self._struct
+
+    @cached_property
+    def _struct(self) -> Any:
+        grid = Grid()
+        grid.nx, grid.ny, grid.nz = self.nx, self.ny, self.nz
+        grid.words, grid.layer, grid.border = self.words, self.layer, self.border
+        return grid
+
+
+def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
+    """Return the grid over a volume of (nx, ny, nz) nodes with `border` virtual layers on every side."""
+    nx, ny, nz = (n + 2 * border for n in volume_shape)
+    return GridShape(nx, ny, nz, border)
+
+
+def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
+    """Return the map from the grid's node indices, the virtual border counted in."""
+    shifted = np.array(affine, dtype=np.float64)
+    if grid.border:
+        shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
+    return shifted
+
+
+def kernel_matrix(affine: np.ndarray[Any, Any]) -> Any:
+    """Return the kernels' view of an affine map."""
+    return wp.mat44d(*affine.ravel().tolist())
+
+
+def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
+    """Return whether an affine map turns right hands into left ones."""
+    (a, b, c), (d, e, f), (g, h, i) = affine[:3, :3].tolist()
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return bool(determinant < 0)
+
+
+@wp.func
+def world_coordinate(
+    a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, x: wp.float64, y: wp.float64, z: wp.float64
+) -> wp.float32:
+    """Return one row of an affine map, rounded once."""
+    return wp.float32(a * x + b * y + c * z + d)
+
+
+@wp.func
+def world_position(m: wp.mat44d, i: wp.int32, j: wp.int32, k: wp.int32, local: wp.vec3) -> wp.vec3:
+    """Return the world coordinates of a point of a cell."""
+    x = wp.float64(i) + wp.float64(local[0])
+    y = wp.float64(j) + wp.float64(local[1])
+    z = wp.float64(k) + wp.float64(local[2])
+    return wp.vec3(
+        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
+        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
+        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x, y, z),
+    )

@@ -1,0 +1,129 @@
+"""Memory asked for ahead: what a quad's kernel will read, told to the processor for 32 quads at once.
+
+The quads of a list lie scattered, and what is beside them farther still; one after the other, each would wait
+for memory three times over. On a GPU other threads fill the time, and nothing is done.
+"""
+
+import warp as wp
+
+from dmc_cli.field.field import Field, node_of_volume
+from dmc_cli.field.grid import Grid
+from dmc_cli.field.projection import cell_node
+from dmc_cli.field.sample_reader import fetch_cell
+
+
+def _on_cpu(body: str) -> str:
+    """Return C++ that is there on a CPU alone."""
+    return f"\n#if defined(__clang__) && !defined(__CUDA_ARCH__)\n{body}\n#endif\n"
+
+
+@wp.func_native(
+    _on_cpu(
+        """
+        const int* t = (const int*)twin.data + 4 * (size_t)q;
+        for (int c = 0; c < 4; ++c) {
+            __builtin_prefetch((const int*)corners.data + (t[c] & ~3));
+            __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
+        }
+        """
+    )
+)
+def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), q: wp.int32):
+    """Ask for the corners and twins of a quad's neighbours."""
+    ...
+
+
+@wp.func_native(
+    _on_cpu(
+        """
+        const int* listed = (const int*)quads.data;
+        if (n + 16 < quads.shape[0]) {
+            __builtin_prefetch((const int*)twin.data + 4 * (size_t)listed[n + 16]);
+            const int* t = (const int*)twin.data + 4 * (size_t)listed[n + 8];
+            for (int c = 0; c < 4; ++c) __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
+        }
+        """
+    )
+)
+def fetch_onward(quads: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), n: wp.int32):
+    """Ask for the twins of quads that follow the n-th in a list, and for those of their neighbours."""
+    ...
+
+
+@wp.func_native(
+    _on_cpu(
+        """
+        const int* corner = (const int*)corners.data + 4 * (size_t)q;
+        for (int c = 0; c < 4; ++c) {
+            __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[c]);
+            __builtin_prefetch((const float*)local.data + 3 * (size_t)corner[c]);
+            __builtin_prefetch((const long long*)cell.data + corner[c]);
+        }
+        """
+    )
+)
+def fetch_vertices(
+    corners: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+):
+    """Ask for the vertices of a quad."""
+    ...
+
+
+@wp.func_native(
+    _on_cpu(
+        """
+        const int* t = (const int*)twin.data + 4 * (size_t)q;
+        for (int c = 0; c < 4; ++c) {
+            if (t[c] < 0) continue;
+            const int* corner = (const int*)corners.data + (t[c] & ~3);
+            for (int n = 2; n < 4; ++n)  // the two that the quad does not have
+                __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[(t[c] + n) & 3]);
+        }
+        """
+    )
+)
+def fetch_surroundings(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+):
+    """Ask for the positions of the neighbours' other vertices; the neighbours are there by now."""
+    ...
+
+
+@wp.func
+def fetch_values(grid: Grid, field: Field, cell: wp.int64):
+    """Ask for the stored values of a cell."""
+    row = wp.int64(grid.nx - 2 * grid.border)
+    node = cell_node(grid, cell)
+    at = node_of_volume(grid, node[0] - grid.border, node[1] - grid.border, node[2] - grid.border)
+    fetch_cell(field.values, field.kind, at, row, row * wp.int64(grid.ny - 2 * grid.border))
+
+
+@wp.func
+def fetch_around_cuts(
+    grid: Grid,
+    field: Field,
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    cuts: wp.array(dtype=wp.int32),
+    start: wp.int32,
+    end: wp.int32,
+):
+    """Ask for all that removing the quads with cuts `start` to `end` - 1 takes; a cut below 0 is none."""
+    for n in range(start, end):
+        if cuts[n] >= 0:
+            fetch_neighbors(corners, twin, cuts[n] >> 2)
+            fetch_vertices(corners, position, cell, local, cuts[n] >> 2)
+    for n in range(start, end):
+        if cuts[n] >= 0:
+            fetch_surroundings(corners, twin, position, cuts[n] >> 2)
+            fetch_values(grid, field, cell[corners[cuts[n]]])  # the merged vertex will be near

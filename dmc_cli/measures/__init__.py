@@ -1,0 +1,23 @@
+"""What can be measured on any mesh.
+
+topology          Euler characteristic, boundaries, manifoldness
+components        connected components
+twins             twins of a mesh that has none
+vertex_fans       the fans of faces round vertices
+faces, shape      areas, angles, how square
+quality           the measures of the papers
+locate            the cell that a point lies in
+deviation         how far vertices are from the surface
+rounding          what writing in float32 costs
+measure_rounding  its kernels
+plain_values      numbers as JSON has them
+"""
+
+from types import ModuleType
+
+
+def kernel_modules() -> list[ModuleType]:
+    """Return the modules whose kernels a report needs, for loading them ahead of time."""
+    from dmc_cli.measures import components, deviation, measure_rounding, quality, twins, vertex_fans
+
+    return [components, deviation, measure_rounding, quality, twins, vertex_fans]

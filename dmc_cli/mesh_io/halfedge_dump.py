@@ -1,0 +1,143 @@
+"""The halfedge structure and its colours as a file: `.npz`, or `.txt` with the same tables to read.
+
+Everything that follows from a halfedge's number is written out, so that a reader needs no convention: row
+4q + c of `halfedges` is the halfedge at corner c of quad q. The text has a line `name rows columns type`
+before each table, then a line a row. Entries of the zip archive carry no time, so that the same mesh gives
+the same bytes.
+"""
+
+import math
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.files.atomic import open_output, write_output
+from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
+from dmc_cli.settings import STREAM
+from dmc_cli.stop import check_stop
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+_ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The earliest time that a zip archive can hold, which stands for none."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table of a dump: what it is called and holds, and how to get rows `start` to `stop` - 1 of it.
+
+    `shape` is that of the whole; rows are made when they are written, because a dump is larger than the mesh.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    rows: Callable[[int, int], Array]
+
+    def pieces(self) -> Iterator[Array]:
+        """Yield all rows, some at a time, contiguous; none of an empty table."""
+        for start in range(0, self.shape[0], CHUNK_ROWS):
+            yield np.ascontiguousarray(self.rows(start, min(start + CHUNK_ROWS, self.shape[0])))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HalfedgeDump:
+    """What a dump is made from.
+
+    Attributes:
+        vertices: Positions, (V, 3) float32.
+        normals: Unit normals, (V, 3) float32.
+        quads: Vertices of each quad, (Q, 4) int32.
+        twin: Twin of each halfedge, (4Q,) int32, -1 on a boundary.
+        vertex_halfedge: A halfedge that starts at each vertex, (V,) int32; on a boundary the one without a
+            twin.
+        face_color: Colours 0 to 4, (Q,) uint8.
+        face_color24: The grid's colours, (Q,) uint8.
+        vertex_color: The colours of the vertices' cells, 0 to 7, (V,) uint8.
+    """
+
+    vertices: Array
+    normals: Array
+    quads: Array
+    twin: Array
+    vertex_halfedge: Array
+    face_color: Array
+    face_color24: Array
+    vertex_color: Array
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the tables in their order."""
+        yield from (self._stored(name) for name in ("vertices", "normals", "quads"))
+        yield Table("halfedges", (len(self.twin), 4), np.dtype(np.int32), self._halfedges)
+        yield self._stored("vertex_halfedge")
+        yield Table("face_halfedge", (len(self.quads),), np.dtype(np.int32), _face_halfedges)
+        yield from (self._stored(name) for name in ("face_color", "face_color24", "vertex_color"))
+
+    def _stored(self, name: str) -> Table:
+        """Return a table that lies in memory as it is written."""
+        array: Array = getattr(self, name)
+        return Table(name, array.shape, array.dtype, lambda start, stop: array[start:stop])
+
+    def _halfedges(self, start: int, stop: int) -> Array:
+        """Return origin, face, next and twin of halfedges, int32."""
+        h = np.arange(start, stop, dtype=np.int32)
+        following = (h & ~3) | ((h + 1) & 3)
+        return np.stack(
+            [self.quads.reshape(-1)[start:stop], h >> 2, following, self.twin[start:stop]], axis=1
+        )
+
+
+def _face_halfedges(start: int, stop: int) -> Array:
+    """Return the first halfedge of quads, int32."""
+    return np.arange(4 * start, 4 * stop, 4, dtype=np.int32)
+
+
+def check_dump_name(path: str) -> None:
+    """Raise SettingsError unless the suffix of a dump is one that can be written."""
+    suffix = PurePath(path).suffix.lower()
+    if path != STREAM and suffix not in (".npz", ".txt"):
+        found = f"the suffix {suffix}" if suffix else "no suffix"
+        raise SettingsError(f"{path} has {found}; expected .npz or .txt for halfedges; rename it")
+
+
+def write_halfedges(path: str, dump: HalfedgeDump, *, force: bool = False) -> None:
+    """Write a dump completely or not at all; standard output gets text.
+
+    Raises:
+        SettingsError: The suffix is neither .npz nor .txt.
+        WriteError: The file exists, or it cannot be written; an older file is untouched.
+    """
+    check_dump_name(path)
+    if PurePath(path).suffix.lower() == ".npz":
+        _write_archive(path, dump, force=force)
+    else:
+        write_output(path, _text(dump), force=force)
+
+
+def _write_archive(path: str, dump: HalfedgeDump, *, force: bool) -> None:
+    """Write the tables as members of an uncompressed zip archive, as numpy.savez does."""
+    with open_output(path, force=force) as stream, zipfile.ZipFile(stream, "w") as archive:
+        for table in dump.tables():
+            entry = zipfile.ZipInfo(f"{table.name}.npy", _ZIP_EPOCH)
+            descr = np.lib.format.dtype_to_descr(table.dtype)
+            with archive.open(entry, "w", force_zip64=True) as member:
+                np.lib.format.write_array_header_1_0(
+                    member, {"descr": descr, "fortran_order": False, "shape": table.shape}
+                )
+                for piece in table.pieces():
+                    check_stop()
+                    member.write(piece.data)
+
+
+def _text(dump: HalfedgeDump) -> Iterator[bytes]:
+    """Yield the tables as lines."""
+    for table in dump.tables():
+        rows, columns = table.shape[0], math.prod(table.shape[1:])
+        yield f"{table.name} {rows} {columns} {table.dtype.name}\n".encode()
+        for piece in table.pieces():
+            yield float_lines(piece.reshape(len(piece), columns))

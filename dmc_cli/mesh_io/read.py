@@ -1,0 +1,63 @@
+"""Read a mesh by the suffix of its file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.mesh_input import MeshInput, make_mesh
+from dmc_cli.mesh_io.read_obj import read_obj
+from dmc_cli.mesh_io.read_off import read_off
+from dmc_cli.mesh_io.read_ply import read_ply
+from dmc_cli.volume_io.layout import exists
+
+READERS: dict[str, Callable[[Path], MeshInput]] = {".ply": read_ply, ".obj": read_obj, ".off": read_off}
+
+
+def read_mesh(path: str | Path) -> MeshInput:
+    """Read a mesh of quads and triangles.
+
+    Args:
+        path: A .ply, .obj or .off file, or one of a format that meshio knows, for example .vtk, .vtu, .stl.
+
+    Raises:
+        UnsupportedFormatError: No reader for this suffix or this variant.
+        MeshFileError: The file is missing, damaged or has no faces.
+    """
+    file = Path(path)
+    if not exists(file) or not file.is_file():
+        raise MeshFileError(f"{path}: no such file was found; expected a mesh")
+    mesh = READERS.get(file.suffix.lower(), _read_with_meshio)(file)
+    if not len(mesh.faces):
+        raise MeshFileError(
+            f"{path}: {len(mesh.points)} vertices and no faces were found; expected a surface mesh"
+        )
+    return mesh
+
+
+def _read_with_meshio(path: Path) -> MeshInput:
+    """Read the triangles and quads of any other format."""
+    import warnings
+
+    import meshio
+
+    if path.suffix.lower() not in meshio.extension_to_filetypes:
+        raise UnsupportedFormatError(
+            f"{path}: there is no reader for {path.suffix or 'a file without a suffix'}; expected"
+            f" {', '.join(READERS)} or a format of meshio such as .vtk, .vtu, .stl"
+        )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = meshio.read(path)
+        points = np.zeros((len(mesh.points), 3))
+        points[:, : mesh.points.shape[1]] = mesh.points
+    except (Exception, SystemExit) as error:
+        raise MeshFileError(f"{path}: meshio cannot read it: {error}") from error
+    blocks: list[Any] = [block.data for block in mesh.cells if block.type in ("triangle", "quad")]
+    counts = [np.full(len(block), block.shape[1]) for block in blocks]
+    empty = np.zeros(0, dtype=np.int64)
+    corners = [block.ravel().astype(np.int64) for block in blocks]
+    return make_mesh(str(path), points, np.concatenate([empty, *counts]), np.concatenate([empty, *corners]))

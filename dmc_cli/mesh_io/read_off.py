@@ -1,0 +1,52 @@
+"""OFF: counts, points, then faces as `n a b c d` and perhaps a colour."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.mesh_input import MeshInput, find_space, make_mesh
+from dmc_cli.mesh_io.numbers import parse_lines
+
+HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
+
+
+def read_off(path: Path) -> MeshInput:
+    """Read the points and faces of a text OFF file; normals and colours are passed over.
+
+    Raises:
+        MeshFileError: The text is not what the format has, or it ends early.
+        UnsupportedFormatError: The file is binary or four-dimensional, or a face has more than four corners.
+    """
+    data = path.read_bytes()
+    comments = b"".join(re.findall(rb"#[^\n]*", data)) if b"#" in data else b""
+    text = re.sub(rb"#[^\n]*", b"", data) if comments else data
+    header = HEADER.match(text)
+    if header is None:
+        raise MeshFileError(f"{path}: the word OFF was expected at the start; this is no OFF file")
+    text = text[header.end() :]
+    if header[4] or header[5] or re.match(rb"[ \t]*BINARY\b", text):
+        raise UnsupportedFormatError(f"{path}: only three-dimensional text OFF is read; write it as text")
+
+    lines = parse_lines(str(path), np.frombuffer(text, dtype=np.uint8).copy())
+    if not lines.counts.size or lines.counts[0] not in (2, 3):
+        raise MeshFileError(f"{path}: the numbers of vertices and faces were expected after the word OFF")
+    vertex_count, face_count = lines.values[:2].astype(np.int64)
+    expected = 1 + vertex_count + face_count
+    if len(lines.counts) < expected:
+        raise MeshFileError(
+            f"{path}: {len(lines.counts) - 1} lines were found after the counts; expected {vertex_count}"
+            f" vertices and {face_count} faces; the file is cut off"
+        )
+    starts = lines.starts
+    vertices, faces = slice(1, 1 + vertex_count), slice(1 + vertex_count, expected)
+    if (lines.counts[vertices] < 3).any():
+        raise MeshFileError(f"{path}: a vertex with fewer than 3 coordinates was found; expected x y z")
+    points = lines.values[starts[vertices, None] + np.arange(3)]
+    counts = lines.values[starts[faces]].astype(np.int64)
+    if (lines.counts[faces] < 1 + counts).any():
+        raise MeshFileError(f"{path}: a face with fewer corners than its first number tells was found")
+    first = np.repeat(starts[faces] + 1 - (np.cumsum(counts) - counts), counts)
+    corners = lines.values[first + np.arange(counts.sum())].astype(np.int64)
+    return make_mesh(str(path), points, counts, corners, find_space(comments))

@@ -1,0 +1,90 @@
+"""A mesh to a file of any format: the table of formats, and the one way to write."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.files.atomic import write_output
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.obj import encode_obj
+from dmc_cli.mesh_io.off import encode_off
+from dmc_cli.mesh_io.ply import encode_ply
+from dmc_cli.settings import STREAM, OutputFormat
+
+
+@dataclass(frozen=True)
+class MeshFormat:
+    """One mesh format: how to encode it, and what it cannot hold."""
+
+    suffix: str
+    encode: Callable[..., Iterator[bytes]]
+    holds_normals: bool = True
+
+
+FORMATS: dict[OutputFormat, MeshFormat] = {
+    "ply": MeshFormat(".ply", encode_ply),
+    "obj": MeshFormat(".obj", encode_obj),
+    "off": MeshFormat(".off", encode_off, holds_normals=False),
+}
+
+
+@dataclass(frozen=True)
+class WrittenFile:
+    """What was written: the format, the number of bytes, and sentences on what was left out."""
+
+    path: str
+    format: OutputFormat
+    size: int
+    warnings: tuple[str, ...] = ()
+
+
+def choose_format(path: str, output_format: OutputFormat | None = None) -> OutputFormat:
+    """Return the format asked for, else the one that the suffix tells.
+
+    Raises:
+        SettingsError: The suffix is of no format, or there is none.
+    """
+    if output_format is not None:
+        return output_format
+    suffix = PurePath(path).suffix.lower()
+    for name, mesh_format in FORMATS.items():
+        if suffix == mesh_format.suffix:
+            return name
+    known = ", ".join(mesh_format.suffix for mesh_format in FORMATS.values())
+    if path == STREAM:
+        raise SettingsError("standard output has no suffix; name the format with --output-format")
+    found = f"the suffix {suffix}" if suffix else "no suffix"
+    raise SettingsError(
+        f"{path} has {found}; expected one of {known}; rename the output, or name its format with "
+        "--output-format"
+    )
+
+
+def write_mesh(
+    path: str,
+    mesh: MeshFile,
+    *,
+    output_format: OutputFormat | None = None,
+    ascii: bool = False,
+    force: bool = False,
+) -> WrittenFile:
+    """Write a mesh completely or not at all.
+
+    Args:
+        path: The file, or `-` for standard output.
+        mesh: What to write.
+        output_format: Which format; without it the suffix of `path` tells.
+        ascii: Text where the format could be binary too.
+        force: Replace a file that exists.
+
+    Raises:
+        SettingsError: The format is not known.
+        WriteError: The file exists, or it cannot be written; an older file is untouched.
+    """
+    name = choose_format(path, output_format)
+    size = write_output(path, FORMATS[name].encode(mesh, ascii=ascii), force=force)
+    warnings = []
+    if mesh.normals is not None and not FORMATS[name].holds_normals:
+        warnings.append(f"{name.upper()} files hold no normals: they were left out")
+    return WrittenFile(path, name, size, tuple(warnings))

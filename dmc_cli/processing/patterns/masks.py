@@ -1,0 +1,98 @@
+"""Which quads have one of the papers' valence patterns: all of them are looked at, 32 at a time.
+
+Four valences a quad are gathered from all over memory. In C++, with plain pointers and without a branch, the
+compiler makes vector instructions of the loop; these are the only two places of simplification that look at
+every quad.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.bits.flags import ANY, marked
+from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_length
+from dmc_cli.bits.words import VECTOR_FLAGS
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
+
+
+def list_3x3y(mesh: WorkingMesh) -> Any:
+    """Return the quads that are there and have the pattern 3-X-3-Y in ascending order, int32."""
+    return _listed(mesh, all_three=False)
+
+
+def list_3333(mesh: WorkingMesh) -> Any:
+    """Return the quads that are there and whose vertices all have valence 3 in ascending order, int32."""
+    return _listed(mesh, all_three=True)
+
+
+def _listed(mesh: WorkingMesh, *, all_three: bool) -> Any:
+    """Return the quads with one of the patterns."""
+    mask = mesh.device.empty(mask_length(mesh.quad_count), wp.uint32)
+    mesh.device.launch(find_pattern_kernel, mask.shape[0], [mesh.arrays, all_three], [mask], WORDS_A_CHUNK)
+    return list_mask(mesh.device, mask)
+
+
+def _for_each_quad(test: str) -> str:
+    """Return C++ that gives a bit for each of 32 quads: what `test` says of its valences a, b, c, d."""
+    return f"""
+        const int* corner = (const int*)corners.data + 128 * (size_t)word;
+        const int* valences = (const int*)valence.data;
+        auto bit = [&](int n) {{
+            int a = valences[corner[4 * n]], b = valences[corner[4 * n + 1]];
+            int c = valences[corner[4 * n + 2]], d = valences[corner[4 * n + 3]];
+            return (unsigned int)({test}) << n;
+        }};
+        unsigned int bits = 0;
+        if (count >= 32) {{
+            for (int n = 0; n < 32; ++n) bits |= bit(n);
+        }} else {{
+            for (int n = 0; n < count; ++n) bits |= bit(n);
+        }}
+        return bits;
+        """
+
+
+@wp.func_native(
+    _for_each_quad(
+        "((a == 3) & (c == 3) & (b >= 5) & (d >= 5)) | ((b == 3) & (d == 3) & (a >= 5) & (c >= 5))"
+    )
+)
+def word_3x3y(
+    corners: wp.array(dtype=wp.int32), valence: wp.array(dtype=wp.int32), word: wp.int32, count: wp.int32
+) -> wp.uint32:
+    """Return a bit for each of the `count` quads from 32 `word` on, 32 at most: whether it has 3-X-3-Y."""
+    ...
+
+
+@wp.func_native(_for_each_quad("(a == 3) & (b == 3) & (c == 3) & (d == 3)"))
+def word_3333(
+    corners: wp.array(dtype=wp.int32), valence: wp.array(dtype=wp.int32), word: wp.int32, count: wp.int32
+) -> wp.uint32:
+    """Return a bit for each of the `count` quads from 32 `word` on, 32 at most: whether it has 3-3-3-3."""
+    ...
+
+
+@wp.kernel
+def find_pattern_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,
+    all_three: wp.bool,
+    # Out:
+    mask_out: wp.array(dtype=wp.uint32),
+):
+    """Find the quads with the pattern 3-3-3-3, else with 3-X-3-Y. One thread 32 quads."""
+    w = first + wp.tid()
+    count = mesh.defect.shape[0] - 32 * w
+    word = wp.uint32(0)
+    if all_three:
+        word = word_3333(mesh.corners, mesh.valence, w, count)
+    else:
+        word = word_3x3y(mesh.corners, mesh.valence, w, count)
+    if word != wp.uint32(0):
+        word &= ~marked(mesh.quad_gone, 32 * w, 32, ANY)
+    mask_out[w] = word

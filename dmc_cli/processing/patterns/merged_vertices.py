@@ -1,0 +1,93 @@
+"""Where the merged vertex of a 3-X-3-Y quad goes, and whether it may: the safe rules.
+
+Names are those of `simplify_3x3y.py`. The papers put the vertex at the midpoint of X and Y and check nothing.
+With `--project` it goes on to the surface. A point without a cell that exists, or from which the surface is
+not found, gives way to the nearer of v1 and v2, which lie on the surface.
+"""
+
+import warp as wp
+
+from dmc_cli.field.field import Field
+from dmc_cli.field.grid import Grid, world_coordinate
+from dmc_cli.field.projection import GridPoint, cell_node, index_position, locate_point, project_point
+from dmc_cli.field.slices import depth_of
+from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
+from dmc_cli.mesh.working_mesh import opposite_halfedge
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+@wp.func
+def merged_point(
+    grid: Grid,
+    field: Field,
+    corners: wp.array(dtype=wp.int32),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    h: wp.int32,
+    project: wp.bool,
+) -> GridPoint:
+    """Return where the merged vertex of the quad with cut h goes; `project` puts it on the surface."""
+    x = corners[next_halfedge(h)]
+    y = corners[previous_halfedge(h)]
+    at_x = index_position(grid, cell[x], local[x])
+    middle = wp.float64(0.5) * (at_x + index_position(grid, cell[y], local[y]))
+    point = GridPoint()
+    if project:
+        point = project_point(field, grid, middle)
+    else:
+        point = locate_point(field, grid, middle)
+    if point.is_found:
+        return point
+    v = corners[h]
+    other = corners[opposite_halfedge(h)]
+    near = wp.length_sq(index_position(grid, cell[v], local[v]) - middle)
+    if wp.length_sq(index_position(grid, cell[other], local[other]) - middle) < near:
+        v = other
+    point.cell = cell_node(grid, cell[v])
+    point.local = local[v]
+    return point
+
+
+@wp.func
+def point_position(matrix: wp.mat44d, depths: wp.array(dtype=wp.float64), point: GridPoint) -> wp.vec3:
+    """Return a point in the output space, as `map_vertices` does."""
+    x = wp.float64(point.cell[0]) + wp.float64(point.local[0])
+    y = wp.float64(point.cell[1]) + wp.float64(point.local[1])
+    z = depth_of(depths, point.cell[2], wp.float64(point.local[2]))
+    return wp.vec3(
+        world_coordinate(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3], x, y, z),
+        world_coordinate(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3], x, y, z),
+        world_coordinate(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3], x, y, z),
+    )
+
+
+@wp.func
+def turns_over(
+    corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), h: wp.int32, target: wp.vec3
+) -> wp.bool:
+    """Return whether a quad's normal turns by 90 degrees or more if the origin of its halfedge h moves."""
+    here = position[corners[h]]
+    b = position[corners[next_halfedge(h)]]
+    c = position[corners[opposite_halfedge(h)]]
+    d = position[corners[previous_halfedge(h)]]
+    before = wp.cross(c - here, d - b)
+    return wp.dot(before, wp.cross(c - target, d - b)) <= 0.0 and wp.length_sq(before) > 0.0
+
+
+@wp.func
+def folds(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    h: wp.int32,
+    target: wp.vec3,
+) -> wp.bool:
+    """Return whether the cut h would turn over one of the four neighbours, the merged vertex at `target`."""
+    if turns_over(corners, position, next_halfedge(twin[h]), target):
+        return True
+    if turns_over(corners, position, twin[next_halfedge(h)], target):
+        return True
+    if turns_over(corners, position, next_halfedge(twin[opposite_halfedge(h)]), target):
+        return True
+    return turns_over(corners, position, twin[previous_halfedge(h)], target)

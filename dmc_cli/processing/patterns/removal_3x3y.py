@@ -1,0 +1,205 @@
+"""Removal of the quads that were chosen for it: 3-X-3-Y (names as in `simplify_3x3y.py`).
+
+Placing the merged vertex, judging folds and changing the mesh is one kernel, so that what lies scattered in
+memory is fetched once. Quads that go at once are so far apart that no thread reads what another one writes:
+under the papers' rules they are no neighbours, and only their own vertices are looked at; under the safe
+rules they are three steps apart, and their neighbours' vertices are.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.bits.selection import keep_masked, mask_length
+from dmc_cli.field.field import Field
+from dmc_cli.field.grid import Grid, kernel_matrix
+from dmc_cli.field.prefetch import fetch_around_cuts
+from dmc_cli.field.projection import GridPoint, node_cell
+from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
+from dmc_cli.processing.patterns.merged_vertices import folds, merged_point, point_position
+from dmc_cli.processing.patterns.simplify_3x3y import LISTED_A_CHUNK
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+def remove_3x3y(
+    mesh: WorkingMesh, cuts: Any, *, project: bool, safe: bool, state: Any | None = None
+) -> tuple[Any, Any]:
+    """Remove quads.
+
+    Args:
+        mesh: The mesh, changed in place.
+        cuts: Cuts, int32, of quads that are no neighbours of each other.
+        project: Put merged vertices on the surface.
+        safe: Refuse what would turn a neighbour over; else mark vertex pairs that become crowded.
+        state: uint8 (Q,) of the safe rules, 1 for quads that may go; 0 afterwards for those refused.
+
+    Returns:
+        The numbers of quads that went and of those that were refused, int32, one for 32 of the list.
+    """
+    device, surface, count = mesh.device, mesh.surface, cuts.shape[0]
+    blocks = mask_length(count)
+    removed, refused = device.empty(blocks, wp.int32), device.empty(blocks, wp.int32)
+    seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * blocks, wp.uint32)
+    color = mesh.arrays.defect if mesh.color is None else mesh.color
+    inputs = [mesh.arrays, surface.grid.struct(), surface.field, kernel_matrix(surface.affine)]
+    inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
+    device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
+    if not safe:
+        device.launch(mark_crowded_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
+    if mesh.color is not None:
+        mesh.seams.append(keep_masked(device, seams, clashes))
+    return removed, refused
+
+
+@wp.func_native(
+    """
+    #if defined(__CUDA_ARCH__)
+    atomicSub((int*)valence.data + v, 1);
+    #elif defined(__clang__)
+    __atomic_fetch_sub((int*)valence.data + v, 1, __ATOMIC_RELAXED);
+    #endif
+    """
+)
+def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32):
+    """Take one mesh edge from a vertex, which several threads may do: Warp's own atomics on CPU are none."""
+    ...
+
+
+@wp.func
+def cut_out(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    vertex_halfedge: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    h: wp.int32,
+):
+    """Close the gap of a quad: the origin of its halfedge h stays, that of the opposite one goes.
+
+    It writes to halfedges of the quad's neighbours that face the quad or start at the vertex that goes, and
+    to the quad's own four vertices: nothing that another thread reads, but for valences of X and Y.
+    """
+    kept = corners[h]
+    at_x = next_halfedge(h)  # X to v2
+    at_y = previous_halfedge(h)  # Y to v1
+    to_y = opposite_halfedge(h)  # v2 to Y
+    # v2's other two halfedges start at m from now on
+    corners[twin[at_x]] = kept
+    corners[next_halfedge(twin[to_y])] = kept
+    x = corners[at_x]
+    y = corners[at_y]
+    vertex_halfedge[kept] = next_halfedge(twin[h])
+    if vertex_halfedge[x] == at_x:
+        vertex_halfedge[x] = next_halfedge(twin[at_x])
+    if vertex_halfedge[y] == at_y:
+        vertex_halfedge[y] = next_halfedge(twin[at_y])
+    set_twins(twin, twin[h], twin[at_x])
+    set_twins(twin, twin[to_y], twin[at_y])
+    valence[kept] = 4
+    lower_valence(valence, x)
+    lower_valence(valence, y)
+
+
+@wp.func
+def merge_ends(
+    mesh: MeshArrays,
+    grid: Grid,
+    color: wp.array(dtype=wp.uint8),
+    cut: wp.int32,
+    point: GridPoint,
+    target: wp.vec3,
+    n: wp.int32,
+    seams_out: wp.array(dtype=wp.int32),
+) -> wp.int32:
+    """Remove the quad of cut n; return a bit for each of its two seams that has one colour on both sides."""
+    h = wp.where(mesh.corners[cut] > mesh.corners[opposite_halfedge(cut)], opposite_halfedge(cut), cut)
+    kept = mesh.corners[h]
+    mesh.position[kept] = target
+    mesh.cell[kept] = node_cell(grid, point.cell)
+    mesh.local[kept] = point.local
+    mesh.quad_gone[h >> 2] = wp.uint8(1)
+    mesh.vertex_gone[mesh.corners[opposite_halfedge(h)]] = wp.uint8(1)
+    seam_x = mesh.twin[h]
+    seam_y = mesh.twin[opposite_halfedge(h)]
+    cut_out(mesh.corners, mesh.twin, mesh.vertex_halfedge, mesh.valence, h)
+    seams_out[2 * n] = seam_x
+    seams_out[2 * n + 1] = seam_y
+    clash = wp.where(color[seam_x >> 2] == color[mesh.twin[seam_x] >> 2], 1, 0)
+    return clash | wp.where(color[seam_y >> 2] == color[mesh.twin[seam_y] >> 2], 2, 0)
+
+
+@wp.kernel
+def remove_3x3y_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    grid: Grid,
+    field: Field,
+    matrix: wp.mat44d,
+    depths: wp.array(dtype=wp.float64),
+    project: wp.bool,
+    safe: wp.bool,
+    color: wp.array(dtype=wp.uint8),
+    cuts: wp.array(dtype=wp.int32),
+    # In/out:
+    state_inout: wp.array(dtype=wp.uint8),
+    # Out:
+    removed_out: wp.array(dtype=wp.int32),
+    refused_out: wp.array(dtype=wp.int32),
+    seams_out: wp.array(dtype=wp.int32),
+    clashes_out: wp.array(dtype=wp.uint32),
+):
+    """Merge v1 and v2, the lower number stays; tell where neighbours get one colour. One thread 32 quads."""
+    block = first + wp.tid()
+    removed = wp.int32(0)
+    refused = wp.int32(0)
+    clashes = wp.uint64(0)
+    end = wp.min(32 * block + 32, cuts.shape[0])
+    fetch_around_cuts(
+        grid, field, mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts, 32 * block, end
+    )
+    for n in range(32 * block, end):
+        h = cuts[n]
+        if h >= 0:
+            point = merged_point(grid, field, mesh.corners, mesh.cell, mesh.local, h, project)
+            target = point_position(matrix, depths, point)
+            refuses = wp.bool(False)
+            if safe:
+                refuses = folds(mesh.corners, mesh.twin, mesh.position, h, target)
+            if refuses:
+                refused += 1
+                state_inout[h >> 2] = wp.uint8(0)
+            else:
+                removed += 1
+                clash = merge_ends(mesh, grid, color, h, point, target, n, seams_out)
+                clashes |= wp.uint64(clash) << wp.uint64(2 * (n - 32 * block))
+    removed_out[block] = removed
+    refused_out[block] = refused
+    clashes_out[2 * block] = wp.uint32(clashes)
+    clashes_out[2 * block + 1] = wp.uint32(clashes >> wp.uint64(32))
+
+
+@wp.kernel
+def mark_crowded_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    cuts: wp.array(dtype=wp.int32),
+):
+    """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread a quad.
+
+    No other vertex pair can have become crowded; all writes are of the same value.
+    """
+    h = cuts[first + wp.tid()]
+    if h >= 0:
+        m = wp.min(mesh.corners[h], mesh.corners[opposite_halfedge(h)])
+        here = mesh.vertex_halfedge[m]
+        for _turn in range(4):
+            other = turned(mesh.twin, here)
+            for _rest in range(3):
+                if mesh.corners[next_halfedge(other)] == mesh.corners[next_halfedge(here)]:
+                    mesh.defect[here >> 2] = wp.uint8(1)
+                    mesh.defect[mesh.twin[here] >> 2] = wp.uint8(1)
+                other = turned(mesh.twin, other)
+            here = turned(mesh.twin, here)

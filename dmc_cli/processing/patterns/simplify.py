@@ -1,0 +1,127 @@
+"""The papers' simplification (Grosso & Zint 2021, section 4), and safe rules that keep the mesh whole.
+
+Order: 3-X-3-Y, then 3-3-3-3. Under the papers' rules 3-X-3-Y is two passes, by colour and by counting.
+Under the safe rules it sweeps until no quad that may go is left; a second pass would find one in ten
+thousand. Valences, twins and crowded vertex pairs are up to date before each pass, as after the papers'
+rebuild.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.bits.selection import keep_masked
+from dmc_cli.contouring.dual_marching_cubes.coloring import repair_colors
+from dmc_cli.mesh.compaction import compact
+from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.working_mesh import WorkingMesh, working_mesh
+from dmc_cli.processing.patterns.masks import list_3x3y, list_3333
+from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y
+from dmc_cli.processing.patterns.simplify_3x3y import choose_apart, choose_by_paper, judge_topology
+from dmc_cli.processing.patterns.simplify_3333 import (
+    REMOVED_TOGETHER,
+    choose_unshared,
+    judge_3333,
+    remove_3333,
+    still_waiting,
+)
+from dmc_cli.settings import MeshSettings
+
+
+@dataclass(frozen=True)
+class Simplified:
+    """A mesh after simplification.
+
+    Attributes:
+        surface: Its vertices and quads; `quad_starts` is None, since quads are no ranks any more.
+        halfedges: Their halfedges.
+        color: Colours 0 to 4, proper, uint8 (Q,); None if they were not asked for.
+        color24: The grid's colours, uint8 (Q,), or None.
+        removed_3x3y: Quads that each pass of 3-X-3-Y removed.
+        removed_3333: Quads that 3-3-3-3 removed.
+        refused: Quads with a pattern that the safe rules kept.
+    """
+
+    surface: Surface
+    halfedges: Halfedges
+    color: Any | None
+    color24: Any | None
+    removed_3x3y: tuple[int, ...]
+    removed_3333: int
+    refused: int
+
+
+def simplify(
+    surface: Surface,
+    halfedges: Halfedges,
+    settings: MeshSettings,
+    color: Any | None = None,
+    color24: Any | None = None,
+) -> Simplified:
+    """Remove the papers' patterns; the arrays of surface and halfedges are of no use afterwards.
+
+    Args:
+        surface: The surface as it was extracted.
+        halfedges: Its halfedges.
+        settings: Which patterns, by which rules, and whether merged vertices go back on the surface.
+        color: Colours 0 to 4, uint8 (Q,); the papers' rules need them. Changed in place.
+        color24: The grid's colours, uint8 (Q,), to be carried along.
+    """
+    mesh = working_mesh(surface, halfedges, color, color24)
+    removed: list[int] = []
+    removed_3333 = refused = 0
+    safe = settings.simplify_rules == "safe"
+    if settings.simplify in ("3x3y", "all"):
+        if safe:
+            gone, refused = _safe_3x3y(mesh, project=settings.project)
+            removed.append(gone)
+        else:
+            removed = [
+                _paper_3x3y(mesh, by_color=by_color, project=settings.project) for by_color in (True, False)
+            ]
+    if settings.simplify in ("3333", "all"):
+        removed_3333, kept = _pass_3333(mesh, safe=safe)
+        refused += kept
+    if color is not None:
+        repair_colors(mesh.device, mesh.arrays.twin, color, *mesh.seams, gone=mesh.arrays.quad_gone)
+    return Simplified(*compact(mesh), tuple(removed), removed_3333, refused)
+
+
+def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:
+    """Remove quads by the papers' rules; return how many."""
+    cuts = choose_by_paper(mesh, list_3x3y(mesh), by_color=by_color)
+    removed, _ = remove_3x3y(mesh, cuts, project=project, safe=False)
+    return mesh.device.total(removed)
+
+
+def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
+    """Remove quads in sweeps until none that may go is left; return how many went and were refused."""
+    device = mesh.device
+    state = device.zeros(mesh.quad_count, wp.uint8)
+    quads = list_3x3y(mesh)
+    gone = refusals = 0
+    while quads.shape[0]:
+        cuts, refused = judge_topology(mesh, quads, state)
+        chosen, waiting = choose_apart(mesh, cuts, state)
+        removed, folded = remove_3x3y(mesh, chosen, project=project, safe=True, state=state)
+        gone += device.total(removed)
+        refusals += device.total(refused) + device.total(folded)
+        quads = keep_masked(device, quads, waiting)
+    return gone, refusals
+
+
+def _pass_3333(mesh: WorkingMesh, *, safe: bool) -> tuple[int, int]:
+    """Remove what 3-3-3-3 finds; return how many quads went and how many patterns were refused."""
+    device = mesh.device
+    quads = list_3333(mesh)
+    removed = refusals = 0
+    while quads.shape[0]:
+        eligible, refused = judge_3333(mesh, quads, safe=safe)
+        flags = choose_unshared(mesh, quads, eligible) if safe else eligible
+        remove_3333(mesh, quads, flags)
+        removed += REMOVED_TOGETHER * device.total(flags)
+        refusals += device.total(refused)
+        quads = still_waiting(device, quads, eligible, flags)
+    return removed, refusals

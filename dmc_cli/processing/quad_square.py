@@ -1,0 +1,42 @@
+"""How far a quad is from a square: device functions for stages that move vertices.
+
+Shape is equation 9 of Grosso & Zint 2021, the least over the corners of the area of the parallelogram of
+their edges over the mean square of their lengths: 1 for a square, here negative where a corner turns against
+its quad. `measures/shape.py` measures the same for the report, in double precision and with angles.
+"""
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+@wp.func
+def corner_shape(before: wp.vec3, after: wp.vec3, normal: wp.vec3) -> wp.float32:
+    """Return the shape at a corner between the edge into it and the edge out of it."""
+    squares = wp.dot(before, before) + wp.dot(after, after)
+    area = wp.dot(wp.cross(before, after), normal)
+    size = wp.length(wp.cross(before, after))
+    return wp.where(squares > 0.0, 2.0 * wp.where(area < 0.0, -size, size) / squares, 0.0)
+
+
+@wp.func
+def quad_shape(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3) -> wp.float32:
+    """Return the least shape of a quad's corners."""
+    ab = b - a
+    bc = c - b
+    cd = d - c
+    da = a - d
+    normal = wp.cross(ab - cd, bc - da)
+    return wp.min(
+        wp.min(corner_shape(da, ab, normal), corner_shape(ab, bc, normal)),
+        wp.min(corner_shape(bc, cd, normal), corner_shape(cd, da, normal)),
+    )
+
+
+@wp.func
+def nearest_square_corner(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3) -> wp.vec3:
+    """Return the corner that belongs to a of the square nearest to a quad, by least squares in its plane."""
+    half_ac = 0.5 * (a - c)
+    half_bd = 0.5 * (b - d)
+    normal = wp.normalize(wp.cross(half_ac, half_bd))
+    return 0.25 * ((a + c) + (b + d)) + 0.5 * (half_ac + wp.cross(half_bd, normal))

@@ -1,0 +1,5 @@
+"""Smoothing on the surface.
+
+relax_checks  whether a step may be taken
+relax         steps of all vertices, checked afterwards
+"""

@@ -1,0 +1,297 @@
+"""Smoothing on the surface (`--relax N`): vertices glide to where their quads have better shapes.
+
+Each quad names the square nearest to its corners; a vertex goes towards the mean of the corners that its
+quads' squares offer it, along the surface's tangent plane only, and is put back on the trilinear surface.
+So sizes stay what the surface's grid made them, and angles and sides become equal.
+
+All vertices move at once (Jacobi). A step is checked quad by quad: no quad may become worse in shape than
+the worst of the old quads round its vertices, nor turn a corner against the surface. The vertices of a quad
+that fails halve their step, and after `HALVINGS` of these stay; then all is checked again. Staying is what
+the mesh was before, so this ends, and the least shape of the mesh never falls. A step that does not raise
+the mean shape is not taken, and is the last one: long quads between thick slices cannot become squares.
+
+Vertices on a boundary, with several fans of quads, or where no point of the surface is found stay put.
+Shape is equation 9 of Grosso & Zint 2021, negative at a corner that turns against its quad.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.field.projection import cell_node, node_cell
+from dmc_cli.mesh.halfedges import Halfedges, flat_quads
+from dmc_cli.mesh.surface import Surface
+from dmc_cli.processing.distance_guard import Guests, keep_guests
+from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
+from dmc_cli.processing.relaxation.relax_checks import (
+    Ring,
+    Spots,
+    check_kernel,
+    corner_point,
+    ring_size,
+    turn,
+)
+from dmc_cli.processing.tangent_step import Scene, glide, make_scene, output_position, surface_normal
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.runtime.device import Device
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+HALVINGS = 2
+"""A vertex tries its step, a half and a quarter of it, then stays."""
+
+UNMOVED, FIXED = wp.constant(-1), wp.constant(-2)
+STAYS = wp.constant(HALVINGS + 1)
+"""What a vertex's level says beside its halvings: not moved yet, on a boundary, to move no more."""
+
+PATIENT_CHECKS = 4
+"""Checks after which the vertices of a failing quad stay without trying a smaller step first."""
+
+EAGERNESS = wp.constant(1.3)
+"""Share of the way to the goal that a step takes: more than all of it, since the neighbours move as well."""
+
+WEIGHT_OF_SHAPE = wp.constant(3.0)
+"""How much more a quad of shape 0 counts than a square: the worst improve first."""
+
+
+def relax(
+    surface: Surface,
+    halfedges: Halfedges,
+    steps: int,
+    progress: Progress = SILENT,
+    guests: Guests | None = None,
+) -> Surface:
+    """Return the surface after at most `steps` steps of its vertices to better shapes; no array is changed.
+
+    Args:
+        surface: The mesh and what it was made from.
+        halfedges: Its halfedges.
+        steps: How many; fewer where the mean shape rises no more.
+        progress: Told the share of the steps that are done.
+        guests: Points that must not be left behind.
+    """
+    device = surface.device
+    count = surface.vertices.shape[0]
+    ring, scene = _make_ring(halfedges, surface), make_scene(surface)
+    now = _spots(surface.vertices, surface.vertex_cell, surface.vertex_local, device)
+    device.launch(find_normals_kernel, count, [scene], [now])
+    spare = [_empty_spots(count, device) for _ in range(min(steps, 2))]
+    scratch = _Scratch.of(count, halfedges.quads.shape[0], device)
+    total_shape = _measure(ring, now, scratch, device)
+    for step in range(steps):
+        progress.advance(step / steps)
+        then = spare.pop()
+        _take_step(ring, scene, now, then, scratch, guests, device)
+        before, total_shape = total_shape, _measure(ring, then, scratch, device)
+        if not total_shape > before:
+            break
+        if step:
+            spare.append(now)
+        now = then
+    return replace(surface, vertices=now.position, vertex_cell=now.cell, vertex_local=now.local)
+
+
+def measure_shapes(surface: Surface, halfedges: Halfedges) -> Any:
+    """Return the shapes of the quads, float32 (Q,)."""
+    quads, device = halfedges.quads.shape[0], surface.device
+    shape = device.empty(quads, wp.float32)
+    inputs = [_make_ring(halfedges, surface), surface.vertices]
+    device.launch(measure_shapes_kernel, quads, inputs, [shape])
+    return shape
+
+
+@dataclass(frozen=True)
+class _Scratch:
+    """Arrays that every step writes anew: of quads shape and failing, of vertices the others."""
+
+    shape: Any
+    failing: Any
+    floor: Any
+    aim: Any
+    level: Any
+    has_moved: Any
+    must_retreat: Any
+
+    @staticmethod
+    def of(vertex_count: int, quad_count: int, device: Device) -> "_Scratch":
+        """Return room for a mesh."""
+        quads = [device.empty(quad_count, kind) for kind in (wp.float32, wp.uint8)]
+        kinds = (wp.float32, wp.vec3, wp.int8, wp.uint8)
+        vertices = [device.empty(vertex_count, kind) for kind in kinds]
+        return _Scratch(*quads, *vertices, device.zeros(vertex_count, wp.uint8))
+
+
+def _measure(ring: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
+    """Measure the quads and return the sum of their shapes."""
+    device.launch(measure_shapes_kernel, scratch.shape.shape[0], [ring, spots.position], [scratch.shape])
+    return float(scratch.shape.numpy().sum(dtype=np.float64))
+
+
+def _take_step(
+    ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, guests: Guests | None, device: Device
+) -> None:
+    """Move the vertices from `now`, whose shapes are measured, to `then`, as far as no quad suffers."""
+    vertex_count, quad_count = scratch.level.shape[0], scratch.shape.shape[0]
+    outputs = [scratch.floor, scratch.aim, scratch.level]
+    device.launch(aim_kernel, vertex_count, [ring, scratch.shape, now], outputs)
+    is_failing, checks = True, 0
+    while is_failing:
+        inputs = [scene, now, scratch.aim, int(checks < PATIENT_CHECKS)]
+        outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
+        device.launch(move_kernel, vertex_count, inputs, outputs)
+        is_strict = int(guests is not None)
+        inputs = [scene, ring, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
+        device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
+        if guests is not None:
+            outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]
+            keep_guests(guests, scene.grid, ring.corners, then, *outputs, device)
+        is_failing, checks = device.total(scratch.failing) > 0, checks + 1
+
+
+def _make_ring(halfedges: Halfedges, surface: Surface) -> Any:
+    """Return the kernels' view of the mesh."""
+    ring = Ring()
+    ring.corners, ring.twin = flat_quads(halfedges.quads), halfedges.twin
+    ring.start, ring.valence = halfedges.vertex_halfedge, halfedges.valence
+    ring.sense = surface.sense
+    return ring
+
+
+def _spots(position: Any, cell: Any, local: Any, device: Device) -> Any:
+    """Return the kernels' view of vertices, with room for their normals."""
+    spots = Spots()
+    spots.position, spots.cell, spots.local = position, cell, local
+    spots.normal = device.empty(position.shape[0], wp.vec3)
+    return spots
+
+
+def _empty_spots(count: int, device: Device) -> Any:
+    """Return the kernels' view of vertices that are still to be written."""
+    return _spots(*(device.empty(count, kind) for kind in (wp.vec3, wp.int64, wp.vec3)), device)
+
+
+@wp.kernel
+def find_normals_kernel(
+    # In:
+    first: wp.int32,
+    scene: Scene,
+    # In/out:
+    spots_inout: Spots,
+):
+    """Find the surface's normal at each vertex. One thread a vertex."""
+    v = first + wp.tid()
+    cell = cell_node(scene.grid, spots_inout.cell[v])
+    spots_inout.normal[v] = surface_normal(scene, cell, spots_inout.local[v])
+
+
+@wp.kernel
+def measure_shapes_kernel(
+    # In:
+    first: wp.int32,
+    ring: Ring,
+    position: wp.array(dtype=wp.vec3),
+    # Out:
+    shape_out: wp.array(dtype=wp.float32),
+):
+    """Measure the quads. One thread a quad."""
+    q = first + wp.tid()
+    h = 4 * q
+    a = corner_point(ring, position, h, 0)
+    b = corner_point(ring, position, h, 1)
+    c = corner_point(ring, position, h, 2)
+    d = corner_point(ring, position, h, 3)
+    shape_out[q] = quad_shape(a, b, c, d)
+
+
+@wp.kernel
+def aim_kernel(
+    # In:
+    first: wp.int32,
+    ring: Ring,
+    shape: wp.array(dtype=wp.float32),
+    spots: Spots,
+    # Out:
+    floor_out: wp.array(dtype=wp.float32),
+    aim_out: wp.array(dtype=wp.vec3),
+    level_out: wp.array(dtype=wp.int8),
+):
+    """Find each vertex's worst quad and the step that it would like to take. One thread a vertex."""
+    v = first + wp.tid()
+    size = ring_size(ring, v)
+    floor = float(1.0)
+    goal = wp.vec3(0.0, 0.0, 0.0)
+    weights = float(0.0)
+    h = ring.start[v]
+    for _quad in range(size):
+        a = corner_point(ring, spots.position, h, 0)
+        b = corner_point(ring, spots.position, h, 1)
+        c = corner_point(ring, spots.position, h, 2)
+        d = corner_point(ring, spots.position, h, 3)
+        weight = 1.0 + WEIGHT_OF_SHAPE * (1.0 - shape[h >> 2])
+        goal += weight * nearest_square_corner(a, b, c, d)
+        weights += weight
+        floor = wp.min(floor, shape[h >> 2])
+        h = turn(ring, h)
+    aim = wp.vec3(0.0, 0.0, 0.0)
+    level = wp.int8(FIXED)
+    if size > 0:
+        aim = EAGERNESS * (goal / weights - spots.position[v])
+        aim -= wp.dot(aim, spots.normal[v]) * spots.normal[v]
+        level = wp.int8(UNMOVED)
+    floor_out[v] = floor
+    aim_out[v] = aim
+    level_out[v] = level
+
+
+@wp.kernel
+def move_kernel(
+    # In:
+    first: wp.int32,
+    scene: Scene,
+    now: Spots,
+    aim: wp.array(dtype=wp.vec3),
+    is_patient: wp.int32,
+    # In/out:
+    level_inout: wp.array(dtype=wp.int8),
+    must_retreat_inout: wp.array(dtype=wp.uint8),
+    # Out:
+    has_moved_out: wp.array(dtype=wp.uint8),
+    then: Spots,
+):
+    """Move vertices of failing quads by their next smaller step, at last by none. One thread a vertex."""
+    v = first + wp.tid()
+    level = level_inout[v]
+    has_moved_out[v] = wp.uint8(0)
+    if level == wp.int8(UNMOVED):
+        level = wp.int8(0)
+    elif level == wp.int8(FIXED):
+        level = wp.int8(STAYS)
+    elif level == wp.int8(STAYS) or must_retreat_inout[v] == wp.uint8(0):
+        return
+    else:
+        level = wp.int8(wp.where(is_patient == 1, wp.int32(level) + 1, STAYS))
+    position = now.position[v]
+    cell = now.cell[v]
+    local = now.local[v]
+    normal = now.normal[v]
+    if level < wp.int8(STAYS):
+        end = glide(scene, cell, local, wp.pow(0.5, wp.float32(level)) * aim[v])
+        facing = wp.vec3(0.0, 0.0, 0.0)
+        if end.is_found:
+            facing = surface_normal(scene, end.cell, end.local)
+        if wp.dot(facing, normal) > 0.0:
+            position = output_position(scene, end.cell, end.local)
+            cell = node_cell(scene.grid, end.cell)
+            local = end.local
+            normal = facing
+        else:
+            level = wp.int8(STAYS)
+    level_inout[v] = level
+    must_retreat_inout[v] = wp.uint8(0)
+    has_moved_out[v] = wp.uint8(1)
+    then.position[v] = position
+    then.cell[v] = cell
+    then.local[v] = local
+    then.normal[v] = normal

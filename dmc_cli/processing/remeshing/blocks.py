@@ -1,0 +1,240 @@
+"""Blocks of the further simplification: boxes of the grid, shifted from round to round.
+
+A quad belongs to the box that the cell of its first vertex lies in. A vertex is a block's own if all its
+quads are the block's and it is not frozen; frozen for good are vertices whose quads do not form one ring.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.field.projection import cell_node
+from dmc_cli.mesh.halfedges import previous_halfedge
+from dmc_cli.processing.remeshing.mesh import Mesh
+from dmc_cli.processing.tangent_step import Scene, surface_normal
+from dmc_cli.runtime.device import Device
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+SIDE = 32
+"""Cells along a box's side: an operation needs some six cells; the more boxes, the more threads."""
+
+SPARE_SHARE = 32
+"""A block may open one quad for so many own vertices in a round, and one more."""
+
+LONGEST_RING = 32
+"""As in `remeshing/work.py`."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Who works where.
+
+    Attributes:
+        count: Blocks.
+        vertex_block: The block whose own a vertex is, int32 (V,), or -1.
+        starts: Where each block's vertices start in `items`, int32 (count + 1,).
+        items: The blocks' own vertices, in ascending order in each, int32.
+        spare_starts: The same for its spare places, int64 (count + 1,).
+        spare: Spare places in all.
+    """
+
+    count: int
+    vertex_block: Any
+    starts: Any
+    items: Any
+    spare_starts: Any
+    spare: int
+
+
+def freeze_fans(mesh: Mesh, device: Device) -> None:
+    """Mark the vertices on a boundary and those with several fans as frozen."""
+    inputs = [mesh.twin, mesh.vertex_halfedge, mesh.valence]
+    device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [mesh.frozen])
+
+
+def find_normals(mesh: Mesh, scene: Any, device: Device) -> Any:
+    """Return the surface's unit normals at the vertices, along the gradient, vec3 (V,)."""
+    normal = device.empty(mesh.vertex_count, wp.vec3)
+    device.launch(find_normals_kernel, mesh.vertex_count, [scene, mesh.cell, mesh.local], [normal])
+    return normal
+
+
+def make_blocks(mesh: Mesh, grid: GridShape, turn: int, device: Device) -> Blocks:
+    """Return the blocks of a round."""
+    vertices, quads = mesh.vertex_count, mesh.quad_count
+    sizes = [n // SIDE + 2 for n in (grid.nx, grid.ny, grid.nz)]
+    shift = wp.vec3i(*(int(SIDE * ((turn * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
+    box, taken = device.empty(quads, wp.int32), device.zeros(sizes[0] * sizes[1] * sizes[2], wp.int64)
+    inputs = [mesh.corners, mesh.cell, grid.struct(), shift, wp.vec3i(*sizes)]
+    device.launch(find_boxes_kernel, quads, inputs, [box, taken])
+    ranks, count = device.starts(taken)
+    vertex_block = device.empty(vertices, wp.int32)
+    keys, items = device.empty(2 * vertices, wp.int32), device.empty(2 * vertices, wp.int32)
+    inputs = [mesh.twin, mesh.vertex_halfedge, mesh.valence, mesh.frozen, box, ranks, count]
+    device.launch(own_vertices_kernel, vertices, inputs, [vertex_block, keys, items])
+    if vertices:
+        wp.utils.radix_sort_pairs(keys, items, vertices)
+    starts, spares = device.zeros(count + 2, wp.int32), device.empty(count, wp.int64)
+    device.launch(find_starts_kernel, vertices + 1, [keys, vertices, count], [starts])
+    device.launch(count_spares_kernel, count, [starts], [spares])
+    spare_starts, spare = device.starts(spares)
+    return Blocks(count, vertex_block, starts, items, spare_starts, spare)
+
+
+def with_spares(blocks: Blocks, vertices: int, device: Device) -> Any:
+    """Return the vertices' blocks with those of the spare places at the end, int32."""
+    longer = device.empty(vertices + blocks.spare, wp.int32)
+    if vertices:
+        wp.copy(longer, blocks.vertex_block, count=vertices)
+    device.launch(own_spares_kernel, blocks.count, [blocks.spare_starts, vertices], [longer])
+    return longer
+
+
+@wp.func
+def has_ring(twin: wp.array(dtype=wp.int32), start: wp.int32, valence: wp.int32) -> wp.bool:
+    """Return whether the quads round a vertex form one ring."""
+    h = start
+    size = int(0)
+    closed = bool(False)
+    while h >= 0 and size < valence and not closed:
+        h = twin[previous_halfedge(h)]
+        size += 1
+        closed = h == start
+    return closed and size == valence and size <= LONGEST_RING
+
+
+@wp.kernel
+def freeze_fans_kernel(
+    # In:
+    first: wp.int32,
+    twin: wp.array(dtype=wp.int32),
+    vertex_halfedge: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    # Out:
+    frozen_out: wp.array(dtype=wp.uint8),
+):
+    """Freeze what has no ring. One thread a vertex."""
+    v = first + wp.tid()
+    frozen_out[v] = wp.where(has_ring(twin, vertex_halfedge[v], valence[v]), wp.uint8(0), wp.uint8(1))
+
+
+@wp.kernel
+def find_normals_kernel(
+    # In:
+    first: wp.int32,
+    scene: Scene,
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    # Out:
+    normal_out: wp.array(dtype=wp.vec3),
+):
+    """Find the surface's normals. One thread a vertex."""
+    v = first + wp.tid()
+    normal_out[v] = surface_normal(scene, cell_node(scene.grid, cell[v]), local[v])
+
+
+@wp.kernel
+def find_boxes_kernel(
+    # In:
+    first: wp.int32,
+    corners: wp.array(dtype=wp.int32),
+    cell: wp.array(dtype=wp.int64),
+    grid: Grid,
+    shift: wp.vec3i,
+    sizes: wp.vec3i,
+    # Out:
+    box_out: wp.array(dtype=wp.int32),
+    taken_out: wp.array(dtype=wp.int64),
+):
+    """Find the box of each quad; all who mark a box as taken write the same. One thread a quad."""
+    q = first + wp.tid()
+    node = cell_node(grid, cell[corners[4 * q]]) + shift
+    box = node[0] / SIDE + sizes[0] * (node[1] / SIDE + sizes[1] * (node[2] / SIDE))
+    box_out[q] = box
+    taken_out[box] = wp.int64(1)
+
+
+@wp.kernel
+def own_vertices_kernel(
+    # In:
+    first: wp.int32,
+    twin: wp.array(dtype=wp.int32),
+    vertex_halfedge: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    frozen: wp.array(dtype=wp.uint8),
+    box: wp.array(dtype=wp.int32),
+    ranks: wp.array(dtype=wp.int64),
+    count: wp.int32,
+    # Out:
+    vertex_block_out: wp.array(dtype=wp.int32),
+    keys_out: wp.array(dtype=wp.int32),
+    items_out: wp.array(dtype=wp.int32),
+):
+    """Find the block whose own a vertex is. One thread a vertex."""
+    v = first + wp.tid()
+    block = int(-1)
+    if frozen[v] == wp.uint8(0):
+        h = vertex_halfedge[v]
+        common = box[h >> 2]
+        block = wp.int32(ranks[common])
+        for _turn in range(valence[v]):
+            if box[h >> 2] != common:
+                block = int(-1)
+            h = twin[previous_halfedge(h)]
+    vertex_block_out[v] = block
+    keys_out[v] = wp.where(block < 0, count, block)
+    items_out[v] = v
+
+
+@wp.kernel
+def find_starts_kernel(
+    # In:
+    first: wp.int32,
+    keys: wp.array(dtype=wp.int32),
+    vertices: wp.int32,
+    count: wp.int32,
+    # Out:
+    starts_out: wp.array(dtype=wp.int32),
+):
+    """Find where each key begins among the sorted ones. One thread a key, and one for the end."""
+    n = first + wp.tid()
+    before = int(-1)
+    here = count + 1
+    if n > 0:
+        before = keys[n - 1]
+    if n < vertices:
+        here = keys[n]
+    for key in range(before + 1, here + 1):
+        starts_out[key] = n
+
+
+@wp.kernel
+def count_spares_kernel(
+    # In:
+    first: wp.int32,
+    starts: wp.array(dtype=wp.int32),
+    # Out:
+    spares_out: wp.array(dtype=wp.int64),
+):
+    """Count a block's spare places. One thread a block."""
+    b = first + wp.tid()
+    size = starts[b + 1] - starts[b]
+    spares_out[b] = wp.int64(wp.where(size > 0, size / SPARE_SHARE + 1, 0))
+
+
+@wp.kernel
+def own_spares_kernel(
+    # In:
+    first: wp.int32,
+    spare_starts: wp.array(dtype=wp.int64),
+    vertices: wp.int32,
+    # Out:
+    vertex_block_out: wp.array(dtype=wp.int32),
+):
+    """Give a block its spare places. One thread a block."""
+    b = first + wp.tid()
+    for n in range(wp.int32(spare_starts[b]), wp.int32(spare_starts[b + 1])):
+        vertex_block_out[vertices + n] = b

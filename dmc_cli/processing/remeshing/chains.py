@@ -1,0 +1,136 @@
+"""What operations cost in irregularity before they are done, and chains of rotations that lead to a gain.
+
+A pair of a vertex of valence 3 and one of valence 5 glides along the mesh at no cost, one rotation a step,
+and two pairs that meet annihilate. By single steps they meet as random walks do. So an operation that gains
+nothing may be followed by rotations, each the cheapest near the vertices that the operation has touched and
+never of an edge that was rotated before, until there is a gain (a search of variable depth, as S. Lin and
+B. W. Kernighan's of 1973 for tours). The whole is then judged as one operation.
+"""
+
+import warp as wp
+
+from dmc_cli.mesh.valences import REGULAR
+from dmc_cli.processing.remeshing.checks import irregularity_change
+from dmc_cli.processing.remeshing.work import LINKED, TOUCHED, Work, is_own, onward, quad_corner
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+DEPTH = wp.constant(10)
+"""Rotations of a chain at most."""
+
+ASCENT = 2
+"""What a chain may cost on its way: a pair that comes, next to one that glides, say."""
+
+UNKNOWN, OFF_BLOCK = wp.constant(98), wp.constant(99)
+"""Costs of a rotation that leaves a doublet, and of one off the block."""
+
+HIGHEST_BIT = wp.constant(wp.uint32(0x80000000))
+HASH_FACTOR, HASH_STEP = wp.constant(wp.uint32(747796405)), wp.constant(wp.uint32(2891336453))
+HASH_MIX = wp.constant(wp.uint32(277803737))
+"""Of the permuted congruential generator's 32-bit hash (O'Neill 2014)."""
+
+TIES = 1024
+"""Random numbers that decide between rotations of the same cost."""
+
+
+@wp.func
+def allowance(temperature: wp.float32, number: wp.uint32) -> wp.float32:
+    """Return -T ln(u) for a random number, the logarithm made of straight pieces: the same on any device."""
+    zeros = float(0.0)
+    x = number | wp.uint32(1)
+    while x < HIGHEST_BIT:
+        x = x << wp.uint32(1)
+        zeros += 1.0
+    fraction = wp.float32((x >> wp.uint32(8)) & wp.uint32(0x7FFFFF)) / 8388608.0
+    return temperature * 0.6931472 * (zeros + 1.0 - fraction)
+
+
+@wp.func
+def scrambled(number: wp.uint32) -> wp.uint32:
+    """Return a random number made from a number."""
+    state = number * HASH_FACTOR + HASH_STEP
+    word = ((state >> ((state >> wp.uint32(28)) + wp.uint32(4))) ^ state) * HASH_MIX
+    return (word >> wp.uint32(22)) ^ word
+
+
+@wp.func
+def distance_change(valence: wp.int32, more: wp.int32) -> wp.int32:
+    """Return what a change of a vertex's valence adds to the square of its distance from 4."""
+    return (valence + more - 4) * (valence + more - 4) - (valence - 4) * (valence - 4)
+
+
+@wp.func
+def rotation_cost(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> wp.int32:
+    """Return what rotating an edge adds to the irregularity, or `UNKNOWN` or `OFF_BLOCK`."""
+    cost = int(OFF_BLOCK)
+    if is_own(work, b, quad_corner(work, h, 0)) and is_own(work, b, quad_corner(work, h, 1)):
+        t = work.twin[h]
+        u = work.valence[quad_corner(work, h, 0)]
+        w = work.valence[quad_corner(work, h, 1)]
+        cost = int(UNKNOWN)
+        if u > 3 and w > 3:
+            step = wp.where(forward, 2, 3)
+            cost = distance_change(u, -1) + distance_change(w, -1)
+            cost += distance_change(work.valence[quad_corner(work, h, step)], 1)
+            cost += distance_change(work.valence[quad_corner(work, t, step)], 1)
+    return cost
+
+
+@wp.func
+def collapse_cost(work: Work, h: wp.int32) -> wp.int32:
+    """Return what collapsing a diagonal adds to the irregularity, 0 if a doublet comes of it."""
+    u = work.valence[quad_corner(work, h, 0)]
+    w = work.valence[quad_corner(work, h, 2)]
+    s = work.valence[quad_corner(work, h, 1)]
+    t = work.valence[quad_corner(work, h, 3)]
+    cost = int(0)
+    if s > 3 and t > 3:
+        cost = distance_change(s, -1) + distance_change(t, -1)
+        cost += (u + w - 6) * (u + w - 6) - (u - 4) * (u - 4) - (w - 4) * (w - 4)
+    return cost
+
+
+@wp.func
+def link(work: Work, b: wp.int32, h: wp.int32):
+    """Note that a chain rotates the edge of halfedge h."""
+    work.chain[b, work.tally[b, LINKED]] = h
+    work.tally[b, LINKED] = work.tally[b, LINKED] + 1
+
+
+@wp.func
+def is_in_chain(work: Work, b: wp.int32, h: wp.int32) -> wp.bool:
+    """Return whether an edge is one that the chain has rotated."""
+    known = bool(False)
+    for n in range(work.tally[b, LINKED]):
+        if work.chain[b, n] == h or work.chain[b, n] == work.twin[h]:
+            known = bool(True)
+    return known
+
+
+@wp.func
+def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
+    """Return the cheapest rotation in the quads round touched irregular vertices that a chain may go on by.
+
+    It is twice the halfedge, and one more for forward; -1 if there is none.
+    """
+    best = int(ASCENT * TIES + TIES)
+    found = int(-1)
+    draw = wp.uint32(number)
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
+            h = work.vertex_halfedge[v]
+            for _turn in range(work.valence[v]):
+                for choice in range(8):
+                    side = (h & ~3) | (choice >> 1)
+                    cost = rotation_cost(work, b, side, (choice & 1) == 1)
+                    if cost <= ASCENT:
+                        draw += wp.uint32(1)
+                        key = cost * TIES + (wp.int32(scrambled(draw) & wp.uint32(TIES - 1)))
+                        if key < best and not is_in_chain(work, b, side):
+                            best = key
+                            found = 2 * side + (choice & 1)
+                h = onward(work, h)
+    if work.tally[b, LINKED] == DEPTH or irregularity_change(work, b) + best / TIES > ASCENT:
+        found = int(-1)
+    return found

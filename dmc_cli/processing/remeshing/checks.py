@@ -1,0 +1,221 @@
+"""What an operation must leave, and what it is worth: device functions of the further simplification.
+
+Sound is a vertex with 3 to 8 quads in one ring whose vertices are all different: then no two quads are the
+same or have two sides in common, no edge has more than two quads, and the mesh stays a manifold of the same
+kind, since merging and splitting vertices along quads changes neither Euler characteristic nor components
+as long as no two vertices of a ring become one.
+"""
+
+import warp as wp
+
+from dmc_cli.field.projection import index_position
+from dmc_cli.processing.quad_square import quad_shape
+from dmc_cli.processing.remeshing.work import (
+    LONGEST_RING,
+    MOST_VALENCE,
+    OPENED,
+    PATCH,
+    PATCHED,
+    TOUCHED,
+    Work,
+    fail,
+    is_own,
+    onward,
+    quad_corner,
+)
+from dmc_cli.processing.surface_distance import (
+    distance_from_surface,
+    excess_height,
+    height_above_surface,
+    quad_centre,
+)
+from dmc_cli.processing.tangent_step import Scene
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+SHAPE_WEIGHT = wp.constant(0.6)
+"""What a quad's shape counts against the square of a vertex's distance from valence 4."""
+
+
+@wp.func
+def is_link_vertex_twice(work: Work, v: wp.int32, w: wp.int32) -> wp.bool:
+    """Return whether w comes more than once among the other vertices of v's quads, sides counted once."""
+    times = int(0)
+    h = work.vertex_halfedge[v]
+    for _turn in range(work.valence[v]):
+        if quad_corner(work, h, 1) == w:
+            times += 1
+        if quad_corner(work, h, 2) == w:
+            times += 1
+        h = onward(work, h)
+    return times != 1
+
+
+@wp.func
+def is_sound(work: Work, v: wp.int32) -> wp.bool:
+    """Return whether the quads round a vertex form one ring of 3 to 8 without a vertex twice."""
+    size = work.valence[v]
+    start = work.vertex_halfedge[v]
+    sound = size >= 3 and size <= MOST_VALENCE
+    if sound:
+        h = start
+        for turn in range(size):
+            if work.corners[h] != v or (turn > 0 and h == start):
+                sound = bool(False)
+            near = quad_corner(work, h, 1)
+            far = quad_corner(work, h, 2)
+            if near == v or far == v:
+                sound = bool(False)
+            if sound and (is_link_vertex_twice(work, v, near) or is_link_vertex_twice(work, v, far)):
+                sound = bool(False)
+            h = onward(work, h)
+        sound = sound and h == start
+    return sound
+
+
+@wp.func
+def is_core_sound(work: Work, b: wp.int32) -> wp.bool:
+    """Return whether all vertices that an operation touched and left are sound."""
+    sound = bool(True)
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if sound and work.vertex_gone[v] == wp.uint8(0):
+            sound = is_sound(work, v)
+    return sound
+
+
+@wp.func
+def irregularity_change(work: Work, b: wp.int32) -> wp.int32:
+    """Return what an operation adds to the sum of the squares of its vertices' distances from valence 4."""
+    result = int(0)
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        before = work.core_valence[b, n] - 4
+        after = wp.where(work.vertex_gone[v] == wp.uint8(0), work.valence[v] - 4, 0)
+        result += after * after - before * before
+    return result
+
+
+@wp.func
+def quads_removed(work: Work, b: wp.int32) -> wp.int32:
+    """Return how many quads, and as many vertices, an operation takes away."""
+    gone = -work.tally[b, OPENED]
+    for n in range(work.tally[b, TOUCHED]):
+        gone += wp.int32(work.vertex_gone[work.core[b, n]])
+    return gone
+
+
+@wp.func
+def gather_patch(work: Work, b: wp.int32):
+    """List the quads round the touched vertices, each once, in an order that the rings give."""
+    work.tally[b, PATCHED] = 0
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.vertex_gone[v] == wp.uint8(0):
+            h = work.vertex_halfedge[v]
+            for _turn in range(wp.min(work.valence[v], LONGEST_RING)):
+                q = h >> 2
+                known = bool(False)
+                count = work.tally[b, PATCHED]
+                for m in range(count):
+                    if work.patch[b, m] == q:
+                        known = bool(True)
+                if not known:
+                    if count == PATCH:
+                        fail(work, b)
+                    else:
+                        work.patch[b, count] = q
+                        work.tally[b, PATCHED] = count + 1
+                h = onward(work, h)
+
+
+@wp.func
+def quad_area(work: Work, q: wp.int32) -> wp.vec3:
+    """Return a quad's normal, as long as twice its area."""
+    a = work.position[work.corners[4 * q]]
+    b = work.position[work.corners[4 * q + 1]]
+    c = work.position[work.corners[4 * q + 2]]
+    d = work.position[work.corners[4 * q + 3]]
+    return wp.cross(c - a, d - b)
+
+
+@wp.func
+def is_turned(work: Work, q: wp.int32) -> wp.bool:
+    """Return whether a quad faces away from the mean of the surface's normals at its corners."""
+    up = work.normal[work.corners[4 * q]] + work.normal[work.corners[4 * q + 1]]
+    up += work.normal[work.corners[4 * q + 2]] + work.normal[work.corners[4 * q + 3]]
+    return work.sense * wp.dot(quad_area(work, q), up) <= 0.0
+
+
+@wp.func
+def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
+    """Return the sum of 1 - shape of the patch's quads, their least shape, and how many are turned."""
+    total = float(0.0)
+    least = float(1.0)
+    turned = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        shape = quad_shape(
+            work.position[work.corners[4 * q]],
+            work.position[work.corners[4 * q + 1]],
+            work.position[work.corners[4 * q + 2]],
+            work.position[work.corners[4 * q + 3]],
+        )
+        total += 1.0 - shape
+        least = wp.min(least, shape)
+        turned += wp.where(is_turned(work, q), 1.0, 0.0)
+    return wp.vec3(total, least, turned)
+
+
+@wp.func
+def folded_sides(work: Work, b: wp.int32) -> wp.int32:
+    """Return how many sides of the patch's quads are folds: the quads there over 90 degrees apart.
+
+    It fails if there is a side that another block's quad may lie across, which must not be looked at.
+    """
+    result = int(0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        area = quad_area(work, q)
+        is_inner = is_own(work, b, work.corners[4 * q + 3])
+        for c in range(4):
+            was_inner = is_inner
+            is_inner = is_own(work, b, work.corners[4 * q + c])
+            if is_inner or was_inner:
+                if wp.dot(area, quad_area(work, work.twin[4 * q + ((c + 3) & 3)] >> 2)) < 0.0:
+                    result += 1
+            else:
+                fail(work, b)
+    return result
+
+
+@wp.func
+def highest_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+    """Return the largest distance, in cells, of a patch quad's side's midpoint or centre from the surface."""
+    highest = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        q = work.patch[b, n]
+        before = corner_index(scene, work, 4 * q + 3)
+        for c in range(4):
+            here = corner_index(scene, work, 4 * q + c)
+            highest = wp.max(highest, height_above_surface(scene, wp.float64(0.5) * (before + here)))
+            before = here
+        centre = quad_centre(scene, work.corners, work.cell, work.local, q)
+        highest = wp.max(highest, distance_from_surface(scene, centre))
+    return highest
+
+
+@wp.func
+def excess_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+    """Return the sum of the excess heights of a patch's quads."""
+    total = float(0.0)
+    for n in range(work.tally[b, PATCHED]):
+        total += excess_height(scene, work.corners, work.cell, work.local, work.patch[b, n])
+    return total
+
+
+@wp.func
+def corner_index(scene: Scene, work: Work, h: wp.int32) -> wp.vec3d:
+    """Return where a quad's corner is, in node indices."""
+    v = work.corners[h]
+    return index_position(scene.grid, work.cell[v], work.local[v])

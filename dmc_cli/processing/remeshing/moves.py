@@ -1,0 +1,116 @@
+"""How the vertices that an operation touched move: in their tangent planes, then back to the surface."""
+
+import warp as wp
+
+from dmc_cli.field.projection import index_position, node_cell, project_point
+from dmc_cli.field.slices import slice_distance
+from dmc_cli.processing.quad_square import nearest_square_corner
+from dmc_cli.processing.remeshing.work import (
+    LEFT,
+    MERGED,
+    TOUCHED,
+    Work,
+    fail,
+    has_failed,
+    onward,
+    quad_corner,
+)
+from dmc_cli.processing.tangent_step import Scene, output_position, surface_normal
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+STEPS = 3
+"""Steps of smoothing before an operation is judged: without them it is judged for the kinks that it makes."""
+
+FARTHEST = wp.constant(wp.float64(1.25))
+"""How far, in cells along an axis, a vertex may go at once."""
+
+
+@wp.func
+def keep_places(work: Work, b: wp.int32):
+    """Note where the touched vertices are, and put a merged one midway."""
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        work.core_position[b, n] = work.position[v]
+        work.core_cell[b, n] = work.cell[v]
+        work.core_local[b, n] = work.local[v]
+        work.core_normal[b, n] = work.normal[v]
+    kept = work.tally[b, MERGED]
+    if kept >= 0:
+        work.position[kept] = 0.5 * (work.position[kept] + work.position[work.tally[b, LEFT]])
+
+
+@wp.func
+def restore_places(work: Work, b: wp.int32):
+    """Put the touched vertices back."""
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        work.position[v] = work.core_position[b, n]
+        work.cell[v] = work.core_cell[b, n]
+        work.local[v] = work.core_local[b, n]
+        work.normal[v] = work.core_normal[b, n]
+
+
+@wp.func
+def goal_of(work: Work, v: wp.int32) -> wp.vec3:
+    """Return where the squares nearest to a vertex's quads want it, on its tangent plane."""
+    here = work.position[v]
+    goal = wp.vec3(0.0, 0.0, 0.0)
+    h = work.vertex_halfedge[v]
+    size = work.valence[v]
+    for _turn in range(size):
+        b = work.position[quad_corner(work, h, 1)]
+        c = work.position[quad_corner(work, h, 2)]
+        d = work.position[quad_corner(work, h, 3)]
+        goal += nearest_square_corner(here, b, c, d)
+        h = onward(work, h)
+    step = goal / float(size) - here
+    return here + (step - wp.dot(step, work.normal[v]) * work.normal[v])
+
+
+@wp.func
+def smooth_core(work: Work, b: wp.int32):
+    """Smooth the touched vertices, one after the other."""
+    for _step in range(STEPS):
+        for n in range(work.tally[b, TOUCHED]):
+            v = work.core[b, n]
+            if work.vertex_gone[v] == wp.uint8(0):
+                work.position[v] = goal_of(work, v)
+
+
+@wp.func
+def settle(scene: Scene, work: Work, b: wp.int32, n: wp.int32):
+    """Put a touched vertex on the surface near where it has gone; fail where that is not found.
+
+    It may not come to face the other way; where the field's gradient vanishes it faces no way yet.
+    """
+    v = work.core[b, n]
+    cell = work.core_cell[b, n]
+    start = index_position(scene.grid, cell, work.core_local[b, n])
+    way = scene.to_grid * (work.position[v] - work.core_position[b, n])
+    k = wp.int32(start[2])
+    if scene.depths.shape[0] > 0:
+        k = wp.min(k, scene.depths.shape[0] - 2)
+    way[2] = way[2] / wp.float32(slice_distance(scene.depths, k))
+    end = project_point(scene.field, scene.grid, start + wp.vec3d(way))
+    facing = wp.vec3(0.0, 0.0, 0.0)
+    if end.is_found:
+        moved = index_position(scene.grid, node_cell(scene.grid, end.cell), end.local) - start
+        if wp.max(wp.abs(moved)) <= FARTHEST:
+            facing = surface_normal(scene, end.cell, end.local)
+    normal = work.core_normal[b, n]
+    if wp.dot(facing, normal) > 0.0 or (wp.length_sq(normal) == 0.0 and wp.length_sq(facing) > 0.0):
+        work.position[v] = output_position(scene, end.cell, end.local)
+        work.cell[v] = node_cell(scene.grid, end.cell)
+        work.local[v] = end.local
+        work.normal[v] = facing
+    else:
+        fail(work, b)
+
+
+@wp.func
+def settle_core(scene: Scene, work: Work, b: wp.int32):
+    """Put the touched vertices on the surface."""
+    for n in range(work.tally[b, TOUCHED]):
+        if work.vertex_gone[work.core[b, n]] == wp.uint8(0) and not has_failed(work, b):
+            settle(scene, work, b, n)

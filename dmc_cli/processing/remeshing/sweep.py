@@ -1,0 +1,317 @@
+"""A sweep of the further simplification: each block tries operations at its irregular vertices.
+
+An operation is drawn by chance, followed by a chain of rotations or not (`chains.py`), and kept if it
+lowers the energy, the sum of (valence - 4)^2 and 0.6 times the sum of 1 - shape (equation 9 of Grosso & Zint
+2021), or raises it by no more than -T ln(u) with u by chance; quads that go or come have a price. Chance is
+a hash of round, vertex and try, and a block is the work of one thread, so the mesh is the same on any device
+and for any number of threads.
+"""
+
+import warp as wp
+
+from dmc_cli.mesh.valences import REGULAR
+from dmc_cli.processing.remeshing.chains import (
+    UNKNOWN,
+    allowance,
+    collapse_cost,
+    link,
+    next_rotation,
+    rotation_cost,
+    scrambled,
+)
+from dmc_cli.processing.remeshing.checks import (
+    SHAPE_WEIGHT,
+    folded_sides,
+    gather_patch,
+    highest_of_patch,
+    irregularity_change,
+    is_core_sound,
+    measure_patch,
+    quads_removed,
+)
+from dmc_cli.processing.remeshing.guests import lodge_guests
+from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core, smooth_core
+from dmc_cli.processing.remeshing.operations import (
+    DOUBLETS,
+    collapse_diagonal,
+    doublet_of,
+    open_quad,
+    rotate_edge,
+)
+from dmc_cli.processing.remeshing.work import (
+    CHANGES,
+    LEFT,
+    MERGED,
+    OPENED,
+    SPARE_QUAD,
+    SPARE_VERTEX,
+    TOUCHED,
+    Work,
+    begin,
+    fail,
+    has_failed,
+    is_own,
+    onward,
+    outgoing,
+    quad_corner,
+    redo,
+    undo,
+)
+from dmc_cli.processing.tangent_step import Scene
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+SHAPE_FLOOR = wp.constant(0.3)
+"""Shapes below this must not become worse."""
+
+HEIGHT_LIMIT = wp.constant(0.35)
+"""How far, in cells, centres of quads and midpoints of sides may be from the surface after an operation."""
+
+GEOMETRY_CAN_GIVE = wp.constant(0.6)
+"""What better shapes may make good at most; what costs more is dropped without looking at them."""
+
+
+CHAINED = 160
+"""Of 256 operations tried, those that are followed by a chain if they gain nothing."""
+
+NOTHING, ROTATE, COLLAPSE, OPEN = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+"""Kinds of operations."""
+
+ROTATIONS, COLLAPSES = 8, 4
+"""Of 16 operations tried; the others open a quad."""
+
+
+PASSES = 4
+"""Times that a block goes through its vertices in a round: making blocks takes as long as going once."""
+
+
+@wp.struct
+class Rules:
+    """What holds for one sweep: its number, tries, temperature, the price of a quad that goes."""
+
+    round: wp.int32
+    tries: wp.int32
+    temperature: wp.float32
+    price: wp.float32
+
+
+@wp.func
+def choice(number: wp.uint32, shift: wp.int32, count: wp.int32) -> wp.int32:
+    """Return a number below `count` from eight bits of a random number."""
+    return (wp.int32((number >> wp.uint32(shift)) & wp.uint32(255)) * count) >> 8
+
+
+@wp.func
+def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32) -> wp.vec3i:
+    """Return the operation at or near a vertex that a random number names: its kind, halfedge and detail.
+
+    It is `NOTHING` where it is plain that it adds more than `most` to the irregularity.
+    """
+    h = outgoing(work, v, choice(number, 0, work.valence[v]))
+    action = wp.vec3i(NOTHING, 0, 0)
+    kind = choice(number, 8, 16)
+    if kind < ROTATIONS:
+        side = (h & ~3) | ((h + choice(number, 16, 4)) & 3)
+        forward = choice(number, 24, 2)
+        cost = rotation_cost(work, b, side, forward == 1)
+        if cost == UNKNOWN or float(cost) <= most:
+            action = wp.vec3i(ROTATE, side, forward)
+    elif kind < ROTATIONS + COLLAPSES:
+        side = (h & ~3) | ((h + choice(number, 16, 2)) & 3)
+        if float(collapse_cost(work, side)) <= most:
+            work.tally[b, LEFT] = quad_corner(work, side, 0)
+            work.tally[b, MERGED] = quad_corner(work, side, 2)
+            action = wp.vec3i(COLLAPSE, side, 0)
+    else:
+        side = (h & ~3) | ((h + choice(number, 16, 4) / 3) & 3)
+        if is_own(work, b, work.corners[side]):
+            steps = 2 + choice(number, 24, wp.max(work.valence[work.corners[side]] - 3, 1))
+            action = wp.vec3i(OPEN, side, steps)
+    return action
+
+
+@wp.func
+def next_action(work: Work, b: wp.int32, number: wp.uint32, done: wp.int32, is_chained: wp.bool) -> wp.vec3i:
+    """Return what follows `done` operations: a doublet's removal, the next link of a chain, or nothing."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    doublet = doublet_of(work, b, work.tally[b, TOUCHED])
+    if doublet >= 0:
+        if done <= DOUBLETS:
+            action = wp.vec3i(COLLAPSE, work.vertex_halfedge[doublet], 0)
+    elif is_chained:
+        if irregularity_change(work, b) >= 0:
+            rotation = next_rotation(work, b, scrambled(number + wp.uint32(done)))
+            if rotation < 0:
+                fail(work, b)
+            else:
+                action = wp.vec3i(ROTATE, rotation >> 1, rotation & 1)
+    return action
+
+
+@wp.func
+def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32, last: wp.vec2i):
+    """Do the operation that a random number names, and what follows it.
+
+    Each kind is called at one place only: the compiler copies it there.
+    """
+    action = first_action(work, b, v, number, most)
+    is_chained = choice(number, 24, 256) < CHAINED
+    done = int(0)
+    if action[0] == NOTHING:
+        fail(work, b)
+    while action[0] != NOTHING and not has_failed(work, b):
+        if action[0] == ROTATE:
+            if done > 0:
+                link(work, b, action[1])
+            rotate_edge(work, b, action[1], action[2] == 1)
+        elif action[0] == COLLAPSE:
+            collapse_diagonal(work, b, action[1])
+        else:
+            open_quad(work, b, action[1], action[2], last[0], last[1])
+        done += 1
+        action = wp.vec3i(NOTHING, 0, 0)
+        if not has_failed(work, b):
+            action = next_action(work, b, number, done, is_chained)
+
+
+@wp.func
+def begin_opened(work: Work, b: wp.int32, fresh: wp.int32):
+    """Start a vertex that a quad was opened for where the one is that it was split from."""
+    of = work.core[b, 0]
+    work.position[fresh] = work.position[of]
+    work.cell[fresh] = work.cell[of]
+    work.local[fresh] = work.local[of]
+    work.normal[fresh] = work.normal[of]
+
+
+@wp.func
+def spread_opened(work: Work, fresh: wp.int32):
+    """Move it a little to its side."""
+    h = work.vertex_halfedge[fresh]
+    mean = wp.vec3(0.0, 0.0, 0.0)
+    size = work.valence[fresh]
+    for _turn in range(size):
+        mean += work.position[quad_corner(work, h, 1)]
+        h = onward(work, h)
+    work.position[fresh] = 0.6 * work.position[fresh] + 0.4 * mean / float(size)
+
+
+@wp.func
+def measure_before(work: Work, b: wp.int32) -> wp.vec4:
+    """Return the measures of the patch before an operation and its folds; it is left as it is after it."""
+    undo(work, b)
+    gather_patch(work, b)
+    before = measure_patch(work, b)
+    folds = folded_sides(work, b)
+    redo(work, b)
+    return wp.vec4(before[0], before[1], before[2], float(folds))
+
+
+@wp.func
+def try_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4):
+    """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
+    keep_places(work, b)
+    fresh = work.tally[b, SPARE_VERTEX]
+    if work.tally[b, OPENED] == 1:
+        spread_opened(work, fresh)
+    smooth_core(work, b)
+    gather_patch(work, b)
+    for stage in range(2):
+        if stage == 1 and not has_failed(work, b):
+            settle_core(scene, work, b)
+        if not has_failed(work, b) and (stage == 1 or irregularity_change(work, b) >= 0):
+            if is_worse(measure_patch(work, b), budget, before[1], before[2]):
+                fail(work, b)
+    if not has_failed(work, b):
+        if float(folded_sides(work, b)) > before[3] or highest_of_patch(scene, work, b) > HEIGHT_LIMIT:
+            fail(work, b)
+    if not has_failed(work, b):
+        lodge_guests(scene, work, b)
+    if has_failed(work, b):
+        restore_places(work, b)
+
+
+@wp.func
+def attempt(
+    scene: Scene, work: Work, b: wp.int32, v: wp.int32, rules: Rules, number: wp.uint32, last: wp.vec2i
+):
+    """Try one operation at a vertex: afterwards it is done, or nothing has changed."""
+    begin(work, b)
+    margin = allowance(rules.temperature, scrambled(number))
+    propose(work, b, v, number, margin + GEOMETRY_CAN_GIVE, last)
+    if not has_failed(work, b):
+        cost = float(irregularity_change(work, b)) + rules.price * float(quads_removed(work, b))
+        if cost > margin + GEOMETRY_CAN_GIVE or not is_core_sound(work, b):
+            fail(work, b)
+        else:
+            judge_places(scene, work, b, margin - cost)
+    if has_failed(work, b):
+        undo(work, b)
+    else:
+        work.tally[b, CHANGES] = work.tally[b, CHANGES] + 1
+        work.tally[b, SPARE_VERTEX] = work.tally[b, SPARE_VERTEX] + work.tally[b, OPENED]
+        work.tally[b, SPARE_QUAD] = work.tally[b, SPARE_QUAD] + work.tally[b, OPENED]
+
+
+@wp.func
+def judge_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32):
+    """Fail unless the shapes round an operation cost no more than `budget`, against before."""
+    before = measure_before(work, b)
+    whole = budget + SHAPE_WEIGHT * before[0]
+    if work.tally[b, OPENED] == 1:
+        begin_opened(work, b, work.tally[b, SPARE_VERTEX])
+    if whole < 0.0:
+        fail(work, b)
+    if not has_failed(work, b):
+        try_places(scene, work, b, whole, before)
+
+
+@wp.func
+def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, turned: wp.float32) -> wp.bool:
+    """Return whether a patch costs more than it may, has a worse quad than before, or a new fold."""
+    worse = SHAPE_WEIGHT * after[0] > budget
+    worse = worse or after[1] < wp.min(least, SHAPE_FLOOR)
+    return worse or after[2] > turned
+
+
+@wp.func
+def try_vertex(
+    scene: Scene, work: Work, b: wp.int32, v: wp.int32, rules: Rules, turn: wp.int32, last: wp.vec2i
+):
+    """Try operations at a vertex as long as it is there and irregular."""
+    for n in range(rules.tries):
+        if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
+            seed = scrambled(wp.uint32((rules.round * PASSES + turn) * rules.tries + n))
+            attempt(scene, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
+
+
+@wp.kernel
+def sweep_kernel(
+    # In:
+    first: wp.int32,
+    scene: Scene,
+    rules: Rules,
+    starts: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
+    spare_starts: wp.array(dtype=wp.int64),
+    vertex_count: wp.int32,
+    quad_count: wp.int32,
+    begin: wp.int32,
+    end: wp.int32,
+    # In/out:
+    work_inout: Work,
+):
+    """Try operations at the irregular vertices of a block, in turn, from visit `begin` up to `end`.
+
+    One thread a block; `PASSES` visits a vertex.
+    """
+    b = first + wp.tid()
+    if begin == 0:
+        work_inout.tally[b, SPARE_VERTEX] = vertex_count + wp.int32(spare_starts[b])
+        work_inout.tally[b, SPARE_QUAD] = quad_count + wp.int32(spare_starts[b])
+        work_inout.tally[b, CHANGES] = 0
+    last = wp.vec2i(vertex_count + wp.int32(spare_starts[b + 1]), quad_count + wp.int32(spare_starts[b + 1]))
+    count = starts[b + 1] - starts[b]
+    for visit in range(begin, wp.min(end, PASSES * count)):
+        turn = visit // count
+        try_vertex(scene, work_inout, b, items[starts[b] + visit - turn * count], rules, turn, last)

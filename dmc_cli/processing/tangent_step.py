@@ -1,0 +1,94 @@
+"""Move a vertex along the trilinear surface: device functions for stages that do so.
+
+A step is given in the output space. It is taken in the grid, and from where it leads the vertex is put back
+on the surface by `project_point`. Unevenly spaced slices are counted in.
+"""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.field.field import Field, cell_values
+from dmc_cli.field.grid import Grid, kernel_matrix, world_coordinate
+from dmc_cli.field.projection import GridPoint, cell_node, index_position, node_cell, project_point
+from dmc_cli.field.slices import depth_of, slice_distance
+from dmc_cli.field.trilinear import single_precision, trilinear_gradient
+from dmc_cli.mesh.surface import Surface
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+LONGEST_STEP = wp.constant(0.4)
+LONGEST_MOVE = wp.constant(wp.float64(0.5))
+"""In cells along each axis, before and after the way back to the surface: further off the tangent plane says
+little of it."""
+
+LEAST_SIZE, LARGEST_SIZE = wp.constant(2.0**-63), wp.constant(2.0**63)
+"""Of a vector whose square float32 holds with all its digits."""
+
+
+@wp.struct
+class Scene:
+    """What the surface is made of, and the maps between its grid and the output space."""
+
+    field: Field
+    grid: Grid
+    depths: wp.array(dtype=wp.float64)
+    to_output: wp.mat44d
+    to_grid: wp.mat33
+    normal_to_output: wp.mat33
+
+
+def make_scene(surface: Surface) -> Any:
+    """Return the kernels' view of the surface's origin."""
+    scene = Scene()
+    inverse = np.linalg.inv(surface.affine[:3, :3])
+    scene.field, scene.grid = surface.field, surface.grid.struct()
+    scene.depths = surface.depths
+    scene.to_output = kernel_matrix(surface.affine)
+    scene.to_grid = wp.mat33(*inverse.ravel())
+    scene.normal_to_output = wp.mat33(*inverse.T.ravel())
+    return scene
+
+
+@wp.func
+def output_position(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
+    """Return the position of a point of a cell in the output space."""
+    m = scene.to_output
+    x = wp.float64(cell[0]) + wp.float64(local[0])
+    y = wp.float64(cell[1]) + wp.float64(local[1])
+    z = depth_of(scene.depths, cell[2], wp.float64(local[2]))
+    return wp.vec3(
+        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
+        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
+        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x, y, z),
+    )
+
+
+@wp.func
+def surface_normal(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
+    """Return the unit normal of the surface in the output space, along the gradient of F, or 0."""
+    f = single_precision(cell_values(scene.field, scene.grid, cell[0], cell[1], cell[2]))
+    gradient = trilinear_gradient(f, local)
+    gradient[2] = gradient[2] / wp.float32(slice_distance(scene.depths, cell[2]))
+    normal = scene.normal_to_output * gradient
+    size = wp.max(wp.abs(normal))
+    if size > 0.0 and (size < LEAST_SIZE or size > LARGEST_SIZE):
+        normal = normal / size
+    return wp.normalize(normal)
+
+
+@wp.func
+def glide(scene: Scene, cell: wp.int64, local: wp.vec3, step: wp.vec3) -> GridPoint:
+    """Return the point on the surface after a step in the output space from a vertex, if it is found."""
+    way = scene.to_grid * step
+    way[2] = way[2] / wp.float32(slice_distance(scene.depths, cell_node(scene.grid, cell)[2]))
+    longest = wp.max(wp.abs(way))
+    if longest > LONGEST_STEP:
+        way *= LONGEST_STEP / longest
+    start = index_position(scene.grid, cell, local)
+    end = project_point(scene.field, scene.grid, start + wp.vec3d(way))
+    if end.is_found:
+        moved = index_position(scene.grid, node_cell(scene.grid, end.cell), end.local) - start
+        end.is_found = wp.max(wp.abs(moved)) <= LONGEST_MOVE
+    return end

@@ -1,0 +1,171 @@
+"""The papers' tables, ours beside them: what is measured for them, and how it is shown.
+
+Deviation is equation 7 against the field's own formula, as the paper does for synthetic data, in double
+precision at the vertices' cells and local coordinates. A vertex that no quad uses counts as a vertex, and as
+an irregular one, as the paper counts.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.measures.faces import flat_corners
+from dmc_cli.measures.quality import choose_diagonals, measure_quality
+from dmc_cli.measures.topology import QUAD_VALENCE, TRIANGLE_VALENCE
+from dmc_cli.measures.vertex_fans import inspect_vertices
+from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
+from dmc_cli.runtime.device import Device
+from dmc_cli.volume_io.synthetic import FIELDS
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+CHUNK = 1 << 20
+"""Vertices at which a formula is evaluated at a time: temporaries of 8 MiB each."""
+
+Found = Mapping[tuple[str, MeshKind], Mapping[str, float]]
+"""What was found, by name of the data set and kind of mesh, then by quantity."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SyntheticMesh:
+    """A mesh of a synthetic field with an open border.
+
+    Attributes:
+        data: The field and its nodes.
+        points: Positions on [-1, 1]^3 on the device, (V,) vec3f.
+        cells: Linear number of each vertex's cell, (V,) int64, on the host.
+        locals: Place of each vertex in its cell, (V, 3) float32, on the host.
+        quads: Corners on the device, (Q, 4) int32 or (Q,) vec4i.
+        twins: Twin of each halfedge on the device, (4Q,) int32.
+        unused_vertices: Polygons whose vertex no quad uses; 0 after simplification.
+    """
+
+    data: DataSet
+    points: Any
+    cells: Array
+    locals: Array
+    quads: Any
+    twins: Any
+    unused_vertices: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A printed figure and ours; `found` and `difference` are None if nothing was found."""
+
+    value: PaperValue
+    found: float | None
+
+    @property
+    def difference(self) -> float | None:
+        """Found less printed."""
+        return None if self.found is None else self.found - self.value.printed
+
+
+def measure_synthetic(device: Device, mesh: SyntheticMesh) -> dict[str, float]:
+    """Return every quantity of tables 3 and 6 to 9 that a mesh by itself tells.
+
+    Args:
+        device: Where the mesh is.
+        mesh: The mesh, which has vertices.
+    """
+    vertex_count = mesh.points.shape[0]
+    valences = inspect_vertices(device, flat_corners(mesh.quads), mesh.twins, vertex_count).valences
+    quality = measure_quality(device, mesh.points, mesh.quads)
+    triangle_valences = valences + _diagonal_ends(device, mesh, vertex_count)
+    deviation = mean_field_value(mesh)
+    irregular = int(np.count_nonzero(valences != QUAD_VALENCE)) + mesh.unused_vertices
+    irregular_triangle = int(np.count_nonzero(triangle_valences != TRIANGLE_VALENCE))
+    return {
+        "vertices": vertex_count + mesh.unused_vertices,
+        "quads": mesh.quads.shape[0],
+        "mean_deviation": deviation,
+        "mean_deviation_1e4": 1e4 * deviation,
+        "shape": quality.shape_mean or 0.0,
+        "mean_ratio": quality.mean_ratio_mean or 0.0,
+        "irregular_percent": 100.0 * irregular / (vertex_count + mesh.unused_vertices),
+        "irregular_triangle_percent": 100.0 * irregular_triangle / vertex_count,
+    }
+
+
+def mean_field_value(mesh: SyntheticMesh) -> float:
+    """Return the mean of |f| over the vertices, f the field's formula: equation 7 at isovalue 0."""
+    formula, nodes = FIELDS[mesh.data.field], mesh.data.nodes
+    step = 2.0 / (nodes - 1)
+    sums = []
+    for start in range(0, len(mesh.cells), CHUNK):
+        cells = mesh.cells[start : start + CHUNK]
+        lowest = (cells % nodes, cells // nodes % nodes, cells // (nodes * nodes))
+        local = mesh.locals[start : start + CHUNK].astype(np.float64)
+        x, y, z = (step * (lowest[a] + local[:, a]) - 1.0 for a in range(3))
+        sums.append(np.abs(formula(x, y, z)).sum())
+    return float(np.sum(sums)) / len(mesh.cells)
+
+
+def compare_tables(found: Found, values: Iterable[PaperValue] = PAPER_VALUES) -> list[Row]:
+    """Put what was found beside what is printed, in the order of the tables."""
+    return [
+        Row(value=value, found=found.get((value.data.name, value.mesh), {}).get(value.quantity))
+        for value in values
+    ]
+
+
+def rows_as_json(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """Return the rows as plain dicts."""
+    return [
+        {
+            "table": row.value.table,
+            "data": row.value.data.name,
+            "mesh": row.value.mesh,
+            "quantity": row.value.quantity,
+            "paper": row.value.printed,
+            "found": row.found,
+            "difference": row.difference,
+            "expected": row.value.expectation,
+            "remark": row.value.remark,
+        }
+        for row in rows
+    ]
+
+
+def rows_as_text(rows: Iterable[Row]) -> Iterator[str]:
+    """Yield the rows as lines of text, a heading before each table."""
+    table = 0
+    for row in rows:
+        if row.value.table != table:
+            table = row.value.table
+            yield f"Table {table}"
+            yield _columns("data", "mesh", "quantity", "paper", "found", "difference")
+        yield _line(row)
+
+
+def _line(row: Row) -> str:
+    """Return one row as text."""
+    value = row.value
+    is_count = isinstance(value.printed, int)
+    printed = f"{value.printed:d}" if is_count else f"{value.printed:.2f}"
+    found = difference = "-"
+    if row.found is not None:
+        is_whole = is_count and float(row.found).is_integer()
+        found = f"{row.found:.0f}" if is_whole else f"{row.found:.4f}"
+        difference = f"{row.difference:+.0f}" if is_whole else f"{row.difference:+.4f}"
+    text = _columns(value.data.name, value.mesh, value.quantity, printed, found, difference)
+    note = value.remark or ("" if value.expectation in ("exact", "close") else value.expectation)
+    return f"{text}  {note}".rstrip()
+
+
+def _columns(data: str, mesh: str, quantity: str, paper: str, found: str, difference: str) -> str:
+    """Return the words of a line in their columns."""
+    return f"  {data:<14} {mesh:<15} {quantity:<27} {paper:>10} {found:>12} {difference:>11}"
+
+
+def _diagonal_ends(device: Device, mesh: SyntheticMesh, vertex_count: int) -> Array:
+    """Return how many diagonals of the MaxMin-angle split end at each vertex."""
+    quads = flat_corners(mesh.quads).numpy().reshape(-1, 4)
+    diagonals = choose_diagonals(device, mesh.points, mesh.quads).numpy() == 1
+    ends = np.concatenate(
+        [np.where(diagonals, quads[:, 1], quads[:, 0]), np.where(diagonals, quads[:, 3], quads[:, 2])]
+    )
+    return np.bincount(ends, minlength=vertex_count)

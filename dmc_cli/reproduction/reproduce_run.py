@@ -1,0 +1,135 @@
+"""Make the papers' synthetic meshes again and measure them, for `dmc reproduce`.
+
+The papers' way: open border, asymptotic decider, and in simplification their bare rules with merged vertices
+left where they are. Times are those of one run with the kernels loaded and warm.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from dmc_cli.contouring import DeviceVolume, Surface, extract_surface, upload_volume
+from dmc_cli.contouring import kernel_modules as surface_kernels
+from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
+from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.measures import kernel_modules as report_kernels
+from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.processing import kernel_modules as mesh_kernels
+from dmc_cli.processing.patterns.simplify import simplify
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.reproduction.paper_tables import DMC, DMCS, PAPER_VALUES, DataSet, MeshKind
+from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
+from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.settings import MeshSettings, Placement, ReadSettings, ReproduceSettings, SurfaceSettings
+from dmc_cli.volume_io.synthetic import synthetic_volume
+
+WARM_UP = DataSet(field="genus_two", nodes=32)
+"""Made first, its times thrown away: the first launches of a process take longer."""
+
+PAPER_RULES = MeshSettings(simplify="all", simplify_rules="paper", project=False)
+
+Result = TypeVar("Result")
+
+
+def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -> list[Row]:
+    """Return the rows of the papers' tables with what was found, as `dmc reproduce` shows them.
+
+    Raises:
+        DeviceError: There is no such device, or not enough memory on it.
+    """
+    wanted = [
+        value
+        for value in PAPER_VALUES
+        if value.data.nodes <= settings.up_to and (not settings.table or str(value.table) in settings.table)
+    ]
+    device = select_device(settings.device, settings.threads)
+    data_sets = sorted({value.data for value in wanted}, key=lambda data: (data.nodes, data.field))
+    return compare_tables(measure_data_sets(device, data_sets, settings.placement, progress), wanted)
+
+
+def measure_data_sets(
+    device: Device,
+    data_sets: Iterable[DataSet],
+    placement: Placement = "sampled",
+    progress: Progress = SILENT,
+) -> dict[tuple[str, MeshKind], dict[str, float]]:
+    """Return what was found on each data set, by its name and the kind of mesh, then by quantity.
+
+    Args:
+        device: Where to work.
+        data_sets: Which ones.
+        placement: Where vertices go; the papers' figures are those of `sampled`, but for counts.
+        progress: Who listens.
+    """
+    modules = [
+        *surface_kernels(normals_too=False, placement=placement),
+        *mesh_kernels(simplify=True, colors=True),
+        *report_kernels(),
+    ]
+    load_kernels(device, modules, progress)
+    _measure_data_set(device, WARM_UP, placement)
+    found: dict[tuple[str, MeshKind], dict[str, float]] = {}
+    for data in data_sets:
+        with progress.stage(f"reproducing {data.name}"):
+            found |= _measure_data_set(device, data, placement)
+    return found
+
+
+def _measure_data_set(
+    device: Device, data: DataSet, placement: Placement
+) -> dict[tuple[str, MeshKind], dict[str, float]]:
+    """Return what was found on the mesh of a data set, as it is and simplified."""
+    uploaded = upload_volume(synthetic_volume(f"synth:{data.field}:{data.nodes}", ReadSettings()), device)
+    surface, surface_ms = _timed(lambda: _extract(uploaded, placement))
+    halfedges, halfedges_ms = _timed(lambda: build_halfedges(surface))
+    colors, coloring_ms = _timed(lambda: _color(surface, halfedges))
+    plain = {
+        **measure_synthetic(device, _mesh(data, surface, halfedges, surface.counts.unused_vertices)),
+        "crossed_edges": surface.counts.crossed_edges,
+        "surface_ms": surface_ms,
+        "halfedges_ms": halfedges_ms,
+        "coloring_ms": coloring_ms,
+    }
+    # takes over the arrays of the surface
+    result, simplify_ms = _timed(lambda: simplify(surface, halfedges, PAPER_RULES, *colors))
+    simplified = {
+        **measure_synthetic(device, _mesh(data, result.surface, result.halfedges, 0)),
+        "removed_3x3y": sum(result.removed_3x3y),
+        "removed_3333": result.removed_3333,
+        "simplify_ms": simplify_ms,
+    }
+    return {(data.name, DMC): plain, (data.name, DMCS): simplified}
+
+
+def _timed(stage: Callable[[], Result]) -> tuple[Result, float]:
+    """Return what a stage returns, and the milliseconds that it took, a GPU's work included."""
+    import warp as wp
+
+    start = time.perf_counter()
+    result = stage()
+    wp.synchronize()
+    return result, 1e3 * (time.perf_counter() - start)
+
+
+def _extract(volume: DeviceVolume, placement: Placement) -> Surface:
+    """Return the surface as the papers cut it, open and with the asymptotic decider."""
+    return extract_surface(volume, SurfaceSettings(isovalue=0.0, topology="asymptotic", placement=placement))
+
+
+def _color(surface: Surface, halfedges: Halfedges) -> tuple[Any, Any]:
+    """Return the quads' five colours, and those of the grid."""
+    color24 = color_quads(surface, halfedges.words)
+    return reduce_colors(surface, halfedges.words, halfedges.twin, color24), color24
+
+
+def _mesh(data: DataSet, surface: Surface, halfedges: Halfedges, unused_vertices: int) -> SyntheticMesh:
+    """Return a mesh for the measures."""
+    return SyntheticMesh(
+        data=data,
+        points=surface.vertices,
+        cells=surface.vertex_cell.numpy(),
+        locals=surface.vertex_local.numpy(),
+        quads=surface.quads,
+        twins=halfedges.twin,
+        unused_vertices=unused_vertices,
+    )

@@ -1,0 +1,63 @@
+"""Data files that a header names: a list of them, or a pattern such as slice%03d.raw with a range."""
+
+import re
+from pathlib import Path
+
+from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.volume_io.layout import exists
+from dmc_cli.volume_io.within import check_beside
+
+MAX_FILES = 100_000
+"""More files than any volume has slices."""
+
+
+def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path:
+    """The file that a header names, relative to the header's folder.
+
+    Raises:
+        VolumeError: It is not there, or outside the folder and `allow_outside` is not set.
+    """
+    found = header.parent / named
+    if not exists(found):
+        raise VolumeError(f"{name}: its data file {named[:200]!r} is not there; put it beside the header")
+    check_beside(header, found, named, name, allow_outside)
+    return found
+
+
+def listed_files(header: Path, lines: list[str], name: str, allow_outside: bool) -> tuple[Path, ...]:
+    """The files of a list, relative to the header's folder.
+
+    Raises:
+        VolumeError: A file is not there, or outside the folder and `allow_outside` is not set.
+        DamagedVolumeError: The list is empty, or longer than any volume's.
+    """
+    if not lines:
+        raise DamagedVolumeError(f"{name}: an empty list of data files found; expected one file a line")
+    if len(lines) > MAX_FILES:
+        raise DamagedVolumeError(f"{name}: {len(lines)} data files found; expected at most {MAX_FILES}")
+    return tuple(named_file(header, line, name, allow_outside) for line in lines)
+
+
+def pattern_files(
+    header: Path, pattern: str, span: list[str], name: str, allow_outside: bool
+) -> tuple[Path, ...]:
+    """The files of a printf pattern for the numbers first, last (included) and step.
+
+    Raises:
+        VolumeError: A file is not there, or outside the folder and `allow_outside` is not set.
+        DamagedVolumeError: Pattern or range make no sense.
+    """
+    wrong = (
+        f"{name}: data file pattern {pattern[:60]!r} with range {' '.join(span)[:60]!r} found; "
+        "expected one %d, first, last and step"
+    )
+    if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", pattern):
+        raise DamagedVolumeError(wrong)
+    try:
+        first, last, step = (int(word) for word in span)
+    except ValueError as error:
+        raise DamagedVolumeError(wrong) from error
+    if step == 0 or not 0 <= (last - first) // step < MAX_FILES:
+        raise DamagedVolumeError(wrong)
+    numbers = range(first, last + (1 if step > 0 else -1), step)
+    return listed_files(header, [pattern % number for number in numbers], name, allow_outside)

@@ -1,0 +1,1 @@
+"""DICOM: files, folders and zips to one volume; `reader.py` is the way in."""

@@ -1,0 +1,188 @@
+"""Single elements of a DICOM header, from the bytes that pydicom found, without its conversions.
+
+A slice needs some twenty of hundreds of elements. Converting them here costs a tenth of pydicom's own
+conversion and gives no warnings on values that break the standard's rules but are clear.
+"""
+
+import io
+import math
+import struct
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream
+from dmc_cli.volume_io.dicom.source import DicomFile
+
+IMPLICIT = "1.2.840.10008.1.2"
+EXPLICIT = "1.2.840.10008.1.2.1"
+BIG_ENDIAN = "1.2.840.10008.1.2.2"
+RLE = "1.2.840.10008.1.2.5"
+"""Transfer syntaxes."""
+
+PIXEL_DATA = 0x7FE00010
+FLOAT_PIXEL_DATA = 0x7FE00008
+DOUBLE_PIXEL_DATA = 0x7FE00009
+
+PIECES_AN_ITEM = 5000
+"""More pieces of a header than the item of any frame has."""
+
+FEW_BYTES = 1 << 16
+"""A sequence of so few is not worth counting."""
+
+_BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
+
+_UNTOLD = {0x00189082: "FD", 0x00189087: "FD", 0x00209128: "UL"}
+"""Binary elements that are asked for their numbers: with implicit VR a file does not tell what they are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Header:
+    """A file's elements before its pixel data.
+
+    Attributes:
+        file: The file.
+        dataset: pydicom's data set, unconverted.
+        syntax: UID of the transfer syntax.
+        pixel_start: Where the pixel data's element begins in the file, or None where there is none.
+    """
+
+    file: DicomFile
+    dataset: Any
+    syntax: str
+    pixel_start: int | None
+
+
+def text(dataset: Any, tag: int) -> str:
+    """A text element's first value; empty where the element is absent."""
+    values = texts(dataset, tag)
+    return values[0] if values else ""
+
+
+def texts(dataset: Any, tag: int) -> list[str]:
+    """A text element's values."""
+    value = _value(dataset, tag)
+    if isinstance(value, bytes):
+        try:
+            value = value.decode("utf-8")
+        except UnicodeDecodeError:
+            value = value.decode("latin-1")
+        return [word.strip(" \0") for word in value.split("\\")] if value else []
+    if value is None:
+        return []
+    if isinstance(value, (list, tuple)) or type(value).__name__ == "MultiValue":
+        return [str(word).strip() for word in value]
+    return [str(value).strip()]
+
+
+def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | None:
+    """A decimal or binary element's numbers; None where the element is absent or empty.
+
+    Raises:
+        DamagedVolumeError: They are no finite numbers, or not `count` of them.
+    """
+    element = _element(dataset, tag)
+    if element is None or element.value is None or len(_as_bytes_or_list(element.value)) == 0:
+        return None
+    kind = _binary_kind(element, tag)
+    try:
+        if kind is not None and isinstance(element.value, bytes):
+            order = "<" if element.is_little_endian else ">"
+            found = [float(v[0]) for v in struct.iter_unpack(order + kind, element.value)]
+        else:
+            found = [float(word) for word in texts(dataset, tag)]
+    except (ValueError, OverflowError, struct.error) as error:
+        raise DamagedVolumeError(
+            f"element {tag:08x} holds {element.value!r:.60}; expected numbers"
+        ) from error
+    if not all(math.isfinite(v) for v in found) or (count is not None and len(found) != count):
+        wanted = "finite numbers" if count is None else f"{count} finite numbers"
+        raise DamagedVolumeError(f"element {tag:08x} holds {element.value!r:.60}; expected {wanted}")
+    return found
+
+
+def label(dataset: Any, tag: int) -> str:
+    """An element's texts in a line, or its first number where it is a binary one."""
+    element = _element(dataset, tag)
+    value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
+    return f"{value[0]:g}" if value else "/".join(texts(dataset, tag))
+
+
+def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
+    """A binary 16 or 32 bit integer's value."""
+    element = _element(dataset, tag)
+    value = None if element is None else element.value
+    if isinstance(value, bytes):
+        if len(value) not in (2, 4):
+            return default
+        return int.from_bytes(value, "little" if element.is_little_endian else "big", signed=signed)
+    if isinstance(value, int):
+        if signed and value >= 0x8000 and str(element.VR) == "US":
+            return value - 0x10000
+        return value
+    return default
+
+
+def items(dataset: Any, tag: int, most: int = 1) -> list[Any]:
+    """A sequence's first items, `most` of them; empty where it is absent.
+
+    Raises:
+        DamagedVolumeError: It cannot be parsed.
+    """
+    element = _element(dataset, tag)
+    if element is None:
+        return []
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if isinstance(element.value, bytes):
+                _parse_items(dataset, tag, element, most)
+            value = dataset[tag].value
+    except Exception as error:
+        # pydicom parses a sequence when it is asked for, and raises what that runs into
+        raise DamagedVolumeError(
+            f"sequence {tag:08x} cannot be read ({error}); get the file again"
+        ) from error
+    return list(value)[:most] if type(value).__name__ == "Sequence" else []
+
+
+def _parse_items(dataset: Any, tag: int, element: Any, most: int) -> None:
+    """Put the first items of a sequence that pydicom has not looked at yet in its place, no others."""
+    from pydicom.dataelem import DataElement
+    from pydicom.filereader import read_sequence_item
+
+    stream: Any = io.BytesIO(element.value)
+    if len(element.value) > FEW_BYTES:
+        stream = PiecewiseStream(stream, Effort(PIECES_AN_ITEM * most))
+    found: list[Any] = []
+    while len(found) < most and stream.tell() < len(element.value):
+        item = read_sequence_item(stream, element.is_implicit_VR, element.is_little_endian, "latin-1")
+        if item is None:
+            break
+        found.append(item)
+    dataset[tag] = DataElement(tag, "SQ", found)
+
+
+def _binary_kind(element: Any, tag: int) -> str | None:
+    """How the numbers of a binary element are packed, as `struct` has it; None for one of text."""
+    return _BINARY.get(str(element.VR) if element.VR is not None else _UNTOLD.get(tag, ""))
+
+
+def _element(dataset: Any, tag: int) -> Any:
+    if dataset is None or tag not in dataset:
+        return None
+    try:
+        return dataset.get_item(tag)
+    except Exception as error:
+        # pydicom looks at an element's type only now, and raises what that runs into
+        raise DamagedVolumeError(f"element {tag:08x} cannot be read ({error}); get the file again") from error
+
+
+def _value(dataset: Any, tag: int) -> Any:
+    element = _element(dataset, tag)
+    return None if element is None else element.value
+
+
+def _as_bytes_or_list(value: Any) -> Any:
+    return value if isinstance(value, (bytes, list, tuple, str)) else [value]

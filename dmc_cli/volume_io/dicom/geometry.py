@@ -1,0 +1,136 @@
+"""A stack's slices to an affine: their true positions, tilt and all, with nothing resampled.
+
+The third axis runs from the first slice to the last, so a tilted gantry becomes a shear. Slices at
+uneven distances keep them in a table of positions. What looks like a missing slice or like two slices
+in one place is a question to the user, not to a tolerance.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.dicom.frames import Frame
+from dmc_cli.volume_io.dicom.left_out import left_out
+from dmc_cli.volume_io.dicom.series import SAME_PLACE_MM, Stack
+
+EVEN_MM = 0.01
+"""Slices no farther than this from even distances count as even: scanners round positions."""
+
+MISSING = 1.9
+"""A distance beyond this many times the larger of its neighbours is a missing slice."""
+
+DRIFT_TOLD = 0.05
+DRIFT_REFUSED = 0.5
+"""Sideways distance of a slice from the line through the first and the last, in pixels."""
+
+_Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class SliceGeometry:
+    """Where the slices of a volume lie.
+
+    Attributes:
+        frames: One frame a slice, in order.
+        affine: Node index to LPS millimetres, shape (4, 4).
+        slice_positions: As `Volume.slice_positions`.
+        warnings: Sentences for the user.
+    """
+
+    frames: list[Frame]
+    affine: _Array
+    slice_positions: _Array | None
+    warnings: tuple[str, ...]
+
+
+def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeometry:
+    """Order, distances and affine of a stack's slices.
+
+    Raises:
+        AmbiguousVolumeError: Duplicates or missing slices, unless the settings say what to do.
+        UnsupportedFormatError: The slices do not lie along one line.
+    """
+    frames, places, notes = _without_duplicates(stack, settings, name)
+    distances = np.diff(places)
+    notes += _gaps(frames, distances, settings, name)
+    first, last = np.array(frames[0].position), np.array(frames[-1].position)
+    axis = (last - first) / (places[-1] - places[0])
+    positions = np.array([frame.position for frame in frames])
+    drift = positions - (first + np.outer(places - places[0], axis))
+    notes += _drift(frames, np.linalg.norm(drift, axis=1), name)
+    orientation = np.array(frames[0].orientation)
+    affine = np.eye(4)
+    affine[:3, 0] = orientation[:3] * frames[0].spacing[0]
+    affine[:3, 1] = orientation[3:] * frames[0].spacing[1]
+    affine[:3, 2] = (last - first) / (len(frames) - 1)
+    affine[:3, 3] = first
+    uneven = np.abs(places - np.linspace(places[0], places[-1], len(places))).max() > EVEN_MM
+    table = (places - places[0]) * np.linalg.norm(axis) if uneven else None
+    if uneven:
+        least, most = (_told(frames, distances, int(n)) for n in (distances.argmin(), distances.argmax()))
+        notes.append(f"slice distances vary from {least} to {most}; every slice is kept where it is")
+    return SliceGeometry(frames, affine, table, tuple(notes))
+
+
+def _told(frames: list[Frame], distances: _Array, n: int) -> str:
+    """Distance n and the files that it lies between."""
+    return f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}"
+
+
+def _without_duplicates(
+    stack: Stack, settings: ReadSettings, name: str
+) -> tuple[list[Frame], _Array, list[str]]:
+    """Frames and places with one frame a place."""
+    frames, places = stack.frames, stack.places()
+    kept = [0]
+    dropped: list[int] = []
+    for n in range(1, len(frames)):
+        (kept if places[n] - places[kept[-1]] >= SAME_PLACE_MM else dropped).append(n)
+    if dropped and settings.duplicates == "refuse":
+        first = dropped[0]
+        other = max(k for k in kept if k < first)
+        raise AmbiguousVolumeError(
+            f"{name}: {len(dropped)} of {len(frames)} slices lie where another one lies (closer than "
+            f"{SAME_PLACE_MM} mm), first {frames[other].name} and {frames[first].name}, "
+            f"{places[first] - places[other]:.3f} mm apart; expected one slice a position; "
+            "--duplicates first takes the first of each"
+        )
+    kinds = (f"{kind} in the place of another one" for kind in ("slice", "slices"))
+    notes = left_out([frames[n].name for n in dropped], *kinds)
+    return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
+
+
+def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: str) -> list[str]:
+    """Distances that look like a missing slice: refused, or told."""
+    gaps = [
+        n
+        for n, distance in enumerate(distances)
+        if len(distances) > 1
+        and distance > MISSING * max(distances[m] for m in (n - 1, n + 1) if 0 <= m < len(distances))
+    ]
+    if not gaps:
+        return []
+    n = gaps[0]
+    told = f"{_told(frames, distances, n)}, {np.median(np.delete(distances, gaps)):.3f} mm elsewhere"
+    if settings.slice_gaps == "refuse":
+        raise AmbiguousVolumeError(
+            f"{name}: {len(gaps)} missing slice{'s' if len(gaps) > 1 else ''} found: {told}; expected a "
+            "complete series; "
+            "get the missing files, or bridge the gap with --slice-gaps keep"
+        )
+    return [f"slices are missing: {told}"]
+
+
+def _drift(frames: list[Frame], sideways: _Array, name: str) -> list[str]:
+    """Slices beside the line through the first and the last: told, or refused."""
+    pixel = min(frames[0].spacing)
+    worst = int(sideways.argmax())
+    told = f"{frames[worst].name} lies {sideways[worst]:.3f} mm beside the line from first to last slice"
+    if sideways[worst] > DRIFT_REFUSED * pixel:
+        raise UnsupportedFormatError(
+            f"{name}: {told}; expected slices along one line; choose a series whose slices are not shifted"
+        )
+    return [told] if sideways[worst] > DRIFT_TOLD * pixel else []

@@ -1,0 +1,161 @@
+"""DICOM: a folder tree, a zip of one, or a file with many frames, to one volume; world axes LPS.
+
+Steps: find the files, read their headers, turn them into frames, the frames into stacks, choose one,
+lay out its slices, read their values.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_affine, check_shape
+from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume_io.dicom.frames import MAX_FRAMES, Frame, NoSlice, read_frames
+from dmc_cli.volume_io.dicom.geometry import slice_geometry
+from dmc_cli.volume_io.dicom.header import read_header
+from dmc_cli.volume_io.dicom.left_out import MOST_NAMED, shortened
+from dmc_cli.volume_io.dicom.pixels import read_slices
+from dmc_cli.volume_io.dicom.series import Stack, choose_stack, no_volume, put_aside, stacks_of
+from dmc_cli.volume_io.dicom.source import DicomFile, dicom_files
+from dmc_cli.volume_io.layout import ZARR_MARKERS
+
+NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's own, lengths may be unknown"
+
+
+def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """The volume of the series `settings.series`, or of the only one.
+
+    Raises:
+        VolumeError: No slices of a volume; its subclasses tell of damaged or unsupported ones.
+        AmbiguousVolumeError: Several series, duplicates or missing slices.
+        SettingsError: No series of that number or UID.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+        with progress.stage("scanning"):
+            found = _found(files, notes, name, progress)
+        stack = choose_stack(found.stacks, settings.series, name)
+        aside = put_aside(found.frames, found.stacks, stack, settings.series)
+        try:
+            geometry = slice_geometry(stack, settings, name)
+        except AmbiguousVolumeError as error:
+            # one of those that were left out may be the slice that is missing
+            raise AmbiguousVolumeError("; ".join([str(error), *found.files_told(), *aside])) from error
+        columns, rows = geometry.frames[0].pixels.shape
+        check_shape(name, (columns, rows, len(geometry.frames)))
+        check_affine(name, geometry.affine)
+        with progress.stage("reading slices"):
+            slices = read_slices(geometry.frames, settings.threads, name, progress)
+    is_placed = all(frame.is_placed for frame in geometry.frames)
+    return Volume(
+        values=slices.values,
+        affine=geometry.affine,
+        space="LPS" if is_placed else "none",
+        slope=slices.slope,
+        intercept=slices.intercept,
+        padding=slices.padding,
+        slice_positions=geometry.slice_positions,
+        path=name,
+        files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
+        format="dicom",
+        warnings=(
+            *found.warnings(),
+            *aside,
+            *geometry.warnings,
+            *(() if is_placed else (NO_POSITIONS,)),
+            *_scale_told(geometry.frames),
+        ),
+    )
+
+
+def _scale_told(frames: list[Frame]) -> list[str]:
+    """A sentence on slopes of 0, if there are any."""
+    found = [frame.name for frame in frames if frame.lacks_scale]
+    if not found:
+        return []
+    return [
+        f"RescaleSlope 0 found in {len(found)} of {len(frames)} slices, first {found[0]}, where it should be "
+        "another number; their stored values are read with slope 1"
+    ]
+
+
+def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """Every volume that `--series` can choose, in the order of their numbers.
+
+    Raises:
+        VolumeError: There is none.
+    """
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+        found = _found(files, notes, name, SILENT)
+    return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What an input holds.
+
+    Attributes:
+        stacks: The stacks, one at least.
+        frames: All frames, in a stack or not.
+        notes: Sentences on what was left out before it was looked at.
+        damaged: What is wrong with each damaged file.
+        reasons: Why other DICOM files have no frames.
+    """
+
+    stacks: list[Stack]
+    frames: list[Frame]
+    notes: list[str]
+    damaged: list[str]
+    reasons: list[str]
+
+    def warnings(self) -> list[str]:
+        """Sentences on what was left out and should not have been."""
+        notes = [*self.notes, *(f"a file was left out: {told}" for told in self.damaged[:MOST_NAMED])]
+        more = len(self.damaged) - MOST_NAMED
+        if more > 0:
+            notes.append(f"and {more} more damaged {'file was' if more == 1 else 'files were'} left out")
+        return notes
+
+    def files_told(self) -> list[str]:
+        """A sentence on all files that have no frames, if there are any."""
+        files = [*self.damaged, *self.reasons]
+        told = [f"{len(files)} file(s) left out: {shortened(files, '; ')}"] if files else []
+        return [*self.notes, *told]
+
+
+def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progress) -> _Found:
+    """Look at every file of an input; `notes` are sentences on what is none of them.
+
+    Raises:
+        VolumeError: There is no stack.
+    """
+    frames: list[Frame] = []
+    reasons: list[str] = []
+    damaged: list[VolumeError] = []
+    for number, file in enumerate(files):
+        try:
+            header = read_header(file)
+            if header is not None:
+                frames += read_frames(header)
+                if len(frames) > MAX_FRAMES + len(files):
+                    raise VolumeError(
+                        f"{name}: more than {MAX_FRAMES} frames found; expected a series; give it alone"
+                    )
+        except NoSlice as reason:
+            reasons.append(f"{file.name}: {reason}")
+        except DamagedVolumeError as error:
+            told = str(error)
+            damaged.append(
+                error if told.startswith(file.name) else DamagedVolumeError(f"{file.name}: {told}")
+            )
+        progress.advance((number + 1) / len(files))
+    stacks = stacks_of(frames)
+    if not stacks:
+        if any(file.archive and PurePosixPath(file.name).name in ZARR_MARKERS for file in files):
+            raise UnsupportedFormatError(
+                f"{name}: a zipped Zarr store found; expected a folder; unpack it and give the folder"
+            )
+        raise damaged[0] if damaged else no_volume(name, [*notes, *reasons], len(frames))
+    return _Found(stacks, frames, notes, [str(error) for error in damaged], reasons)

@@ -1,0 +1,1 @@
+"""NRRD; `reader.py` is the way in."""

@@ -1,0 +1,136 @@
+"""Where a NRRD header puts its grid: space directions, or spacings, or axis mins and maxs.
+
+Named spaces become RAS or LPS; a left-handed or scanner space, or none, keeps the header's own coordinates
+with space none.
+"""
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.volume import Space
+from dmc_cli.volume_io.layout import (
+    MILLIMETRES,
+    Triple,
+    chosen_origin,
+    chosen_spacing,
+    scale_affine,
+    without_effect,
+)
+from dmc_cli.volume_io.nrrd.header import numbers, per_axis, vector
+
+SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
+    "right-anterior-superior": ("RAS", (1, 1, 1)),
+    "ras": ("RAS", (1, 1, 1)),
+    "left-anterior-superior": ("RAS", (-1, 1, 1)),
+    "las": ("RAS", (-1, 1, 1)),
+    "left-posterior-superior": ("LPS", (1, 1, 1)),
+    "lps": ("LPS", (1, 1, 1)),
+    "scanner-xyz": ("none", (1, 1, 1)),
+    "3d-right-handed": ("none", (1, 1, 1)),
+    "3d-left-handed": ("none", (1, 1, 1)),
+}
+"""Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
+
+
+def nrrd_geometry(
+    fields: dict[str, str], spatial: tuple[int, int, int], settings: ReadSettings, name: str
+) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
+    """Affine in millimetres, its space, and warnings; `spatial` are the axes of space.
+
+    Raises:
+        UnsupportedFormatError: An unknown space, or vectors without three coordinates.
+        DamagedVolumeError: The header contradicts itself.
+    """
+    spelled = re.sub(r"(-time|(?<=^(?:ras|las|lps))t)$", "", fields.get("space", "").lower())
+    directions = per_axis(fields.get("space directions", ""))
+    notes: list[str] = []
+    if spelled == "3d-left-handed":
+        notes.append(
+            "the header's space is left-handed: in a right-handed viewer its mesh is the mirror image"
+        )
+    if not directions:
+        if spelled in SPACES and SPACES[spelled][0] != "none":
+            notes.append(
+                f"the header names the space {spelled} but no directions; axes are the grid's own, space none"
+            )
+        return _unoriented(fields, spatial, settings, name, notes), "none", tuple(notes)
+    if spelled and spelled not in SPACES:
+        raise UnsupportedFormatError(f"{name}: space {spelled!r} found; expected one of {', '.join(SPACES)}")
+    space, signs = SPACES[spelled] if spelled else ("none", (1.0, 1.0, 1.0))
+    if len(directions) <= spatial[2]:
+        raise DamagedVolumeError(f"{name}: {len(directions)} space directions found; expected one an axis")
+    columns = [vector(directions[a], name) for a in spatial]
+    origin = vector(fields["space origin"], name) if "space origin" in fields else [0.0, 0.0, 0.0]
+    if any(len(v) not in (3, 4) for v in [*columns, origin]):
+        raise UnsupportedFormatError(
+            f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
+        )
+    units = [u.strip('"').strip() for u in per_axis(fields.get("space units", ""))][:3]
+    scale = np.array([_unit(u, notes) for u in units] + [1.0] * (3 - len(units)))
+    affine = np.eye(4)
+    affine[:3, :3] = np.array([c[:3] for c in columns]).T
+    affine[:3, 3] = origin[:3]
+    affine[:3] *= (scale * np.array(signs))[:, None]
+    notes += [*without_effect("spacing", settings), *without_effect("origin", settings)]
+    return affine, space, tuple(notes)
+
+
+def _unit(unit: str, notes: list[str]) -> float:
+    """Length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
+    found = MILLIMETRES.get(unit.lower())
+    if found is None and unit and unit != "???":
+        notes.append(f"the header's unit of length {unit!r} is unknown; taken as millimetres")
+    return found or 1.0
+
+
+def _unoriented(
+    fields: dict[str, str],
+    spatial: tuple[int, int, int],
+    settings: ReadSettings,
+    name: str,
+    notes: list[str],
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The affine along the grid's axes, from spacings or from axis mins and maxs, else from the settings."""
+    sizes = numbers(fields, "sizes", name, int)
+    units = per_axis(fields.get("units", ""))
+    centers = per_axis(fields.get("centers", fields.get("centerings", "")))
+    steps, lows, halves, scales = [], [], [], []
+    for axis in spatial:
+        is_cell = axis < len(centers) and centers[axis].lower() == "cell"
+        low, high, step = (_entry(fields, key, axis, name) for key in ("axis mins", "axis maxs", "spacings"))
+        if math.isnan(step):
+            step = (high - low) / (sizes[axis] if is_cell else sizes[axis] - 1)
+        scale = _unit(units[axis].strip('"'), notes) if axis < len(units) else 1.0
+        steps.append(step * scale)
+        lows.append(low * scale)
+        scales.append(scale)
+        halves.append(0.5 if is_cell else 0.0)
+    spacing, warnings = chosen_spacing(_told(steps, scales), settings)
+    firsts = [low + half * step for low, half, step in zip(lows, halves, spacing, strict=True)]
+    origin, unused = chosen_origin(_told(firsts, [0.0, 0.0, 0.0]), settings)
+    notes += [*warnings, *unused]
+    return scale_affine(spacing, origin)
+
+
+def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:
+    """An axis' number in a field, or NaN where there is none."""
+    words = per_axis(fields.get(key, ""))
+    try:
+        return float(words[axis]) if axis < len(words) else math.nan
+    except ValueError as error:
+        raise DamagedVolumeError(
+            f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
+        ) from error
+
+
+def _told(lengths: list[float], missing: list[float]) -> Triple | None:
+    """Three lengths, those of `missing` in place of NaN, or None where all are."""
+    if all(math.isnan(length) for length in lengths):
+        return None
+    x, y, z = (m if math.isnan(length) else length for length, m in zip(lengths, missing, strict=True))
+    return x, y, z

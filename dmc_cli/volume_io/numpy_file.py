@@ -1,0 +1,202 @@
+"""NumPy's own files: .npy and .npz; an array [z, y, x], spacing and origin from the settings.
+
+Nothing is ever unpickled. Half-precision floats become float32 and truth values uint8; everything else
+stays as it is. A leading fourth axis counts volumes, as do the arrays of an .npz.
+"""
+
+import io
+import math
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, BinaryIO, Literal
+
+import numpy as np
+
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume.checks import WIDENED, check_shape, storable_type, widened_type
+from dmc_cli.volume.mapping import intact, map_file
+from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume_io.decoding import DEFLATE_RATIO
+from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
+
+_Array = np.ndarray[Any, np.dtype[Any]]
+
+MAX_HEADER = 10_000
+"""Longest header text that is parsed; real ones have a hundred bytes."""
+
+MAX_ENTRIES = 10_000
+"""More arrays than anybody keeps in a file."""
+
+PACKERS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What NumPy packs by; with others Python's zip module unpacks more than it was asked for."""
+
+
+def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """The array of an .npy file, mapped where it can be, or of an .npz.
+
+    Raises:
+        UnsupportedFormatError: No numeric array with three axes.
+        DamagedVolumeError: The file ends early.
+        AmbiguousVolumeError: Several volumes, and none chosen.
+    """
+    check_file(path, name)
+    try:
+        values = (
+            _from_npz(path, name, settings) if zipfile.is_zipfile(path) else _from_npy(path, name, settings)
+        )
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # a zip raises its own errors, its packer's and the system's
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
+    progress.advance(1.0)
+    spacing, warnings = chosen_spacing(None, settings)
+    origin, _ = chosen_origin(None, settings)
+    return Volume(
+        values=values,
+        affine=scale_affine(spacing, origin),
+        space="none",
+        path=name,
+        files=(path,),
+        format="numpy",
+        warnings=warnings,
+    )
+
+
+def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """The volumes of the file, without their values.
+
+    Raises:
+        UnsupportedFormatError: No numeric array with three axes.
+    """
+    volume = numpy_volume(path, name, replace(settings, volume_index=0))
+    return [VolumeEntry(description="numpy", size=volume.shape)]
+
+
+def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, Fortran order and type."""
+    try:
+        version = np.lib.format.read_magic(stream)
+        reader = (
+            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        )
+        shape, fortran, dtype = reader(stream, max_header_size=MAX_HEADER)
+    except Exception as error:
+        # NumPy lets its tokenizer's and its parser's errors through
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{name}: the array's header cannot be read ({told}); get the file again"
+        ) from error
+    if dtype.kind not in "iufb" or not 3 <= len(shape) <= 4:
+        raise UnsupportedFormatError(
+            f"{name}: an array of type {dtype} with {len(shape)} axes found; expected numbers with axes z, "
+            "y, x"
+        )
+    if dtype.char not in WIDENED:
+        storable_type(name, dtype)
+    return shape, fortran, dtype
+
+
+def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
+    with path.open("rb") as file:
+        shape, fortran, dtype = _header(file, name)
+        start = file.tell()
+    index = chosen_index(name, shape[0], settings.volume_index) if len(shape) == 4 else 0
+    check_shape(name, shape[-3:][::-1])
+    expected = math.prod(shape) * dtype.itemsize
+    found = path.stat().st_size - start
+    if found < expected:
+        raise DamagedVolumeError(
+            f"{name}: {found} bytes of values found, {expected} expected for {shape} values of {dtype}; "
+            "the file is cut short; get it again"
+        )
+    stored = _stored(path, start, shape, fortran, dtype)
+    chosen: _Array = stored[index] if len(shape) == 4 else stored
+    if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in WIDENED:
+        return chosen
+    with intact(stored, name):
+        return _copied(chosen, name)
+
+
+def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> _Array:
+    """The array as the file has it: mapped, or read where it cannot be mapped."""
+    order: Literal["C", "F"] = "F" if fortran else "C"
+    with path.open("rb") as file:
+        mapping = map_file(file)
+    if mapping is None:
+        return np.fromfile(path, dtype, math.prod(shape), offset=start).reshape(shape, order=order)
+    return np.ndarray(shape, dtype, mapping, start, order=order)
+
+
+def _copied(stored: _Array, name: str) -> _Array:
+    """The values in native byte order, x fastest, in a type that a volume holds."""
+    nz, ny, nx = stored.shape
+    values = allocate_values(name, (nx, ny, nz), widened_type(stored.dtype))
+    values[...] = stored
+    return values
+
+
+def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
+    with zipfile.ZipFile(path) as archive:
+        entries = archive.infolist()
+        if len(entries) > MAX_ENTRIES:
+            raise DamagedVolumeError(f"{name}: {len(entries)} entries found; expected at most {MAX_ENTRIES}")
+        names = [entry.filename for entry in entries if _has_volume(archive, entry, name)]
+        if not names:
+            raise UnsupportedFormatError(
+                f"{name}: no numeric array with three axes found; expected one by np.savez"
+            )
+        if len(names) > 1 and settings.volume_index is None:
+            listed = ", ".join(f"{n}: {entry.removesuffix('.npy')}" for n, entry in enumerate(names))
+            raise AmbiguousVolumeError(
+                f"{name}: {len(names)} volumes found ({listed}); expected one; choose with --volume-index N"
+            )
+        entry = archive.getinfo(names[chosen_index(name, len(names), settings.volume_index)])
+        with archive.open(entry) as stream:
+            shape, fortran, dtype = _header(stream, name)  # type: ignore[arg-type]
+            check_shape(name, shape[::-1])
+            count = math.prod(shape) * dtype.itemsize
+            if entry.file_size < count or entry.file_size > DEFLATE_RATIO * max(entry.compress_size, 1):
+                raise DamagedVolumeError(
+                    f"{name}: {entry.file_size} bytes found, {count} expected; get the file again"
+                )
+            nz, ny, nx = shape
+            stored = allocate_values(name, (nx, ny, nz), dtype)
+            found = _fill(stream, stored.reshape(-1).data.cast("B"))  # type: ignore[arg-type]
+            if found < count:
+                raise DamagedVolumeError(
+                    f"{name}: {found} bytes of values found, {count} expected; get the file again"
+                )
+    if not dtype.isnative:
+        stored.byteswap(inplace=True)
+    if fortran:
+        stored = stored.reshape(-1).reshape(shape, order="F")
+    return _copied(stored, name) if fortran or dtype.char in WIDENED else stored
+
+
+def _has_volume(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str) -> bool:
+    if not entry.filename.endswith(".npy") or entry.compress_type not in PACKERS:
+        return False
+    with archive.open(entry) as stream:
+        try:
+            shape, _, _ = _header(io.BytesIO(stream.read(MAX_HEADER + 16)), name)
+        except UnsupportedFormatError:
+            return False
+    return len(shape) == 3
+
+
+def _fill(stream: BinaryIO, target: memoryview) -> int:
+    """Fill `target` from the stream; returns how many bytes there were."""
+    filled = 0
+    while filled < len(target):
+        piece = stream.read(min(1 << 20, len(target) - filled))
+        if not piece:
+            break
+        target[filled : filled + len(piece)] = piece
+        filled += len(piece)
+    return filled

@@ -1,0 +1,45 @@
+"""Pairs of a header and a data file, .hdr and .img, either of them gzipped or not."""
+
+from pathlib import Path
+
+from dmc_cli.volume_io.decoding import GZIP_MAGIC
+from dmc_cli.volume_io.layout import check_file, exists
+from dmc_cli.volume_io.within import check_beside
+
+
+def pair_files(path: Path) -> tuple[Path, Path]:
+    """Header and data file of `path`, which may be either of a pair, gzipped or not."""
+    name = path.name
+    for mine, other in ((".img", ".hdr"), (".hdr", ".img")):
+        for packed in ("", ".gz"):
+            if not name.lower().endswith(mine + packed):
+                continue
+            stem = name[: len(name) - len(mine + packed)]
+            names = (stem + suffix + gz for gz in (packed, "", ".gz") for suffix in (other, other.upper()))
+            sibling = next(
+                (path.with_name(n) for n in names if exists(path.with_name(n))), path.with_name(stem + other)
+            )
+            return (sibling, path) if mine == ".img" else (path, sibling)
+    return path, path
+
+
+def checked_pair(path: Path, name: str, allow_outside: bool) -> tuple[Path, Path]:
+    """Header and data file of `path`.
+
+    Raises:
+        VolumeError: There is no header, or the other one lies elsewhere and `allow_outside` is not set.
+        DamagedVolumeError: The header is empty.
+    """
+    header, data = pair_files(path)
+    for file in (header, data):
+        if file != path and exists(file):
+            check_beside(path, file, file.name, name, allow_outside)
+    check_file(header, name)
+    return header, data
+
+
+def is_gzip(path: Path, name: str) -> bool:
+    """Whether a file that must be there is gzipped."""
+    check_file(path, name if path.name == Path(name).name else f"{name} ({path.name})")
+    with path.open("rb") as file:
+        return file.read(len(GZIP_MAGIC)) == GZIP_MAGIC

@@ -1,0 +1,247 @@
+"""The one way in: a path to a volume, whatever its format.
+
+The format is the one that the settings name, else the suffix's, else what the content looks like.
+A new format is a file with a reader and a line in each table here.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import STREAM, ReadSettings
+from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume_io.analyze import analyze_layout
+from dmc_cli.volume_io.content import format_of_content
+from dmc_cli.volume_io.dicom.reader import dicom_entries, dicom_volume
+from dmc_cli.volume_io.layout import Layout, check_file, exists
+from dmc_cli.volume_io.metaimage import metaimage_layout
+from dmc_cli.volume_io.nifti.reader import nifti_layout
+from dmc_cli.volume_io.nrrd.reader import nrrd_layout
+from dmc_cli.volume_io.numpy_file import numpy_entries, numpy_volume
+from dmc_cli.volume_io.pair import pair_files
+from dmc_cli.volume_io.raw import RAW_TYPES, raw_layout
+from dmc_cli.volume_io.stream import spooled_stream
+from dmc_cli.volume_io.synthetic import PREFIX, parse_synthetic, synthetic_volume
+from dmc_cli.volume_io.tiff.reader import tiff_entries, tiff_volume
+from dmc_cli.volume_io.unused_options import unused_options
+from dmc_cli.volume_io.values import load_volume
+from dmc_cli.volume_io.zarr.store import is_zarr, zarr_entries, zarr_volume
+
+LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
+    "analyze": analyze_layout,
+    "meta": metaimage_layout,
+    "nifti": nifti_layout,
+    "nrrd": nrrd_layout,
+    "raw": raw_layout,
+}
+"""Formats whose header tells where the values lie."""
+
+VOLUME_READERS: dict[
+    str,
+    tuple[
+        Callable[[Path, str, ReadSettings, Progress], Volume],
+        Callable[[Path, str, ReadSettings], list[VolumeEntry]],
+    ],
+] = {
+    "dicom": (dicom_volume, dicom_entries),
+    "numpy": (numpy_volume, numpy_entries),
+    "tiff": (tiff_volume, tiff_entries),
+    "zarr": (zarr_volume, zarr_entries),
+}
+"""Formats that put a volume together from pieces: how to read it, and how to list what there is."""
+
+SUFFIXES = {
+    ".dcm": "dicom",
+    ".ima": "dicom",
+    ".mha": "meta",
+    ".mhd": "meta",
+    ".nhdr": "nrrd",
+    ".nii": "nifti",
+    ".nii.gz": "nifti",
+    ".npy": "numpy",
+    ".npz": "numpy",
+    ".nrrd": "nrrd",
+    ".raw": "raw",
+    ".raw.gz": "raw",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".zip": "dicom",
+}
+"""The format that a suffix means; any other file is judged by its content."""
+
+
+STREAM_CONTENTS = {"dicom": ("dicom",), "numpy": ("numpy", "dicom"), "tiff": ("tiff",)}
+"""What files of a format begin like, of those that tell no length; an .npz is a zip, as DICOM may be."""
+
+LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "text": 40, "hex": 4}
+"""Stored bytes a byte of a value, at most, in any sensible file."""
+
+STREAM_SLACK = 1 << 20
+"""Bytes behind the values that are read, too."""
+
+
+def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """Read a volume: a file, a folder with DICOM, a zip of one, `synth:FIELD:N`, or `-`.
+
+    Args:
+        path: The input as the user named it.
+        settings: How to read it; what the format does not need is ignored, with a warning.
+        progress: Who is told the stages.
+
+    Returns:
+        The volume, at least two nodes along each axis, its affine invertible.
+
+    Raises:
+        VolumeError: The input cannot be used; its subclasses tell why.
+        SettingsError: The format needs a setting that is missing or wrong.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    if path.startswith(PREFIX):
+        return _warned(synthetic_volume(path, settings, progress), "synthetic", settings)
+    with _told_errors(path):
+        if path == STREAM:
+            with spooled_stream(lambda start: _promised(start, settings)) as file:
+                return replace(_read_path(file, STREAM, settings, progress), files=())
+        return _read_path(Path(path), path, settings, progress)
+
+
+def check_input(path: str, settings: ReadSettings) -> None:
+    """Find out, without reading it, whether there is an input and a reader for it.
+
+    Raises:
+        VolumeError: There is no such input, or it is empty.
+        UnsupportedFormatError: No reader knows it.
+    """
+    if path.startswith(PREFIX):
+        parse_synthetic(path)
+    elif path != STREAM:
+        with _told_errors(path):
+            input_format(Path(path), path, settings)
+
+
+def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """What there is to choose from in an input: the series of a folder, or the one volume of a file.
+
+    The values are not read. A file with several volumes is one entry that tells how many.
+
+    Raises:
+        VolumeError: The input cannot be used; its subclasses tell why.
+        SettingsError: The format needs a setting that is missing or wrong.
+    """
+    if path.startswith(PREFIX):
+        field, count = parse_synthetic(path)
+        return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
+    with _told_errors(path):
+        return _entries(Path(path), path, settings)
+
+
+def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """The entries of a file or folder."""
+    format_name = input_format(path, name, settings)
+    if format_name in VOLUME_READERS:
+        return VOLUME_READERS[format_name][1](path, name, settings)
+    layout = LAYOUT_READERS[format_name](path, name, replace(settings, volume_index=0))
+    count = layout.components * layout.volumes
+    several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
+    return [VolumeEntry(description=format_name + several, size=layout.shape)]
+
+
+def input_format(path: Path, name: str, settings: ReadSettings) -> str:
+    """The format to read a path as.
+
+    Raises:
+        VolumeError: There is no such path, or it is empty.
+        UnsupportedFormatError: No reader knows it.
+    """
+    if not name or "\0" in name:
+        raise VolumeError(f"the path {name!r} found; expected a file, a folder or synth:FIELD:N; check it")
+    if settings.input_format is not None:
+        return settings.input_format
+    if exists(path) and path.is_dir():
+        return _format_of_folder(path, name)
+    check_file(path, name)
+    lower = path.name.lower()
+    suffix = next((s for s in sorted(SUFFIXES, key=len, reverse=True) if lower.endswith(s)), None)
+    if suffix is not None:
+        return SUFFIXES[suffix]
+    header, _ = pair_files(path)
+    check_file(header, name)
+    found = format_of_content(header, name)
+    if found is None:
+        raise UnsupportedFormatError(
+            f"{name}: neither its suffix nor its content is one that is known; expected one of "
+            f"{', '.join(sorted(SUFFIXES))}, .hdr with .img, a folder with DICOM, or --input-format "
+            "(raw needs --shape and --dtype too)"
+        )
+    return found
+
+
+@contextmanager
+def _told_errors(name: str) -> Iterator[None]:
+    """Tell in one message what the system refuses while an input is read, wherever a reader meets it."""
+    try:
+        yield
+    except (DmcError, BrokenPipeError):
+        raise
+    except (OSError, UnicodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise VolumeError(
+            f"{name}: cannot be read ({reason}); expected files that can be read to their end; check the "
+            "path, the disk and the access rights"
+        ) from error
+
+
+def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
+    format_name = input_format(path, name, settings)
+    if format_name in VOLUME_READERS:
+        volume = VOLUME_READERS[format_name][0](path, name, settings, progress)
+    else:
+        volume = load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
+    return _warned(volume, format_name, settings)
+
+
+def _warned(volume: Volume, format_name: str, settings: ReadSettings) -> Volume:
+    """The volume with a warning for each option that has no effect on its format."""
+    return replace(volume, warnings=(*unused_options(format_name, settings), *volume.warnings))
+
+
+def _promised(start: Path, settings: ReadSettings) -> int | None:
+    """How many bytes of standard input the header in its first bytes asks for, at most; None where unknown.
+
+    Raises:
+        VolumeError: It begins like no volume.
+        SettingsError: The format needs a setting that is missing or wrong.
+    """
+    format_name = input_format(start, STREAM, settings)
+    if format_name == "raw" and settings.shape and settings.dtype in RAW_TYPES:
+        return settings.skip_bytes + math.prod(settings.shape) * np.dtype(settings.dtype).itemsize + 1
+    if format_name in LAYOUT_READERS:
+        layout = LAYOUT_READERS[format_name](start, STREAM, settings)
+        values = layout.start + max(layout.offset, 0) + layout.volume_bytes * layout.volumes
+        return None if layout.line_skip else LONGEST_VALUE[layout.encoding] * values + STREAM_SLACK
+    if format_of_content(start, STREAM) not in STREAM_CONTENTS.get(format_name, ()):
+        raise UnsupportedFormatError(
+            f"{STREAM}: standard input does not begin like {format_name}; check --input-format, or give "
+            "a file"
+        )
+    return None
+
+
+def _format_of_folder(path: Path, name: str) -> str:
+    """A Zarr store, a folder of nothing but TIFF slices, or else DICOM."""
+    if is_zarr(path):
+        return "zarr"
+    try:
+        files = [entry.name.lower() for entry in path.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise VolumeError(
+            f"{name}: the folder cannot be read ({error.strerror}); check its access rights"
+        ) from error
+    is_stack = len(files) > 1 and all(file.endswith((".tif", ".tiff")) for file in files)
+    return "tiff" if is_stack else "dicom"

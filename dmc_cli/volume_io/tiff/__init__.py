@@ -1,0 +1,1 @@
+"""TIFF, OME-TIFF and ImageJ; `reader.py` is the way in."""

@@ -1,0 +1,1 @@
+"""Zarr and OME-Zarr; `store.py` is the way in."""

@@ -1,0 +1,94 @@
+"""The cube, byte for byte: a change of any writer shows here first."""
+
+import dataclasses
+import struct
+
+import numpy as np
+import pytest
+
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.write import write_mesh
+
+VERTICES = [f"{x}.0 {y}.0 {z}.0" for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
+NORMALS = [" ".join("-0.57735026" if "-" in x else "0.57735026" for x in v.split()) for v in VERTICES]
+QUADS = ["0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"]
+PLY_HEADER = """ply
+format {} 1.0
+comment written by dmc
+comment SPACE=RAS
+element vertex 8
+property float x
+property float y
+property float z
+property float nx
+property float ny
+property float nz
+element face 6
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def written(tmp_path, mesh, name, **options):
+    write_mesh(str(tmp_path / name), mesh, **options)
+    return (tmp_path / name).read_bytes()
+
+
+def test_ply_is_binary_little_endian(tmp_path, cube):
+    data = written(tmp_path, cube, "cube.ply")
+    body = np.hstack((cube.vertices, cube.normals)).astype("<f4").tobytes()
+    body += b"".join(struct.pack("<B4i", 4, *map(int, quad.split())) for quad in QUADS)
+    assert data == PLY_HEADER.format("binary_little_endian").encode() + body
+
+
+def test_ply_in_ascii(tmp_path, cube):
+    data = written(tmp_path, cube, "cube.ply", ascii=True)
+    rows = [f"{v} {n}" for v, n in zip(VERTICES, NORMALS, strict=True)] + [f"4 {q}" for q in QUADS]
+    assert data.decode() == PLY_HEADER.format("ascii") + "\n".join(rows) + "\n"
+
+
+def test_obj_counts_from_one_and_gives_each_vertex_its_normal(tmp_path, cube):
+    faces = [" ".join(f"{int(c) + 1}//{int(c) + 1}" for c in quad.split()) for quad in QUADS]
+    lines = ["# written by dmc", "# SPACE=RAS"]
+    lines += [f"v {v}" for v in VERTICES] + [f"vn {n}" for n in NORMALS] + [f"f {f}" for f in faces]
+    assert written(tmp_path, cube, "cube.obj").decode() == "\n".join(lines) + "\n"
+
+
+def test_obj_without_normals(tmp_path, cube):
+    bare = dataclasses.replace(cube, normals=None, space="none")
+    faces = [" ".join(str(int(c) + 1) for c in quad.split()) for quad in QUADS]
+    lines = ["# written by dmc"] + [f"v {v}" for v in VERTICES] + [f"f {f}" for f in faces]
+    assert written(tmp_path, bare, "cube.obj").decode() == "\n".join(lines) + "\n"
+
+
+def test_off_says_how_many_and_counts_from_zero(tmp_path, cube):
+    lines = ["OFF", "8 6 0", *VERTICES, *[f"4 {quad}" for quad in QUADS]]
+    assert written(tmp_path, cube, "cube.off").decode() == "\n".join(lines) + "\n"
+
+
+def test_off_reports_that_normals_are_left_out(tmp_path, cube):
+    result = write_mesh(str(tmp_path / "cube.off"), cube)
+    assert result.warnings == ("OFF files hold no normals: they were left out",)
+    assert write_mesh(str(tmp_path / "cube.obj"), cube).warnings == ()
+
+
+@pytest.mark.parametrize("name", ["none.ply", "none.obj", "none.off"])
+def test_an_empty_mesh_is_a_valid_file(tmp_path, name):
+    empty = MeshFile(vertices=np.zeros((0, 3), np.float32), quads=np.zeros((0, 4), np.int32))
+    data = written(tmp_path, empty, name)
+    assert data.startswith({"ply": b"ply\n", "obj": b"# written", "off": b"OFF\n0 0 0\n"}[name[-3:]])
+
+
+@pytest.mark.parametrize("name", ["grid.ply", "grid.obj", "grid.off"])
+def test_the_size_in_the_result_is_the_size_of_the_file(tmp_path, grid, name):
+    result = write_mesh(str(tmp_path / name), grid)
+    assert result.size == (tmp_path / name).stat().st_size
+
+
+@pytest.mark.parametrize(
+    ("name", "ascii"), [("a.ply", False), ("a.ply", True), ("a.obj", False), ("a.off", False)]
+)
+def test_chunks_do_not_show(tmp_path, grid, monkeypatch, name, ascii):
+    whole = written(tmp_path, grid, name, ascii=ascii)
+    monkeypatch.setattr("dmc_cli.mesh_io.text.CHUNK_ROWS", 97)
+    assert written(tmp_path, grid, name, ascii=ascii, force=True) == whole

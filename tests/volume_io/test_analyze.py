@@ -1,0 +1,55 @@
+import nibabel as nib
+import numpy as np
+import pytest
+
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from tests.volume_io.reading import counting, physical, read
+
+
+def write(path, values, **fields):
+    """Save values [k, j, i] as an SPM2 pair, which is Analyze with a scale factor."""
+    image = nib.Spm2AnalyzeImage(values.T, np.diag([2, 3, 4, 1]))
+    for key, value in fields.items():
+        image.header[key] = value
+    nib.save(image, path)
+    return path
+
+
+@pytest.mark.parametrize("dtype", ["u1", "<i2", "<i4", "<f4", "<f8"])
+@pytest.mark.parametrize("suffix", [".hdr", ".img"])
+def test_every_type_from_either_file(tmp_path, dtype, suffix):
+    values = counting((3, 4, 5), dtype)
+    write(tmp_path / "a.img", values)
+    volume = read(tmp_path / f"a{suffix}")
+    np.testing.assert_array_equal(volume.values, values)
+    np.testing.assert_array_equal(volume.affine, np.diag([2, 3, 4, 1]))
+    assert (volume.space, volume.format) == ("none", "analyze")
+    assert "left may be right" in volume.warnings[0]
+
+
+def test_a_real_gzipped_big_endian_pair_agrees_with_nibabel(shared_data):
+    path = shared_data / "analyze_mni/avg152T1.img.gz"
+    volume = read(path)
+    with np.errstate(all="ignore"):
+        expected = np.asarray(nib.load(path).dataobj)[..., 0].T
+    np.testing.assert_allclose(physical(volume), expected, rtol=1e-6)
+    np.testing.assert_array_equal(read(shared_data / "analyze_mni/avg152T1.hdr.gz").values, volume.values)
+
+
+def test_a_truncated_pair_is_refused(tmp_path):
+    path = write(tmp_path / "a.img", counting((3, 4, 5)))
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(DamagedVolumeError, match="119 bytes found, 120 expected"):
+        read(path)
+    path.unlink()
+    with pytest.raises(VolumeError, match=r"a\.img"):
+        read(tmp_path / "a.hdr")
+
+
+def test_other_headers_are_refused(tmp_path):
+    (tmp_path / "a.hdr").write_bytes(b"ENVI\nsamples = 4\n")
+    (tmp_path / "a.img").write_bytes(bytes(100))
+    with pytest.raises(UnsupportedFormatError):
+        read(tmp_path / "a.hdr")
+    with pytest.raises(UnsupportedFormatError, match="no Analyze header"):
+        read(tmp_path / "a.hdr", input_format="analyze")

@@ -1,0 +1,161 @@
+import zipfile
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from tests.volume_io.reading import counting, read
+
+VALUES = counting((3, 4, 5))
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "<i2", ">i2", "<u4", "<i8", "<f4", ">f8"])
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("suffix", [".npy", ".npz"])
+def test_every_type_order_and_container(tmp_path, dtype, order, suffix):
+    values = np.asarray(VALUES.astype(dtype), order=order)
+    if suffix == ".npy":
+        np.save(tmp_path / "a.npy", values)
+    else:
+        np.savez_compressed(tmp_path / "a.npz", volume=values, spacing=[1, 2, 3])
+    volume = read(tmp_path / f"a{suffix}", spacing=(1, 2, 3), origin=(4, 5, 6))
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert volume.values.dtype == np.dtype(dtype).newbyteorder("=")
+    assert volume.values.flags.c_contiguous
+    np.testing.assert_array_equal(volume.affine, [[1, 0, 0, 4], [0, 2, 0, 5], [0, 0, 3, 6], [0, 0, 0, 1]])
+
+
+def test_an_npy_file_is_mapped(tmp_path):
+    np.save(tmp_path / "a.npy", VALUES)
+    assert not read(tmp_path / "a.npy").values.flags.owndata
+    assert not read(tmp_path / "a.npy").values.flags.writeable
+
+
+@pytest.mark.parametrize(("dtype", "becomes"), [("f2", "f4"), ("?", "u1")])
+@pytest.mark.parametrize("suffix", [".npy", ".npz"])
+def test_half_floats_and_truth_values_are_widened(tmp_path, dtype, becomes, suffix):
+    values = (VALUES % 2).astype(dtype)
+    np.save(tmp_path / "a.npy", values)
+    np.savez(tmp_path / "a.npz", values)
+    volume = read(tmp_path / f"a{suffix}")
+    assert volume.values.dtype == np.dtype(becomes)
+    np.testing.assert_array_equal(volume.values, VALUES % 2)
+
+
+def test_several_volumes_are_chosen_by_index(tmp_path):
+    four = counting((2, 3, 4, 5))
+    np.save(tmp_path / "a.npy", four)
+    np.savez(tmp_path / "a.npz", first=four[0], second=four[1])
+    for suffix in (".npy", ".npz"):
+        with pytest.raises(AmbiguousVolumeError, match="2 volumes found"):
+            read(tmp_path / f"a{suffix}")
+        np.testing.assert_array_equal(read(tmp_path / f"a{suffix}", volume_index=1).values, four[1])
+
+
+@pytest.mark.parametrize("index", [None, 0])
+def test_an_array_without_volumes_is_refused(tmp_path, index):
+    np.save(tmp_path / "a.npy", VALUES[None][:0])
+    with pytest.raises(DamagedVolumeError, match=": 0 volumes found; expected one or some"):
+        read(tmp_path / "a.npy", volume_index=index)
+
+
+@pytest.mark.parametrize(
+    "values", [VALUES + 1j, VALUES.astype(object), np.zeros((3, 4)), np.zeros((2, 3, 4), [("a", "i2")])]
+)
+def test_other_arrays_are_refused(tmp_path, values):
+    np.save(tmp_path / "a.npy", values, allow_pickle=True)
+    np.savez(tmp_path / "a.npz", values, allow_pickle=True)
+    for suffix in (".npy", ".npz"):
+        with pytest.raises(UnsupportedFormatError):
+            read(tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".npz"])
+@pytest.mark.parametrize("kept", [5, 20, 100, -1])
+def test_truncated_files_are_refused(tmp_path, suffix, kept):
+    np.save(tmp_path / "a.npy", VALUES)
+    np.savez(tmp_path / "a.npz", VALUES)
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(VolumeError) as caught:
+        read(path)
+    assert caught.value.exit_status == 3
+
+
+def test_a_truncated_array_tells_how_many_bytes_there_are(tmp_path):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    (tmp_path / "a.npy").write_bytes(content[:-1])
+    with pytest.raises(
+        DamagedVolumeError, match=r": 119 bytes of values found, 120 expected for \(3, 4, 5\) values of int16"
+    ):
+        read(tmp_path / "a.npy")
+
+
+def test_a_size_that_the_file_cannot_hold_is_refused(tmp_path):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    assert b"(3, 4, 5), }" + b" " * 8 in content
+    (tmp_path / "a.npy").write_bytes(content.replace(b"(3, 4, 5), }" + b" " * 8, b"(30000, 40000, 5), }"))
+    with pytest.raises(DamagedVolumeError, match="12000000000 expected"):
+        read(tmp_path / "a.npy")
+    (tmp_path / "a.npy").write_bytes(content.replace(b"}", b"("))
+    with pytest.raises(DamagedVolumeError, match="header"):
+        read(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize(("length", "taken"), [(10_000, True), (10_001, False)])
+def test_a_header_is_so_long_at_most(tmp_path, length, taken):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    text = content[10:128].rstrip().ljust(length - 1) + b"\n"
+    (tmp_path / "a.npy").write_bytes(content[:8] + length.to_bytes(2, "little") + text + content[128:])
+    if taken:
+        np.testing.assert_array_equal(read(tmp_path / "a.npy").values, VALUES)
+        return
+    with pytest.raises(DamagedVolumeError, match="the array's header cannot be read"):
+        read(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_every_version_of_the_format(tmp_path, version):
+    with (tmp_path / "a.npy").open("wb") as file:
+        np.lib.format.write_array(file, VALUES, version=version)
+    np.testing.assert_array_equal(read(tmp_path / "a.npy").values, VALUES)
+
+
+def zipped(path, content):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.npy", content)
+    return path
+
+
+@pytest.mark.parametrize("claimed", [10**6, 248])
+def test_an_entry_of_an_npz_that_claims_what_it_has_not(tmp_path, claimed):
+    np.save(tmp_path / "a.npy", VALUES)
+    content = (tmp_path / "a.npy").read_bytes()
+    path = zipped(tmp_path / "a.npz", content if claimed > 248 else content[:-1])
+    packed = bytearray(path.read_bytes())
+    place = packed.rindex(b"PK\1\2") + 24
+    packed[place : place + 4] = claimed.to_bytes(4, "little")
+    path.write_bytes(packed)
+    told = "1000000 bytes found, 120 expected" if claimed > 248 else "119 bytes of values found, 120 expected"
+    with pytest.raises(DamagedVolumeError, match=told):
+        read(path)
+
+
+def test_an_entry_of_an_npz_that_is_shorter_than_its_values(tmp_path):
+    np.save(tmp_path / "a.npy", counting((30, 4, 5)))
+    content = (tmp_path / "a.npy").read_bytes()
+    with pytest.raises(DamagedVolumeError, match="1199 bytes found, 1200 expected"):
+        read(zipped(tmp_path / "a.npz", content[:1199]))
+
+
+@given(shape=st.tuples(*[st.integers(2, 6)] * 3), seed=st.integers(0, 99))
+def test_what_numpy_writes_is_read_back(tmp_path_factory, shape, seed):
+    values = np.random.default_rng(seed).normal(size=shape)
+    path = tmp_path_factory.mktemp("numpy") / "a.npz"
+    np.savez_compressed(path, values)
+    np.testing.assert_array_equal(read(path).values, values)

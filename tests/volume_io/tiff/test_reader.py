@@ -1,0 +1,262 @@
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.volume_io.tiff import ome as tiff_ome
+from dmc_cli.volume_io.tiff import reader as tiff
+from tests.volume_io.reading import counting, read
+
+tifffile = pytest.importorskip("tifffile")
+
+VALUES = counting((6, 16, 20), "<u2")
+
+
+@pytest.mark.parametrize("options", [{}, {"compression": "zlib"}, {"bigtiff": True}, {"byteorder": ">"}])
+@pytest.mark.parametrize("dtype", ["u1", "u2", "i2", "f4"])
+def test_pages_are_slices(tmp_path, options, dtype):
+    values = VALUES.astype(dtype)
+    tifffile.imwrite(tmp_path / "a.tif", values, photometric="minisblack", **options)
+    volume = read(tmp_path / "a.tif", spacing=(1, 2, 3))
+    np.testing.assert_array_equal(volume.values, values)
+    assert volume.values.dtype == np.dtype(dtype)
+    assert volume.spacing == (1, 2, 3)
+    assert volume.space == "none"
+
+
+def test_spacing_of_imagej(tmp_path):
+    tifffile.imwrite(
+        tmp_path / "a.tif",
+        VALUES,
+        imagej=True,
+        resolution=(1 / 0.25, 1 / 0.5),
+        metadata={"spacing": 2.0, "unit": "um", "axes": "ZYX"},
+    )
+    np.testing.assert_allclose(read(tmp_path / "a.tif").spacing, (0.00025, 0.0005, 0.002))
+
+
+def test_spacing_of_ome(tmp_path):
+    metadata = {"axes": "ZYX", "PhysicalSizeX": 0.5, "PhysicalSizeY": 0.25, "PhysicalSizeZ": 3}
+    metadata |= {"PhysicalSizeZUnit": "mm", "PhysicalSizeXUnit": "mm"}
+    tifffile.imwrite(tmp_path / "a.ome.tif", VALUES, metadata=metadata)
+    np.testing.assert_allclose(read(tmp_path / "a.ome.tif").spacing, (0.5, 0.00025, 3))
+
+
+def test_without_spacing_there_is_a_warning(tmp_path):
+    tifffile.imwrite(tmp_path / "a.tif", VALUES, photometric="minisblack")
+    assert "--spacing" in read(tmp_path / "a.tif").warnings[0]
+
+
+def test_a_folder_of_slices_in_the_order_of_their_numbers(tmp_path):
+    for k, plane in enumerate(VALUES):
+        tifffile.imwrite(tmp_path / f"s{k + 7}.tif", plane)
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert volume.files[3].name == "s10.tif"
+
+
+def test_several_volumes_are_chosen_by_index(tmp_path):
+    values = counting((2, 6, 16, 20), "<u2")
+    tifffile.imwrite(tmp_path / "a.tif", values, imagej=True, metadata={"axes": "TZYX", "spacing": 1})
+    with pytest.raises(AmbiguousVolumeError, match="--volume-index"):
+        read(tmp_path / "a.tif")
+    np.testing.assert_array_equal(read(tmp_path / "a.tif", volume_index=1).values, values[1])
+
+
+def test_single_and_colour_images_are_refused(tmp_path):
+    tifffile.imwrite(tmp_path / "one.tif", VALUES[0])
+    tifffile.imwrite(tmp_path / "rgb.tif", np.zeros((16, 20, 3), "u1"), photometric="rgb")
+    for name in ("one.tif", "rgb.tif"):
+        with pytest.raises(UnsupportedFormatError, match="stack of grey slices"):
+            read(tmp_path / name)
+
+
+@pytest.mark.parametrize("kept", [4, 100, 3000])
+def test_truncated_files_are_refused(tmp_path, kept):
+    tifffile.imwrite(tmp_path / "a.tif", VALUES, photometric="minisblack", compression="zlib")
+    (tmp_path / "a.tif").write_bytes((tmp_path / "a.tif").read_bytes()[:kept])
+    with pytest.raises(VolumeError) as caught:
+        read(tmp_path / "a.tif")
+    assert caught.value.exit_status == 3
+
+
+def test_slices_of_different_sizes_are_refused(tmp_path):
+    for k in range(3):
+        tifffile.imwrite(tmp_path / f"{k}.tif", VALUES[k][: 16 - k])
+    with pytest.raises(DamagedVolumeError, match=r"1\.tif: .*as in 0\.tif"):
+        read(tmp_path)
+
+
+def test_what_reads_tiffs_may_be_missing(tmp_path, monkeypatch):
+    tifffile.imwrite(tmp_path / "a.tif", VALUES, photometric="minisblack")
+    monkeypatch.setitem(sys.modules, "tifffile", None)
+    with pytest.raises(
+        UnsupportedFormatError, match=r"a TIFF file found, but tifffile is not installed; pip in"
+    ):
+        read(tmp_path / "a.tif")
+
+
+def test_a_folder_without_slices_is_told(tmp_path):
+    (tmp_path / "notes.txt").write_text("no slice")
+    with pytest.raises(VolumeError, match="no TIFF file found; expected a stack of slices; check the path"):
+        read(tmp_path, input_format="tiff")
+
+
+def test_slices_are_in_the_order_of_all_their_numbers(tmp_path):
+    names = ["a.tif", "s2_b10.TIFF", "s2_b9.tif", "s10_b1.tif", "S1.tif"]
+    for k, name in enumerate(names):
+        tifffile.imwrite(tmp_path / name, VALUES[k])
+    files = read(tmp_path).files
+    assert [file.name for file in files] == ["S1.tif", "a.tif", "s2_b9.tif", "s2_b10.TIFF", "s10_b1.tif"]
+
+
+@pytest.mark.parametrize("pages", ["in one file", "a file each"])
+def test_what_no_compression_can_hold_is_refused(tmp_path, pages, monkeypatch):
+    shape = (3, 64, 64) if pages == "in one file" else (64, 64)
+    names = ["a.tif"] if pages == "in one file" else ["a.tif", "b.tif", "c.tif"]
+    for name in names:
+        tifffile.imwrite(tmp_path / name, np.zeros(shape, "u1"), photometric="minisblack", compression="zlib")
+    path = tmp_path / "a.tif" if len(names) == 1 else tmp_path
+    size = sum((tmp_path / name).stat().st_size for name in names)
+    for ratio, taken in ((3 * 64 * 64 / size + 0.01, True), (3 * 64 * 64 / size - 0.01, False)):
+        monkeypatch.setattr(tiff, "LARGEST_RATIO", ratio)
+        if taken:
+            assert read(path).values.sum() == 0
+            continue
+        with pytest.raises(DamagedVolumeError, match=rf"{size} bytes found for "):
+            read(path)
+
+
+def imagej(path, **metadata):
+    told = {"spacing": 2.0, "unit": "mm", "axes": "ZYX", **metadata}
+    told = {key: value for key, value in told.items() if value is not None}
+    tifffile.imwrite(path, VALUES, imagej=True, resolution=(4, 2), metadata=told)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("metadata", "spacing"),
+    [
+        ({}, (0.25, 0.5, 2)),
+        ({"unit": None}, (0.25, 0.5, 2)),
+        ({"unit": "parsec"}, (0.25, 0.5, 2)),
+        ({"unit": "cm"}, (2.5, 5, 20)),
+        ({"unit": "\\u00B5m"}, (0.00025, 0.0005, 0.002)),
+        ({"unit": "nm"}, (0.25e-6, 0.5e-6, 2e-6)),
+        ({"spacing": -2.0}, (0.25, 0.5, 2)),
+    ],
+)
+def test_units_of_imagej(tmp_path, metadata, spacing):
+    volume = read(imagej(tmp_path / "a.tif", **metadata))
+    np.testing.assert_allclose(volume.spacing, spacing)
+    assert volume.warnings == ()
+
+
+def test_imagej_without_a_spacing_tells_none(tmp_path):
+    assert read(imagej(tmp_path / "a.tif", spacing=None)).warnings == (
+        "the TIFF tells no spacing; --spacing gives it",
+    )
+
+
+def test_a_resolution_that_is_not_there_is_one(tmp_path):
+    path = imagej(tmp_path / "a.tif")
+    with tifffile.TiffFile(path, mode="r+b") as file:
+        for tag in ("XResolution", "YResolution"):
+            place = file.pages[0].tags[tag].offset
+            file.filehandle.seek(place)
+            file.filehandle.write((65000 + (tag == "YResolution")).to_bytes(2, "little"))
+    np.testing.assert_allclose(read(path).spacing, (1, 1, 2))
+
+
+def ome(path, **changes):
+    metadata = {"axes": "ZYX", "PhysicalSizeX": 0.5, "PhysicalSizeY": 0.25, "PhysicalSizeZ": 3, **changes}
+    tifffile.imwrite(path, VALUES, metadata={key: v for key, v in metadata.items() if v is not None})
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "spacing"),
+    [
+        ({}, (0.0005, 0.00025, 0.003)),
+        ({"PhysicalSizeZ": None}, (0.0005, 0.00025, 0.001)),
+        ({f"PhysicalSize{axis}Unit": "mm" for axis in "XYZ"}, (0.5, 0.25, 3)),
+        ({"PhysicalSizeYUnit": "nm"}, (0.0005, 0.25e-6, 0.003)),
+    ],
+)
+def test_lengths_of_ome(tmp_path, changes, spacing):
+    volume = read(ome(tmp_path / "a.ome.tif", **changes))
+    np.testing.assert_allclose(volume.spacing, spacing)
+    assert volume.warnings == ()
+
+
+def test_ome_without_lengths_tells_none(tmp_path):
+    assert "tells no spacing" in read(ome(tmp_path / "a.ome.tif", PhysicalSizeX=None)).warnings[0]
+
+
+@pytest.mark.parametrize("planes", [6, 1 << 20, (1 << 20) + 1])
+def test_the_planes_of_ome_have_an_end(planes):
+    xml = f'<OME><Pixels SizeZ="{planes}" SizeC="1"><TiffData IFD="0" PlaneCount="1"/></Pixels></OME>'
+    if planes <= 1 << 20:
+        tiff_ome.check_ome(xml, 6, Path("a.tif"), "a.tif", False)
+        return
+    with pytest.raises(
+        DamagedVolumeError, match="OME metadata with 1048577 planes, 1 times named, found for 6"
+    ):
+        tiff_ome.check_ome(xml, 6, Path("a.tif"), "a.tif", False)
+
+
+@pytest.mark.parametrize(("times", "taken"), [(16, True), (17, False)])
+@pytest.mark.parametrize("planes", [6, 9])
+def test_planes_are_not_named_again_and_again(times, taken, planes):
+    """On the average over as many planes as there are pages, or more."""
+    data = f'<TiffData IFD="0" PlaneCount="{max(planes, 7)}"/>' * times
+    xml = f'<OME><Pixels SizeZ="{planes}">{data}</Pixels></OME>'
+    if taken:
+        tiff_ome.check_ome(xml, 7, Path("a.tif"), "a.tif", False)
+        return
+    with pytest.raises(
+        DamagedVolumeError, match=rf"OME metadata with {planes} planes, {max(planes, 7) * 17} times"
+    ):
+        tiff_ome.check_ome(xml, 7, Path("a.tif"), "a.tif", False)
+
+
+@pytest.mark.parametrize(
+    ("labels", "taken"),
+    [
+        ('Start="0" End="1048575.9"', True),
+        ('Start="0" End="1048576"', False),
+        ('Start="1048576" End="0" Step="-1"', False),
+        ('Start="5" End="1048580" Step="1"', True),
+        ('Start="0" End="2097150" Step="2"', True),
+        ('Start="0" End="9" Step="0"', False),
+        ('End="1e99"', True),
+        ('Start="-1e99"', True),
+    ],
+)
+def test_the_labels_of_an_axis_have_an_end(labels, taken):
+    xml = f"<OME><Modulo><ModuloAlongZ {labels}/></Modulo></OME>"
+    if taken:
+        tiff_ome.check_ome(xml, 6, Path("a.tif"), "a.tif", False)
+        return
+    with pytest.raises(DamagedVolumeError, match="expected at most 1048576 labels"):
+        tiff_ome.check_ome(xml, 6, Path("a.tif"), "a.tif", False)
+
+
+def test_what_is_no_xml_is_left_to_others(tmp_path):
+    tiff_ome.check_ome("<OME", 6, Path("a.tif"), "a.tif", False)
+
+
+@pytest.mark.parametrize(
+    ("named", "taken"), [("b.tif", False), ("A.TIF", True), ("gone.tif", True), ("", True)]
+)
+def test_the_files_that_ome_names_are_looked_at(tmp_path, named, taken):
+    (tmp_path / "b.tif").touch()
+    xml = f'<OME><UUID FileName="{named}">urn</UUID><Other FileName="b.tif"/></OME>'
+    path = tmp_path / "a.tif"
+    if taken:
+        tiff_ome.check_ome(xml, 6, path, "a.tif", False)
+        return
+    with pytest.raises(DamagedVolumeError, match=r"a\.tif \(b\.tif\): the file is empty"):
+        tiff_ome.check_ome(xml, 6, path, "a.tif", False)
