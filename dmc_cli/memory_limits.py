@@ -1,4 +1,4 @@
-"""How much memory this process may still take: what is free, and what its container and its shell leave it.
+"""Find out how much memory this process may still take, in its container and its shell.
 
 A container's limit is that of a control group, of version 1 or 2, and of every group that it lies in. What
 counts against it but is only a copy of files not looked at lately is taken back before it stops anybody.

@@ -1,4 +1,4 @@
-"""Text from outside made harmless: what no terminal prints becomes a visible escape; imports nothing of ours.
+"""Make text from outside harmless: what no terminal prints becomes a visible escape.
 
 Names of files, entries of a zip, DICOM's texts and messages of libraries may hold anything: sequences that
 move a terminal's cursor or set its title, letters that turn the order of the others round, halves of

@@ -1,4 +1,4 @@
-"""How a long run tells what it is doing and times it, without knowing who listens; imports nothing heavy.
+"""Tell how far a long run is, and time it, without knowing who listens; imports nothing heavy.
 
 The pipeline and the readers report to a `Progress`. `SILENT` is the default of the Python API; the
 command line hands in one that draws a bar on a terminal.

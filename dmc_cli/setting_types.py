@@ -1,4 +1,4 @@
-"""The types of settings, held against their annotations in one place.
+"""Hold settings against their annotations, in one place.
 
 NumPy's scalars and sequences become Python's own; what no annotation means is refused, a truth value for a
 number among it.

@@ -1,4 +1,4 @@
-"""What one operating system has and another lacks: each asked for here, in one place, or done without.
+"""Do what operating systems do differently: each thing in one place, or done without.
 
 Linux has all of it, macOS no affinity of processes, Windows neither that nor `resource`, `pthread_kill` and
 locks on files (`files/atomic.py`).

@@ -1,4 +1,4 @@
-"""What a command does, without the command line.
+"""Run the commands' work without the command line.
 
 read_ahead     the input is read while kernels are loaded
 memory_budget  the forecast that is held against a budget

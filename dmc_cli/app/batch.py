@@ -1,4 +1,4 @@
-"""Many conversions in one run: a failure does not stop the others.
+"""Run many conversions: a failure does not stop the others.
 
 Items are independent. With several jobs they run in threads: kernels and decompression release the
 interpreter's lock, so one item is read and another written while a third computes. Outcomes come in the

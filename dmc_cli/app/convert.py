@@ -1,4 +1,4 @@
-"""The conversion, stage by stage: the table of contents of the package.
+"""Convert a volume to a mesh, stage by stage: the table of contents of the package.
 
     volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh
     -> relaxed mesh -> report -> files

@@ -1,4 +1,4 @@
-"""What a file is known by, whatever its path: links, dots and letters' case hide no file.
+"""Tell files apart whatever their paths: links, dots and letters' case hide none.
 
 A file is known by its number on its disk, and where it does not exist yet by its name in its folder. The
 temporary file that an output grows in counts as the output.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.field import absent_value, make_field, upload_volume
+from dmc_cli.field.field import make_field, nodata_value, upload_volume
 from dmc_cli.field.grid import grid_affine, grid_of
 from dmc_cli.field.slices import slice_depths
 from dmc_cli.measures import kernel_modules
@@ -149,8 +149,8 @@ def _deviation(device: Device, reference: VolumeReference, cells: Array, locals:
     uploaded = upload_volume(volume, device)
     settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
     field = make_field(uploaded, settings)
-    field.has_absent = int(_lacks_data(volume))
-    field.absent = absent_value(volume, field)
+    field.has_nodata = int(_lacks_data(volume))
+    field.nodata = nodata_value(volume, field)
     return measure_deviation(
         device,
         volume,

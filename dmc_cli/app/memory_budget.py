@@ -1,4 +1,4 @@
-"""How much memory a conversion needs, told before it is taken.
+"""Forecast the memory that a conversion needs, before it is taken.
 
 A stage's arrays are counted in bytes a word of 32 nodes, a special cell, a vertex and a quad; the forecast is
 that of the largest stage. It is held against the budget, or against what this process may still take

@@ -1,4 +1,4 @@
-"""No output is an input or another output, by whatever path or link: it would replace what a run still reads.
+"""Refuse outputs that are inputs or other outputs, by whatever path or link.
 
 Links and other spellings of a path hide no file (`file_keys.py`). Inputs have more files than their name
 tells: detached data, pairs, folders. They are looked up only where an output exists already, because what
@@ -16,9 +16,10 @@ from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
 from dmc_cli.volume_io.content import CONTENTS
+from dmc_cli.volume_io.formats import FORMATS
 from dmc_cli.volume_io.layout import exists
 from dmc_cli.volume_io.pair import pair_files
-from dmc_cli.volume_io.read import LAYOUT_READERS, input_format
+from dmc_cli.volume_io.read import input_format, read_layout
 from dmc_cli.volume_io.within import Bounds, Walk
 from dmc_cli.volume_io.zarr.store import is_zarr
 
@@ -94,9 +95,10 @@ def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[s
         return
     with suppress(DmcError, OSError):  # the item itself will tell
         yield from map(os.fspath, pair_files(found))
-        reader = LAYOUT_READERS.get(input_format(found, path, read))
-        if reader is not None:
-            yield from map(os.fspath, reader(found, path, replace(read, volume_index=0)).files)
+        format_name = input_format(found, path, read)
+        if FORMATS[format_name].layout:
+            files_of = read_layout(format_name, found, path, replace(read, volume_index=0)).files
+            yield from map(os.fspath, files_of)
 
 
 def _holds_values(file: str) -> bool:

@@ -1,4 +1,4 @@
-"""The input is read by a thread while Warp is imported and kernels are loaded.
+"""Read the input in a thread while Warp is imported and kernels are loaded.
 
 Reading takes as long as both together where values are compressed, and decompression leaves the
 interpreter's lock to the imports. So a command starts this first and imports the pipeline then.

@@ -1,4 +1,4 @@
-"""Lists of set bits: what is done for each bit of a block of words, without a loop for each word.
+"""List the set bits of a block of words, without a loop for each word.
 
 A word has few bits, and how many is as good as random: the end of a loop over them is guessed wrongly nearly
 each time, which costs as much as what is done for a bit or two. So all bits of a block are listed first, by

@@ -1,4 +1,4 @@
-"""Marks, a byte an item and most of them 0: 32 of them at a glance."""
+"""Look at 32 flags at once: a byte an item, most of them 0."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""What a batch has to do: inputs x isovalues, each with its output, from the options or a TOML file.
+"""Plan a batch: inputs x isovalues, each with its output, from the options or a TOML file.
 
 Options on the command line go before the file's. Paths in a file are relative to its folder.
 """

@@ -26,7 +26,7 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     """Turn the volume INPUT into the quad mesh OUTPUT.
 
     INPUT is a file, a folder with DICOM, synth:FIELD:N (for example synth:iwp:128), or - for
-    standard input. OUTPUT is a .ply, .obj or .off file, or - for standard output.
+    standard input. OUTPUT is a mesh file, whose suffix tells the format, or - for standard output.
 
     \b
     Examples:

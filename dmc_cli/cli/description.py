@@ -1,4 +1,4 @@
-"""What `dmc info` and `dmc doctor` know, as plain values that JSON can hold."""
+"""Describe volumes and installations for `dmc info` and `dmc doctor`, as values that JSON can hold."""
 
 import platform
 import sys

@@ -49,7 +49,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
 def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
     """Measure the mesh file MESH: topology, quality, and with --volume how far it is from the isosurface.
 
-    MESH holds quads or triangles: .ply, .obj, .off, or a format of meshio such as .vtk or .stl.
+    MESH holds quads or triangles, in a format that convert writes or one of meshio such as .vtk or .stl.
 
     \b
     Examples:

@@ -13,6 +13,7 @@ import click
 from dmc_cli.cli.group import VERBOSE
 from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_words
 from dmc_cli.cli.sections import SectionedOption
+from dmc_cli.mesh_io import formats as mesh_formats
 from dmc_cli.settings import (
     ConvertSettings,
     MeshSettings,
@@ -21,6 +22,7 @@ from dmc_cli.settings import (
     Requirement,
     SurfaceSettings,
 )
+from dmc_cli.volume_io import formats as volume_formats
 
 Decorator = Callable[[Any], Any]
 Settings = TypeVar("Settings")
@@ -96,7 +98,11 @@ output_argument = click.argument("path", metavar="OUTPUT", shell_complete=comple
 
 read_options = stack(
     setting(
-        ReadSettings, "input_format", section="Input", help="The format, where the suffix does not tell."
+        ReadSettings,
+        "input_format",
+        section="Input",
+        help=f"The format, where neither the suffix ({', '.join(volume_formats.known_suffixes())}) nor the"
+        " content tells.",
     ),
     setting(
         ReadSettings,
@@ -262,7 +268,10 @@ mesh_options = stack(
 
 output_options = stack(
     setting(
-        OutputSettings, "output_format", section="Output", help="The format, where the suffix does not tell."
+        OutputSettings,
+        "output_format",
+        section="Output",
+        help=f"The format, where the suffix ({', '.join(mesh_formats.known_suffixes())}) does not tell.",
     ),
     setting(
         OutputSettings,

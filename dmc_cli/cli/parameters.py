@@ -1,4 +1,4 @@
-"""How the words on the command line become values: triples, sizes in bytes, lists of choices."""
+"""Turn the words of the command line into values: triples, sizes in bytes, lists of choices."""
 
 import math
 import re

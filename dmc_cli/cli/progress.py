@@ -1,4 +1,4 @@
-"""What a run tells on standard error: a bar on a terminal, lines with -v, else nothing."""
+"""Show on standard error how far a run is: a bar on a terminal, lines with -v, else nothing."""
 
 import sys
 import time

@@ -1,4 +1,4 @@
-"""Signals as exceptions, so that every `with` on the way out cleans up."""
+"""Turn signals into exceptions, so that every `with` on the way out cleans up."""
 
 import signal
 import sys

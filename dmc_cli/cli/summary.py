@@ -1,4 +1,4 @@
-"""Reports and descriptions as a few readable lines."""
+"""Summarise reports and descriptions in a few readable lines."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""From a volume to a surface, by whichever method."""
+"""Extract the surface of a volume, by whichever method."""
 
 from collections.abc import Callable
 from typing import Any

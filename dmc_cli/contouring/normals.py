@@ -1,6 +1,6 @@
 # Typed by Warp's own compiler.
 # mypy: ignore-errors
-"""Vertex normals: central differences at the nodes, interpolated trilinearly in the cell.
+"""Compute vertex normals: central differences at the nodes, interpolated trilinearly in the cell.
 
 Central differences have a smaller truncation error than the interpolant's own gradient and give smoother
 shading (Grosso & Zint 2021, section 3.1.2). At the grid's border, and beside a node without data, the
@@ -120,12 +120,12 @@ def slope(
 
 
 @wp.func
-def is_interior(has_absent: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+def is_interior(has_nodata: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
     """Return whether cell (i, j, k) and all round it lie in the volume and count as they are stored."""
     b = grid.border
     found = i >= b + 1 and j >= b + 1 and k >= b + 1
     found = found and i < grid.nx - b - 2 and j < grid.ny - b - 2 and k < grid.nz - b - 2
-    return found and has_absent == 0
+    return found and has_nodata == 0
 
 
 @wp.func
@@ -133,7 +133,7 @@ def field_gradient(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int
     """Return the gradient of F at local coordinates p of cell (i, j, k), a cell being the unit of length."""
     b = grid.border
     gradient = wp.vec3(0.0, 0.0, 0.0)
-    if is_interior(field.has_absent, grid, i, j, k):
+    if is_interior(field.has_nodata, grid, i, j, k):
         x = wp.int64(1)
         y = wp.int64(grid.nx - 2 * b)
         z = y * wp.int64(grid.ny - 2 * b)
@@ -268,7 +268,7 @@ def normal_block_kernel(
     k = block.k
     far = block.far
     offsets = block.offsets
-    has_absent = field.has_absent
+    has_nodata = field.has_nodata
     safe = NO_OFFSET  # then that of a cell that is read in place of those that need care
     care = IntLanes()
     some_care = int(0)
@@ -277,7 +277,7 @@ def normal_block_kernel(
         u[lane] = points[lane]
         v[lane] = points[LANES + lane]
         w[lane] = points[2 * LANES + lane]
-        care[lane] = wp.where(is_interior(has_absent, grid, i[lane], j[lane], k[lane]), far[lane], 1)
+        care[lane] = wp.where(is_interior(has_nodata, grid, i[lane], j[lane], k[lane]), far[lane], 1)
         some_care |= care[lane]
         safe = wp.max(safe, wp.where(care[lane] == 1, NO_OFFSET, offsets[lane]))
     if safe != NO_OFFSET:

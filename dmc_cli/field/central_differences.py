@@ -1,4 +1,4 @@
-"""Slopes of the stored values in a cell: central differences at its corners, interpolated.
+"""Compute slopes of the stored values in a cell: central differences at its corners, interpolated.
 
 Of the nodes round a cell they take the four in each of twelve rows: of its own four rows, and the middle two
 of the eight rows beside those. Sixteen cells at a time read each row once.

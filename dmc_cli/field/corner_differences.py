@@ -1,4 +1,4 @@
-"""Central differences of F at the corners of any cell, beside missing nodes and virtual ones too.
+"""Take central differences of F at the corners of any cell, beside missing and virtual nodes too.
 
 The nodes round a cell, four along each axis, are read once. At the grid's border, and beside a node without
 data, the difference is one-sided with the divisor that belongs to it.
@@ -87,7 +87,7 @@ def corner_differences(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp
     values = cube_at(field.values, field.kind, x, y, z)
     present = inside_box(i, j, k, grid.nx, grid.ny, grid.nz)
     stored = inside_box(i - b, j - b, k - b, nx, ny, nz)
-    if field.has_absent == 1 and b == 0:
+    if field.has_nodata == 1 and b == 0:
         for n in range(64):
             if not is_data(field, values[n]):
                 present &= ~(wp.int64(1) << wp.int64(n))

@@ -1,4 +1,4 @@
-"""The crossings of a polygon: where F is zero on the edges of its cell, their mean and bounding box."""
+"""Find a polygon's crossings: where F is zero on the edges of its cell, their mean and bounding box."""
 
 import warp as wp
 

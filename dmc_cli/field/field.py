@@ -42,8 +42,8 @@ class Field:
     `values` are the volume's own, as bytes [row, byte]; `kind` says which type they have
     (`sample_reader.py`). `padding_low` and `padding_high` bound the stored values that mean no data (low >
     high: there are none). `outside` is the sign of F at virtual nodes. `least` is |F| of a virtual node whose
-    nearest node lies on the isovalue: the step to the next number. `has_absent` is 1 if there are nodes
-    without data; `absent` is their F under a closed border, where they count as nodes outside the object
+    nearest node lies on the isovalue: the step to the next number. `has_nodata` is 1 if there are nodes
+    without data; `nodata` is their F under a closed border, where they count as nodes outside the object
     (with an open border no cell has such a corner).
     """
 
@@ -53,8 +53,8 @@ class Field:
     sign: wp.float64
     outside: wp.float64
     least: wp.float64
-    has_absent: wp.int32
-    absent: wp.float64
+    has_nodata: wp.int32
+    nodata: wp.float64
     padding_low: wp.float64
     padding_high: wp.float64
 
@@ -174,7 +174,7 @@ def padding_range(volume: Volume) -> tuple[float, float]:
     return volume.padding if volume.padding is not None else (1.0, 0.0)
 
 
-def absent_value(volume: Volume, field: Any) -> float:
+def nodata_value(volume: Volume, field: Any) -> float:
     """Return F of nodes without data under a closed border: the extreme that is not the object's."""
     ends = volume.value_range()
     if ends is None:
@@ -216,8 +216,8 @@ def distance_to_isovalue(field: Field, value: wp.float64) -> wp.float64:
 def value_of_node(field: Field, border: wp.int32, value: wp.float64, is_virtual: wp.int32) -> wp.float64:
     """Return F at a node of the grid, given its stored value or that of the node nearest to a virtual one."""
     f = distance_to_isovalue(field, value)
-    if border == 1 and field.has_absent == 1 and not is_data(field, value):
-        f = field.absent
+    if border == 1 and field.has_nodata == 1 and not is_data(field, value):
+        f = field.nodata
     return wp.where(is_virtual == 1, field.outside * wp.max(wp.abs(f), field.least), f)
 
 
@@ -233,10 +233,10 @@ def node_value(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) 
 
 
 @wp.func
-def needs_care(has_absent: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
+def needs_care(has_nodata: wp.int32, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.bool:
     """Return whether a corner of cell (i, j, k) may count for something else than what is stored."""
     at_border = i == 0 or j == 0 or k == 0 or i == grid.nx - 2 or j == grid.ny - 2 or k == grid.nz - 2
-    return grid.border == 1 and (at_border or has_absent == 1)
+    return grid.border == 1 and (at_border or has_nodata == 1)
 
 
 @wp.func
@@ -252,7 +252,7 @@ def careful_cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: w
 def cell_values(field: Field, grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> CornerValues64:
     """Return F at the corners of cell (i, j, k) of the grid."""
     f = CornerValues64()
-    if needs_care(field.has_absent, grid, i, j, k):
+    if needs_care(field.has_nodata, grid, i, j, k):
         f = careful_cell_values(field, grid, i, j, k)
     else:
         b = grid.border

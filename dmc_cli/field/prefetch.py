@@ -1,4 +1,4 @@
-"""Memory asked for ahead: what a quad's kernel will read, told to the processor for 32 quads at once.
+"""Ask for memory ahead of its use: what a quad's kernel will read, for 32 quads at once.
 
 The quads of a list lie scattered, and what is beside them farther still; one after the other, each would wait
 for memory three times over. On a GPU other threads fill the time, and nothing is done.

@@ -1,4 +1,4 @@
-"""Back on the surface: the point of the trilinear isosurface near a point that has left it (`--project`).
+"""Project points that have left the trilinear isosurface back on it (`--project`).
 
 The papers leave the vertex of a removed quad midway between two others. From there Newton's method along the
 gradient leads through one cell or a few; there the trilinear equation is solved along the axis of the largest
@@ -90,7 +90,7 @@ def point_at(grid: Grid, x: wp.vec3d) -> GridPoint:
 def cell_exists(field: Field, grid: Grid, cell: wp.vec3i) -> wp.bool:
     """Return whether all corners of a cell on the grid have data; under a closed border all cells exist."""
     exists = bool(True)
-    if field.has_absent == 1 and grid.border == 0:
+    if field.has_nodata == 1 and grid.border == 0:
         for c in range(8):
             at = node_of_volume(grid, cell[0] + (c & 1), cell[1] + ((c >> 1) & 1), cell[2] + (c >> 2))
             if not is_data(field, stored_value(field, at)):

@@ -1,4 +1,4 @@
-"""Stored values of any type: the few functions that read the volume.
+"""Read stored values of any type: the few functions that touch the volume.
 
 The values are an array of bytes and a tag that says which type they are. Each reader is one loop in C++ that
 is compiled for every type, so that no other code depends on the type, and so that the compiler finds the

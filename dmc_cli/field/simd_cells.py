@@ -1,4 +1,4 @@
-"""Sixteen vertices at a time, on CPU: their cells, and how points get in and out of lanes.
+"""Load sixteen cells and points into lanes and store them again, on CPU.
 
 Loops over lanes have no branch, so that the compiler turns them into vector instructions. What needs one is
 done by the callers afterwards, lane by lane.

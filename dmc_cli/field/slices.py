@@ -1,4 +1,4 @@
-"""Unevenly spaced slices: vertices are mapped, not voxels.
+"""Map vertices between unevenly spaced slices: vertices are mapped, not voxels.
 
 The surface is found in index space, where slices do not know their distances. A volume whose slices are not
 evenly spaced comes with the position of each; between two slices positions are linear. So a vertex at

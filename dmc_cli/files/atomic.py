@@ -1,4 +1,4 @@
-"""A file that appears complete or not at all.
+"""Write a file that appears complete or not at all.
 
 The bytes go to one temporary file of a fixed name in the same folder, `.NAME.dmc-part`, which is
 locked and at the end renamed to NAME, when the disk has it: neither a power cut nor a network disk that

@@ -1,4 +1,4 @@
-"""What can be measured on any mesh.
+"""Measure any mesh.
 
 topology          Euler characteristic, boundaries, manifoldness
 components        connected components

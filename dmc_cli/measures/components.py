@@ -1,4 +1,4 @@
-"""Connected pieces: components of a mesh and the loops of its boundary.
+"""Count connected pieces: components of a mesh and the loops of its boundary.
 
 Both are classes of a relation between neighbours, found by uniting trees: every item points to a smaller
 one of its class or to itself, a kernel hooks the larger of two roots below the smaller one, and launches

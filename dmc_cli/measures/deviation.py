@@ -1,6 +1,6 @@
 # Typed by Warp's own compiler.
 # mypy: ignore-errors
-"""How far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
+"""Measure how far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
 
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the
 stored values at the vertex's cell-local coordinates, in double precision. The rounding of the file's

@@ -1,4 +1,4 @@
-"""Where positions lie in a grid: their cells, and their coordinates there."""
+"""Locate positions in a grid: their cells, and their coordinates there."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 # Typed by Warp's own compiler.
 # mypy: ignore-errors
-"""How far the rounding of its coordinates moves each vertex of a surface (`rounding.py`)."""
+"""Measure how far the rounding of its coordinates moves each vertex of a surface (`rounding.py`)."""
 
 import numpy as np
 import warp as wp

@@ -1,4 +1,4 @@
-"""From the program's values to what JSON can hold."""
+"""Turn the program's values into what JSON can hold."""
 
 import math
 from collections.abc import Mapping

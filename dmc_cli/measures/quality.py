@@ -1,6 +1,6 @@
 # Typed by Warp's own compiler.
 # mypy: ignore-errors
-"""The quality of a mesh: shape of its faces, angles, area, volume, bounds.
+"""Measure the quality of a mesh: shape of its faces, angles, area, volume, bounds.
 
 Definitions are in `shape.py`. Sums run in double precision over blocks of faces, then over the blocks in
 their order: the same mesh gives the same figures, whatever the number of threads.

@@ -1,4 +1,4 @@
-"""What the rounding of coordinates to float32 costs.
+"""Tell what the rounding of coordinates to float32 costs.
 
 A vertex is exact where it is a cell and local coordinates; a file holds float32 numbers, whose steps grow
 with the distance from the origin. Up to `COARSE` of a spacing nobody sees it. Beyond, vertices lie beside the

@@ -1,6 +1,6 @@
 # Typed by Warp's own compiler.
 # mypy: ignore-errors
-"""The shape of one quad or triangle: areas, angles, and the measures of the paper and of Verdict.
+"""Measure the shape of one quad or triangle: areas, angles, the measures of the paper and of Verdict.
 
 Grosso & Zint 2021, section 5.3: equation 8 (mean ratio of a triangle), equation 9 (shape of a quad), and the
 MaxMin-angle split of a quad into two triangles. Scaled Jacobian as in Verdict (Stimpson et al. 2007).

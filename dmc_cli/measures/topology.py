@@ -1,4 +1,4 @@
-"""The shape of a mesh without its coordinates: pieces, holes, handles, valences, defects.
+"""Describe a mesh without its coordinates: pieces, holes, handles, valences, defects.
 
 Everything follows the twins: two faces are neighbours where their halfedges are twins, an edge is a pair of
 twins or a boundary halfedge. So a mesh whose twins come from the grid is measured as the surface that it
@@ -98,7 +98,7 @@ def measure_topology(device: Device, faces: Any, twins: Any, vertex_count: int) 
         genus=components - (euler + loops) // 2 if _is_manifold(fans) else None,
         boundary_edges=boundary_edges,
         boundary_loops=loops,
-        non_manifold_edges=fans.crowded_edges,
+        non_manifold_edges=fans.nonmanifold_edges,
         non_manifold_vertices=fans.split_vertices,
         misoriented_edges=fans.misoriented_edges,
         unused_vertices=unused,
@@ -108,7 +108,7 @@ def measure_topology(device: Device, faces: Any, twins: Any, vertex_count: int) 
 
 
 def _is_manifold(fans: VertexFans) -> bool:
-    return not (fans.crowded_edges or fans.split_vertices or fans.misoriented_edges)
+    return not (fans.nonmanifold_edges or fans.split_vertices or fans.misoriented_edges)
 
 
 def _irregular_percent(counts: Any, regular: int) -> float:

@@ -1,4 +1,4 @@
-"""Twins for a mesh that comes without a grid: halfedges paired by their vertices.
+"""Pair the halfedges of a mesh that comes without a grid, by their vertices.
 
 A pair of twins runs between the same two vertices in opposite directions. Where a vertex pair has more
 halfedges than two, the mesh alone does not tell which belong together; then the first one that runs one

@@ -1,10 +1,10 @@
-"""What surrounds each vertex: its valence, whether its faces form one ring or one fan, crowded edges.
+"""Inspect the faces round each vertex: valence, one ring or one fan, non-manifold edges.
 
 A walk through twins from one of a vertex's corners reaches exactly the faces of one ring or fan. It has
 seen every face of nearly all vertices, and then tells everything about them. The rest, vertices with
 several fans and the apex of a very large one, are listed and sorted out by vertex pairs.
 
-Valence is the number of distinct mesh edges by vertex pair. An edge is crowded if more than two faces
+Valence is the number of distinct mesh edges by vertex pair. An edge is non-manifold if more than two faces
 have it; it is counted at its lower vertex.
 """
 
@@ -123,7 +123,7 @@ def inspect_fan(
     count: wp.int32,
     is_open: wp.bool,
 ) -> wp.vec2i:
-    """Return the valence and the number of crowded edges to higher vertices.
+    """Return the valence and the number of non-manifold edges to higher vertices.
 
     Edges are numbered as the walk meets them; an open fan of `count` faces has one more edge, its last.
     The first edge of each group with the same far vertex stands for the group.
@@ -135,7 +135,7 @@ def inspect_fan(
         if has_distinct_ends(corners, twins, vertex, start, count, edges):
             return wp.vec2i(edges, 0)
     valence = int(0)
-    crowded = int(0)
+    nonmanifold = int(0)
     h = start
     for e in range(edges):
         end = edge_end(corners, twins, h, e == count)
@@ -157,10 +157,10 @@ def inspect_fan(
         if is_first:
             valence += 1
             if faces > 2 and end > vertex:
-                crowded += 1
+                nonmanifold += 1
         if e + 1 < count:
             h = turn(corners, twins, h)
-    return wp.vec2i(valence, crowded)
+    return wp.vec2i(valence, nonmanifold)
 
 
 @wp.kernel
@@ -173,14 +173,14 @@ def inspect_vertices_kernel(
     starts: wp.array[wp.uint32],
     # Out:
     valences_out: wp.array[wp.int32],
-    crowded_out: wp.array[wp.uint8],
+    nonmanifold_out: wp.array[wp.uint8],
     split_out: wp.array[wp.uint8],
 ) -> None:
     """Inspect the ring or fan that the walk reaches, if that is all there is. One thread a vertex."""
     vertex = first + wp.tid()
     degree = degrees[vertex]
     valence = int(0)
-    crowded = int(0)
+    nonmanifold = int(0)
     split = int(0)
     if degree > 0:
         is_open = starts[vertex] >= ON_BOUNDARY
@@ -192,9 +192,9 @@ def inspect_vertices_kernel(
         if count == degree and count <= LARGEST_WALK:
             found = inspect_fan(corners, twins, vertex, start, count, is_open)
             valence = found[0]
-            crowded = found[1]
+            nonmanifold = found[1]
     valences_out[vertex] = valence
-    crowded_out[vertex] = wp.uint8(crowded)
+    nonmanifold_out[vertex] = wp.uint8(nonmanifold)
     split_out[vertex] = wp.uint8(split)
 
 
@@ -204,14 +204,14 @@ class VertexFans:
 
     Attributes:
         valences: Distinct mesh edges of each vertex, (V,) int32; 0 if no face uses it.
-        crowded_edges: Vertex pairs that more than two faces have.
+        nonmanifold_edges: Vertex pairs that more than two faces have.
         split_vertices: Vertices whose faces form more than one ring or fan.
         misoriented_edges: Vertex pairs whose only two faces run them the same way.
         corner_count: Corners of all faces together.
     """
 
     valences: IntArray
-    crowded_edges: int
+    nonmanifold_edges: int
     split_vertices: int
     misoriented_edges: int
     corner_count: int
@@ -230,26 +230,26 @@ def inspect_vertices(device: Device, corners: Any, twins: Any, vertex_count: int
     starts = device.zeros(vertex_count, wp.uint32)
     device.launch_in_order(scatter_corners_kernel, corners.shape[0], [corners, twins], [degrees, starts])
     valences = device.empty(vertex_count, wp.int32)
-    crowded = device.empty(vertex_count, wp.uint8)
+    nonmanifold = device.empty(vertex_count, wp.uint8)
     split = device.empty(vertex_count, wp.uint8)
     device.launch(
         inspect_vertices_kernel,
         vertex_count,
         inputs=[corners, twins, degrees, starts],
-        outputs=[valences, crowded, split],
+        outputs=[valences, nonmanifold, split],
     )
     host_valences = valences.numpy()
-    crowded_edges = int(crowded.numpy().sum(dtype=np.int64))
+    nonmanifold_edges = int(nonmanifold.numpy().sum(dtype=np.int64))
     misoriented = 0
     unlisted = host_valences == UNLISTED
     if unlisted.any():
         host_valences = host_valences.copy()
-        found, more_crowded, misoriented = _sort_out(corners.numpy().reshape(-1, 4), unlisted)
+        found, more_nonmanifold, misoriented = _sort_out(corners.numpy().reshape(-1, 4), unlisted)
         host_valences[unlisted] = found[unlisted]
-        crowded_edges += more_crowded
+        nonmanifold_edges += more_nonmanifold
     return VertexFans(
         valences=host_valences,
-        crowded_edges=crowded_edges,
+        nonmanifold_edges=nonmanifold_edges,
         split_vertices=int(split.numpy().sum(dtype=np.int64)),
         misoriented_edges=misoriented,
         corner_count=device.total(degrees),
@@ -257,7 +257,7 @@ def inspect_vertices(device: Device, corners: Any, twins: Any, vertex_count: int
 
 
 def _sort_out(faces: IntArray, wanted: IntArray) -> tuple[IntArray, int, int]:
-    """Return valences of the wanted vertices, and their crowded and misoriented edges to higher vertices."""
+    """Return the wanted vertices' valences, and their non-manifold and misoriented edges to higher ones."""
     vertex_count = wanted.shape[0]
     faces = faces[wanted[faces].any(axis=1)].astype(np.int64)
     following = np.roll(faces, -1, axis=1)
@@ -276,6 +276,6 @@ def _sort_out(faces: IntArray, wanted: IntArray) -> tuple[IntArray, int, int]:
     owner = pairs // vertex_count
     is_owned = owner < pairs % vertex_count
     valences = np.bincount(owner, minlength=vertex_count).astype(np.int32)
-    crowded = int(np.count_nonzero(is_owned & (counts > 2)))
+    nonmanifold = int(np.count_nonzero(is_owned & (counts > 2)))
     misoriented = int(np.count_nonzero(is_owned & (counts == 2) & (leaving != 1)))
-    return valences, crowded, misoriented
+    return valences, nonmanifold, misoriented

@@ -1,4 +1,4 @@
-"""Every invariant of a finished mesh, checked in plain NumPy for the day one of them fails."""
+"""Check every invariant of a finished mesh in plain NumPy, for the day one of them fails."""
 
 from typing import Any
 

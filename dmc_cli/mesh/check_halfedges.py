@@ -1,4 +1,4 @@
-"""Every invariant of a halfedge structure, in plain NumPy: what is wrong, and where.
+"""Check every invariant of a halfedge structure in plain NumPy: what is wrong, and where.
 
 Origin, face and next of a halfedge follow from its number, so that next has period four and face and origin
 agree with the quads by construction; what is stored can be wrong: twins and the vertices' halfedges.

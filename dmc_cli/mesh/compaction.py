@@ -1,4 +1,4 @@
-"""Closing the gaps that removed quads and vertices leave: the last ones move into them.
+"""Close the gaps that removed quads and vertices leave: the last ones move into them.
 
 What does not move keeps its number; the gaps, in ascending order, take what stays of the numbers beyond the
 new end, in ascending order. So the work and the memory beside the mesh grow with what was removed, not with

@@ -1,4 +1,4 @@
-"""The frame in which a mesh is changed: near its origin, in a unit near its spacing.
+"""Move a mesh to a frame near its origin, in a unit near its spacing, while it is changed.
 
 Shapes, areas and steps are reckoned in float32 from positions in the output space. Far from the origin
 these are too coarse for that, and with a spacing of a millionth or a million of a millimetre powers of

@@ -1,4 +1,4 @@
-"""The share of irregular vertices: those with other than four mesh edges."""
+"""Compute the share of irregular vertices: those with other than four mesh edges."""
 
 from typing import Any
 

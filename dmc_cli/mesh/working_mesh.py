@@ -86,14 +86,14 @@ def opposite_halfedge(h: wp.int32) -> wp.int32:
 
 
 @wp.func
-def turned(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
+def next_outgoing(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
     """Return the next outgoing halfedge of a vertex, twin of previous; -1 at the end of a fan."""
     return twin[previous_halfedge(h)]
 
 
 @wp.func
 def is_skipped(twin: wp.array(dtype=wp.int32), defect: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
-    """Return whether a quad or a neighbour has a side without a twin or on a crowded vertex pair."""
+    """Return whether a quad or a neighbour has a side without a twin or on a non-manifold edge."""
     if defect[q] != wp.uint8(0):
         return True
     beside = defect[twin[4 * q] >> 2] | defect[twin[4 * q + 1] >> 2]

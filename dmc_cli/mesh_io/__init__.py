@@ -1,5 +1,6 @@
 """Meshes in files, a format a file; NumPy only, never Warp.
 
+formats        the formats that there are, and where their functions are
 mesh_file      a mesh as writers take it
 text           numbers as text, fast
 ply, obj, off  meshes as chunks of bytes

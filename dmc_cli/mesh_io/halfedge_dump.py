@@ -1,4 +1,4 @@
-"""The halfedge structure and its colours as a file: `.npz`, or `.txt` with the same tables to read.
+"""Write the halfedge structure and its colours: `.npz`, or `.txt` with the same tables to read.
 
 Everything that follows from a halfedge's number is written out, so that a reader needs no convention: row
 4q + c of `halfedges` is the halfedge at corner c of quad q. The text has a line `name rows columns type`

@@ -1,4 +1,4 @@
-"""What a mesh file holds, whatever its format."""
+"""Hold what goes into a mesh file, whatever its format."""
 
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -1,4 +1,4 @@
-"""A mesh as a file holds it: points, and faces of three or four corners."""
+"""Hold a mesh as a file has it: points, and faces of three or four corners."""
 
 from dataclasses import dataclass
 from typing import Any, Literal

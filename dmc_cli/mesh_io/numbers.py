@@ -1,4 +1,4 @@
-"""Numbers out of text, many at a time."""
+"""Read numbers out of text, many at a time."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -7,13 +7,9 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
 from dmc_cli.mesh_io.mesh_input import MeshInput, make_mesh
-from dmc_cli.mesh_io.read_obj import read_obj
-from dmc_cli.mesh_io.read_off import read_off
-from dmc_cli.mesh_io.read_ply import read_ply
 from dmc_cli.volume_io.layout import exists
-
-READERS: dict[str, Callable[[Path], MeshInput]] = {".ply": read_ply, ".obj": read_obj, ".off": read_off}
 
 
 def read_mesh(path: str | Path) -> MeshInput:
@@ -29,12 +25,18 @@ def read_mesh(path: str | Path) -> MeshInput:
     file = Path(path)
     if not exists(file) or not file.is_file():
         raise MeshFileError(f"{path}: no such file was found; expected a mesh")
-    mesh = READERS.get(file.suffix.lower(), _read_with_meshio)(file)
+    mesh = _reader(file.suffix.lower())(file)
     if not len(mesh.faces):
         raise MeshFileError(
             f"{path}: {len(mesh.points)} vertices and no faces were found; expected a surface mesh"
         )
     return mesh
+
+
+def _reader(suffix: str) -> Callable[[Path], MeshInput]:
+    """Return our reader of files with a suffix, or meshio."""
+    ours = next((known for known in FORMATS.values() if known.suffix == suffix), None)
+    return _read_with_meshio if ours is None else function(ours.read)
 
 
 def _read_with_meshio(path: Path) -> MeshInput:
@@ -46,7 +48,7 @@ def _read_with_meshio(path: Path) -> MeshInput:
     if path.suffix.lower() not in meshio.extension_to_filetypes:
         raise UnsupportedFormatError(
             f"{path}: there is no reader for {path.suffix or 'a file without a suffix'}; expected"
-            f" {', '.join(READERS)} or a format of meshio such as .vtk, .vtu, .stl"
+            f" {', '.join(known_suffixes())} or a format of meshio such as .vtk, .vtu, .stl"
         )
     try:
         with warnings.catch_warnings():

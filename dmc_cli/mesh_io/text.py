@@ -1,4 +1,4 @@
-"""Tables of numbers as lines of text, fast: an OBJ of 6 million quads takes seconds.
+"""Write tables of numbers as lines of text, fast: an OBJ of 6 million quads takes seconds.
 
 Floats are written by orjson, which knows the shortest decimal that reads back as the same float32;
 its JSON is then rewritten with a few passes over the bytes. Indices of quads are written once for

@@ -1,32 +1,13 @@
-"""A mesh to a file of any format: the table of formats, and the one way to write."""
+"""Write a mesh to a file of any format: the one way to write."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.files.atomic import write_output
+from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.obj import encode_obj
-from dmc_cli.mesh_io.off import encode_off
-from dmc_cli.mesh_io.ply import encode_ply
 from dmc_cli.settings import STREAM, OutputFormat
-
-
-@dataclass(frozen=True)
-class MeshFormat:
-    """One mesh format: how to encode it, and what it cannot hold."""
-
-    suffix: str
-    encode: Callable[..., Iterator[bytes]]
-    holds_normals: bool = True
-
-
-FORMATS: dict[OutputFormat, MeshFormat] = {
-    "ply": MeshFormat(".ply", encode_ply),
-    "obj": MeshFormat(".obj", encode_obj),
-    "off": MeshFormat(".off", encode_off, holds_normals=False),
-}
 
 
 @dataclass(frozen=True)
@@ -51,7 +32,7 @@ def choose_format(path: str, output_format: OutputFormat | None = None) -> Outpu
     for name, mesh_format in FORMATS.items():
         if suffix == mesh_format.suffix:
             return name
-    known = ", ".join(mesh_format.suffix for mesh_format in FORMATS.values())
+    known = ", ".join(known_suffixes())
     if path == STREAM:
         raise SettingsError("standard output has no suffix; name the format with --output-format")
     found = f"the suffix {suffix}" if suffix else "no suffix"
@@ -83,8 +64,8 @@ def write_mesh(
         WriteError: The file exists, or it cannot be written; an older file is untouched.
     """
     name = choose_format(path, output_format)
-    size = write_output(path, FORMATS[name].encode(mesh, ascii=ascii), force=force)
+    size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii), force=force)
     warnings = []
     if mesh.normals is not None and not FORMATS[name].holds_normals:
-        warnings.append(f"{name.upper()} files hold no normals: they were left out")
+        warnings.append(f"{FORMATS[name].title} files hold no normals: they were left out")
     return WrittenFile(path, name, size, tuple(warnings))

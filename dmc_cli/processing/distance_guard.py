@@ -1,9 +1,9 @@
-"""Guests: points that a mesh must not leave behind, each the guest of a quad near it.
+"""Bound the distance from the vertices of the mesh before to the mesh as it changes.
 
-The further simplification lodges every vertex of the mesh before it with a quad, its host. A guest is lodged
-well as long as it is within `FARTHEST` of nine points of its host: corners, midpoints of sides, centre. What
-moves vertices or replaces quads asks first, and finds other hosts where that is needed; so no vertex of the
-old mesh is ever further from the new one, however thin the tip that it stands on.
+Every vertex of the mesh before remeshing is a tracked point, assigned to a quad near it. It is near enough as
+long as it is within `FARTHEST` of nine points of that quad: corners, midpoints of sides, centre. What moves
+vertices or replaces quads asks first, and assigns other quads where that is needed; so no vertex of the old
+mesh is ever further from the new one, however thin the tip that it stands on.
 
 Distances are in cells, between coordinates in node indices.
 """
@@ -21,57 +21,67 @@ from dmc_cli.runtime.device import Device
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 FARTHEST = wp.constant(0.9)
-"""Cells from a guest to its host: under the one cell that is promised, since single precision rounds."""
+"""Cells from a tracked point to its quad: under the one that is promised, since single precision rounds."""
 
 NEAR = wp.constant(0.4)
-"""A guest that is this near looks for no nearer host."""
+"""A tracked point that is this near looks for no nearer quad."""
 
 
 @dataclass(frozen=True)
-class Guests:
-    """Points in node indices, vec3 (G,), and the quads that they are guests of, int32 (G,)."""
+class TrackedPoints:
+    """Points in node indices, vec3 (G,), and the quads that they are assigned to, int32 (G,)."""
 
     point: Any
-    host: Any
+    nearest_quad: Any
 
     @property
     def count(self) -> int:
         """How many there are."""
-        return int(self.host.shape[0])
+        return int(self.nearest_quad.shape[0])
 
 
-def lodge_vertices(grid: GridShape, vertex_halfedge: Any, cell: Any, local: Any, device: Device) -> Guests:
-    """Return the vertices of a mesh as guests of a quad of their own each."""
+def track_vertices(
+    grid: GridShape, vertex_halfedge: Any, cell: Any, local: Any, device: Device
+) -> TrackedPoints:
+    """Return the vertices of a mesh as tracked points, each assigned to one of its own quads."""
     count = vertex_halfedge.shape[0]
-    guests = Guests(device.empty(count, wp.vec3), device.empty(count, wp.int32))
+    tracked = TrackedPoints(device.empty(count, wp.vec3), device.empty(count, wp.int32))
     inputs = [grid.struct(), vertex_halfedge, cell, local]
-    device.launch(lodge_kernel, count, inputs, [guests.point, guests.host])
-    return guests
+    device.launch(track_kernel, count, inputs, [tracked.point, tracked.nearest_quad])
+    return tracked
 
 
-def with_nearer_hosts(guests: Guests, grid: GridShape, mesh: Any, device: Device) -> Guests:
-    """Return the guests of a mesh without gaps, lodged with the nearest quads at hand."""
-    host = device.empty(guests.count, wp.int32)
-    inputs = [grid.struct(), mesh.corners, mesh.twin, mesh.cell, mesh.local, guests.point, guests.host]
-    device.launch(move_guests_kernel, guests.count, inputs, [host])
-    return replace(guests, host=host)
+def with_nearer_quads(tracked: TrackedPoints, grid: GridShape, mesh: Any, device: Device) -> TrackedPoints:
+    """Return the tracked points of a mesh without gaps, assigned to the nearest quads at hand."""
+    nearest_quad = device.empty(tracked.count, wp.int32)
+    inputs = [
+        grid.struct(),
+        mesh.corners,
+        mesh.twin,
+        mesh.cell,
+        mesh.local,
+        tracked.point,
+        tracked.nearest_quad,
+    ]
+    device.launch(assign_nearest_kernel, tracked.count, inputs, [nearest_quad])
+    return replace(tracked, nearest_quad=nearest_quad)
 
 
-def list_guests(guests: Guests, quads: int, device: Device) -> tuple[Any, Any]:
-    """Return the first guest of each quad, int32 (Q,), and the next one of each guest, int32 (G,), or -1."""
-    count = guests.count
+def list_points(tracked: TrackedPoints, quads: int, device: Device) -> tuple[Any, Any]:
+    """Return the first point of each quad, int32 (Q,), and the next one of each point, int32 (G,), or -1."""
+    count = tracked.count
     keys, items = device.empty(2 * count, wp.int32), device.empty(2 * count, wp.int32)
-    device.launch(number_guests_kernel, count, [guests.host], [keys, items])
+    device.launch(number_points_kernel, count, [tracked.nearest_quad], [keys, items])
     if count:
         wp.utils.radix_sort_pairs(keys, items, count)
     first, following = device.empty(quads, wp.int32), device.empty(count, wp.int32)
     first.fill_(-1)
-    device.launch(link_guests_kernel, count, [keys, items, count], [first, following])
+    device.launch(link_points_kernel, count, [keys, items, count], [first, following])
     return first, following
 
 
-def keep_guests(
-    guests: Guests,
+def keep_points_near(
+    tracked: TrackedPoints,
     grid: Any,
     corners: Any,
     then: Any,
@@ -80,10 +90,10 @@ def keep_guests(
     failing: Any,
     device: Device,
 ) -> None:
-    """Tell the vertices of hosts that moves take too far from a guest that they must retreat.
+    """Tell the vertices that moves take too far from a point of one of their quads to retreat.
 
     Args:
-        guests: Who must not be left behind.
+        tracked: What must not be left behind.
         grid: The grid.
         corners: Vertices of the quads, int32 (4Q,).
         then: Where the vertices would be: arrays `cell` and `local`.
@@ -92,8 +102,8 @@ def keep_guests(
         failing: uint8 (Q,), set to 1 for their quads.
         device: Where the mesh is.
     """
-    inputs = [grid, corners, then.cell, then.local, guests.point, guests.host, has_moved]
-    device.launch(keep_guests_kernel, guests.count, inputs, [retreat, failing])
+    inputs = [grid, corners, then.cell, then.local, tracked.point, tracked.nearest_quad, has_moved]
+    device.launch(keep_points_near_kernel, tracked.count, inputs, [retreat, failing])
 
 
 @wp.func
@@ -124,7 +134,7 @@ def distance_from_quad(
 
 
 @wp.kernel
-def lodge_kernel(
+def track_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
@@ -133,16 +143,16 @@ def lodge_kernel(
     local: wp.array(dtype=wp.vec3),
     # Out:
     point_out: wp.array(dtype=wp.vec3),
-    host_out: wp.array(dtype=wp.int32),
+    nearest_out: wp.array(dtype=wp.int32),
 ):
-    """Make a vertex the guest of one of its quads. One thread a vertex."""
+    """Assign a vertex to one of its quads. One thread a vertex."""
     v = first + wp.tid()
     point_out[v] = single_index(grid, cell[v], local[v])
-    host_out[v] = vertex_halfedge[v] >> 2
+    nearest_out[v] = vertex_halfedge[v] >> 2
 
 
 @wp.kernel
-def move_guests_kernel(
+def assign_nearest_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
@@ -151,13 +161,13 @@ def move_guests_kernel(
     cell: wp.array(dtype=wp.int64),
     local: wp.array(dtype=wp.vec3),
     point: wp.array(dtype=wp.vec3),
-    host: wp.array(dtype=wp.int32),
+    nearest_quad: wp.array(dtype=wp.int32),
     # Out:
-    host_out: wp.array(dtype=wp.int32),
+    nearest_out: wp.array(dtype=wp.int32),
 ):
-    """Find the nearest of a guest's host, the quads across its sides and beside these. One thread a guest."""
+    """Find the nearest of a point's quad, those across its sides and beside these. One thread a point."""
     g = first + wp.tid()
-    best = host[g]
+    best = nearest_quad[g]
     least = distance_from_quad(grid, corners, cell, local, best, point[g])
     if least > NEAR:
         home = best
@@ -170,26 +180,26 @@ def move_guests_kernel(
                         least = distance
                         best = t >> 2
                     t = twin[previous_halfedge(t)]
-    host_out[g] = best
+    nearest_out[g] = best
 
 
 @wp.kernel
-def number_guests_kernel(
+def number_points_kernel(
     # In:
     first: wp.int32,
-    host: wp.array(dtype=wp.int32),
+    nearest_quad: wp.array(dtype=wp.int32),
     # Out:
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
 ):
-    """Number the guests, to be sorted by their hosts. One thread a guest."""
+    """Number the points, to be sorted by their quads. One thread a point."""
     g = first + wp.tid()
-    keys_out[g] = host[g]
+    keys_out[g] = nearest_quad[g]
     items_out[g] = g
 
 
 @wp.kernel
-def link_guests_kernel(
+def link_points_kernel(
     # In:
     first: wp.int32,
     keys: wp.array(dtype=wp.int32),
@@ -199,7 +209,7 @@ def link_guests_kernel(
     first_out: wp.array(dtype=wp.int32),
     following_out: wp.array(dtype=wp.int32),
 ):
-    """Link the guests of each quad in ascending order. One thread a guest."""
+    """Link the points of each quad in ascending order. One thread a point."""
     n = first + wp.tid()
     if n == 0 or keys[wp.max(n, 1) - 1] != keys[n]:
         first_out[keys[n]] = items[n]
@@ -211,7 +221,7 @@ def link_guests_kernel(
 
 
 @wp.kernel
-def keep_guests_kernel(
+def keep_points_near_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
@@ -219,18 +229,18 @@ def keep_guests_kernel(
     cell: wp.array(dtype=wp.int64),
     local: wp.array(dtype=wp.vec3),
     point: wp.array(dtype=wp.vec3),
-    host: wp.array(dtype=wp.int32),
+    nearest_quad: wp.array(dtype=wp.int32),
     has_moved: wp.array(dtype=wp.uint8),
     # In/out:
     retreat_inout: wp.array(dtype=wp.uint8),
     failing_inout: wp.array(dtype=wp.uint8),
 ):
-    """Tell a host's vertices that they go too far from a guest. One thread a guest.
+    """Tell a quad's vertices that they go too far from a point of it. One thread a point.
 
     Several threads may tell a vertex, all the same.
     """
     g = first + wp.tid()
-    q = host[g]
+    q = nearest_quad[g]
     is_touched = bool(False)
     for corner in range(4):
         if has_moved[corners[4 * q + corner]] != wp.uint8(0):

@@ -1,4 +1,4 @@
-"""How far a quad is from a square: device functions for stages that move vertices.
+"""Compare a quad with a square: device functions for stages that move vertices.
 
 Shape is equation 9 of Grosso & Zint 2021, the least over the corners of the area of the parallelogram of
 their edges over the mean square of their lengths: 1 for a square, here negative where a corner turns against

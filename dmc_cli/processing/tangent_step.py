@@ -28,7 +28,7 @@ LEAST_SIZE, LARGEST_SIZE = wp.constant(2.0**-63), wp.constant(2.0**63)
 
 
 @wp.struct
-class Scene:
+class SurfaceContext:
     """What the surface is made of, and the maps between its grid and the output space."""
 
     field: Field
@@ -39,25 +39,25 @@ class Scene:
     normal_to_output: wp.mat33
 
 
-def make_scene(surface: Surface) -> Any:
+def make_context(surface: Surface) -> Any:
     """Return the kernels' view of the surface's origin."""
-    scene = Scene()
+    context = SurfaceContext()
     inverse = np.linalg.inv(surface.affine[:3, :3])
-    scene.field, scene.grid = surface.field, surface.grid.struct()
-    scene.depths = surface.depths
-    scene.to_output = kernel_matrix(surface.affine)
-    scene.to_grid = wp.mat33(*inverse.ravel())
-    scene.normal_to_output = wp.mat33(*inverse.T.ravel())
-    return scene
+    context.field, context.grid = surface.field, surface.grid.struct()
+    context.depths = surface.depths
+    context.to_output = kernel_matrix(surface.affine)
+    context.to_grid = wp.mat33(*inverse.ravel())
+    context.normal_to_output = wp.mat33(*inverse.T.ravel())
+    return context
 
 
 @wp.func
-def output_position(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
+def output_position(context: SurfaceContext, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
     """Return the position of a point of a cell in the output space."""
-    m = scene.to_output
+    m = context.to_output
     x = wp.float64(cell[0]) + wp.float64(local[0])
     y = wp.float64(cell[1]) + wp.float64(local[1])
-    z = depth_of(scene.depths, cell[2], wp.float64(local[2]))
+    z = depth_of(context.depths, cell[2], wp.float64(local[2]))
     return wp.vec3(
         world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
         world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
@@ -66,12 +66,12 @@ def output_position(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def surface_normal(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
+def surface_normal(context: SurfaceContext, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
     """Return the unit normal of the surface in the output space, along the gradient of F, or 0."""
-    f = single_precision(cell_values(scene.field, scene.grid, cell[0], cell[1], cell[2]))
+    f = single_precision(cell_values(context.field, context.grid, cell[0], cell[1], cell[2]))
     gradient = trilinear_gradient(f, local)
-    gradient[2] = gradient[2] / wp.float32(slice_distance(scene.depths, cell[2]))
-    normal = scene.normal_to_output * gradient
+    gradient[2] = gradient[2] / wp.float32(slice_distance(context.depths, cell[2]))
+    normal = context.normal_to_output * gradient
     size = wp.max(wp.abs(normal))
     if size > 0.0 and (size < LEAST_SIZE or size > LARGEST_SIZE):
         normal = normal / size
@@ -79,16 +79,16 @@ def surface_normal(scene: Scene, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def glide(scene: Scene, cell: wp.int64, local: wp.vec3, step: wp.vec3) -> GridPoint:
+def glide(context: SurfaceContext, cell: wp.int64, local: wp.vec3, step: wp.vec3) -> GridPoint:
     """Return the point on the surface after a step in the output space from a vertex, if it is found."""
-    way = scene.to_grid * step
-    way[2] = way[2] / wp.float32(slice_distance(scene.depths, cell_node(scene.grid, cell)[2]))
+    way = context.to_grid * step
+    way[2] = way[2] / wp.float32(slice_distance(context.depths, cell_node(context.grid, cell)[2]))
     longest = wp.max(wp.abs(way))
     if longest > LONGEST_STEP:
         way *= LONGEST_STEP / longest
-    start = index_position(scene.grid, cell, local)
-    end = project_point(scene.field, scene.grid, start + wp.vec3d(way))
+    start = index_position(context.grid, cell, local)
+    end = project_point(context.field, context.grid, start + wp.vec3d(way))
     if end.is_found:
-        moved = index_position(scene.grid, node_cell(scene.grid, end.cell), end.local) - start
+        moved = index_position(context.grid, node_cell(context.grid, end.cell), end.local) - start
         end.is_found = wp.max(wp.abs(moved)) <= LONGEST_MOVE
     return end

@@ -1,4 +1,4 @@
-"""All measures of a surface in one call: topology, quality, deviation."""
+"""Take all measures of a surface in one call: topology, quality, deviation."""
 
 from dataclasses import replace
 from typing import Any

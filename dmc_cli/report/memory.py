@@ -1,4 +1,4 @@
-"""How much memory a run took."""
+"""Tell how much memory a run took."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""The report of a run: everything that was found, under the keys that scripts rely on.
+"""Report a run: everything that was found, under the keys that scripts rely on.
 
 The order of the keys is fixed, no value is NaN or infinity, and a section that was not measured is null.
 `docs/report-schema.json` describes every key.

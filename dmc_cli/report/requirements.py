@@ -1,4 +1,4 @@
-"""What `--require` asks of a mesh."""
+"""Check what `--require` asks of a mesh."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What ran: the versions that a result depends on."""
+"""Collect the versions that a result depends on."""
 
 import platform
 from importlib.metadata import PackageNotFoundError, version

@@ -1,4 +1,4 @@
-"""The papers' tables, ours beside them: what is measured for them, and how it is shown.
+"""Show the papers' tables, ours beside them: what is measured for them, and how it is shown.
 
 Deviation is equation 7 against the field's own formula, as the paper does for synthetic data, in double
 precision at the vertices' cells and local coordinates. A vertex that no quad uses counts as a vertex, and as

@@ -1,4 +1,4 @@
-"""Where kernels run, and all that knows Warp's private side.
+"""Run kernels; all that knows Warp's private side.
 
 buffer_pool      memory that is kept for the next array
 kernel_cache     compiled kernels on the disk

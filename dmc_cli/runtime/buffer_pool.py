@@ -1,4 +1,4 @@
-"""Host memory that is kept for the next array of its size.
+"""Keep host memory for the next array of its size.
 
 The system clears memory before it hands it out, page by page as it is touched; for a mesh that takes as long
 as making its quads. So what an array leaves is kept and given to the next one, in the stages that follow.

@@ -1,4 +1,4 @@
-"""Calls of Warp's compiled CPU kernels without `wp.launch`, which takes several times as long.
+"""Call Warp's compiled CPU kernels without `wp.launch`, which takes several times as long.
 
 How a kernel takes its arguments is Warp's private business: whoever calls `CompiledKernel` asks
 `takes_structs` first.

@@ -1,4 +1,4 @@
-"""Where kernels run, and the one way to launch them.
+"""Choose a device, and launch kernels on it in the one way there is.
 
 Conventions: every kernel is one-dimensional and takes `first`, the index of its first thread, as its
 first argument, so that on CPU a launch can be cut into chunks, which threads share (`worker_pool.py`).

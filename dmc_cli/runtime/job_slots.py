@@ -1,4 +1,4 @@
-"""Job slots, where threads meet to share a launch: what they do there, in native code.
+"""Share a launch through job slots: what threads do where they meet there, in native code.
 
 Each thread that launches has a slot. It writes a job into it and opens it; then, or after it has got the next
 launch ready, it runs chunks of it, as each worker does that finds it open. A worker signs in before and signs

@@ -1,4 +1,4 @@
-"""The compiled kernels on disk: loaded, compiled where they are missing or damaged.
+"""Load compiled kernels from disk, and compile those that are missing or damaged.
 
 Warp keeps each module in a folder of the cache, named by a hash of its source, and trusts what it finds
 there. A power cut or a full disk may leave less than was written, and code that is not what was compiled may

@@ -1,4 +1,4 @@
-"""Exclusive prefix sums of counts, with the total as a last item; NumPy's take three times as long.
+"""Sum counts exclusively, with the total as a last item; NumPy's sums take three times as long.
 
 Short rows are scanned whole. Of a long one first the sum of each chunk is taken, then the sums before each
 chunk, then those before each count, by all threads. Counts and their sums come as addresses, whatever the

@@ -1,4 +1,4 @@
-"""The CPU threads that share a launch.
+"""Share a launch among the CPU's threads.
 
 Warp runs a launch on one core, and to wake a thread for the half of it takes a hundred microseconds, as long
 as many a launch. So the pool calls the compiled kernels itself, chunk by chunk: its workers watch for

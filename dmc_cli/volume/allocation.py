@@ -1,4 +1,4 @@
-"""Memory for a volume's values: asked for once, and refused where it cannot fit."""
+"""Allocate memory for a volume's values: asked for once, and refused where it cannot fit."""
 
 import math
 from collections.abc import Callable, Iterator

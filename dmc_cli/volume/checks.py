@@ -1,4 +1,4 @@
-"""What the values and the place of a volume must be, whoever makes it: a reader, or one with an array."""
+"""Check the values and the place of a volume, whoever makes it: a reader, or one with an array."""
 
 from typing import Any
 

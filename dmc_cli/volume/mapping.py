@@ -1,4 +1,4 @@
-"""Files mapped into memory, and what happens where one shrinks while it is looked at.
+"""Map files into memory, and see to what happens where one shrinks while it is looked at.
 
 A page that the file no longer has, or that cannot be read, is a SIGBUS for whichever thread looks at it,
 those of the kernels among them. On Linux a handler puts zeros in place of the rest of the mapping, so that

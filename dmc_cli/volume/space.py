@@ -1,4 +1,4 @@
-"""The space of the output: where grid indices go, and what its axes are called."""
+"""Choose the space of the output: where grid indices go, and what its axes are called."""
 
 from typing import Any
 

@@ -1,5 +1,6 @@
 """Volumes in files, a format a file or a folder; `read.py` is the one way in. NumPy only, never Warp.
 
+formats        the formats that there are, and where their readers are
 layout, content, pair, within  what a file holds and which files belong to it
 stream, decoding, values, unpacked_size  from bytes to one array, no larger than promised
 raw, synthetic, numpy_file, metaimage, analyze  formats of one file

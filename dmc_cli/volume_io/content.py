@@ -1,4 +1,4 @@
-"""What the first bytes of a file tell of its format."""
+"""Tell a file's format from its first bytes."""
 
 import gzip
 import zlib

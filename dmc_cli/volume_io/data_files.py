@@ -1,4 +1,4 @@
-"""Data files that a header names: a list of them, or a pattern such as slice%03d.raw with a range."""
+"""Find the data files that a header names: a list, or a pattern such as slice%03d.raw with a range."""
 
 import re
 from pathlib import Path

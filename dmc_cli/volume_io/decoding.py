@@ -1,4 +1,4 @@
-"""Streams of decoded bytes: raw, gzip and zlib, bzip2, decimal text, hexadecimal digits.
+"""Decode streams of bytes: raw, gzip and zlib, bzip2, decimal text, hexadecimal digits.
 
 Each generator yields the bytes in pieces of bounded size and simply ends where the file ends; who
 reads knows how many bytes were promised. Nothing is decoded beyond what is taken.

@@ -1,4 +1,4 @@
-"""Where a volume's values lie in its files, and what they mean.
+"""Describe where a volume's values lie in its files, and what they mean.
 
 A format's reader turns a header into a `Layout` and touches no values; `values.py` loads the values of
 any layout. So sizes are checked against files in one place, before anything is allocated.

@@ -1,4 +1,4 @@
-"""Pairs of a header and a data file, .hdr and .img, either of them gzipped or not."""
+"""Open pairs of a header and a data file, .hdr and .img, either of them gzipped or not."""
 
 from pathlib import Path
 

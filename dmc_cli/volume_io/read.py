@@ -1,11 +1,11 @@
-"""The one way in: a path to a volume, whatever its format.
+"""Read a volume from a path, whatever its format: the one way in.
 
 The format is the one that the settings name, else the suffix's, else what the content looks like.
-A new format is a file with a reader and a line in each table here.
+A new format is a file with a reader, and a line in `formats.py`.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -16,68 +16,16 @@ from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.volume import Volume, VolumeEntry
-from dmc_cli.volume_io.analyze import analyze_layout
 from dmc_cli.volume_io.content import format_of_content
-from dmc_cli.volume_io.dicom.reader import dicom_entries, dicom_volume
+from dmc_cli.volume_io.formats import FORMATS, format_of_suffix, known_suffixes, reader
 from dmc_cli.volume_io.layout import Layout, check_file, exists
-from dmc_cli.volume_io.metaimage import metaimage_layout
-from dmc_cli.volume_io.nifti.reader import nifti_layout
-from dmc_cli.volume_io.nrrd.reader import nrrd_layout
-from dmc_cli.volume_io.numpy_file import numpy_entries, numpy_volume
 from dmc_cli.volume_io.pair import pair_files
-from dmc_cli.volume_io.raw import RAW_TYPES, raw_layout
+from dmc_cli.volume_io.raw import RAW_TYPES
 from dmc_cli.volume_io.stream import spooled_stream
 from dmc_cli.volume_io.synthetic import PREFIX, parse_synthetic, synthetic_volume
-from dmc_cli.volume_io.tiff.reader import tiff_entries, tiff_volume
 from dmc_cli.volume_io.unused_options import unused_options
 from dmc_cli.volume_io.values import load_volume
-from dmc_cli.volume_io.zarr.store import is_zarr, zarr_entries, zarr_volume
-
-LAYOUT_READERS: dict[str, Callable[[Path, str, ReadSettings], Layout]] = {
-    "analyze": analyze_layout,
-    "meta": metaimage_layout,
-    "nifti": nifti_layout,
-    "nrrd": nrrd_layout,
-    "raw": raw_layout,
-}
-"""Formats whose header tells where the values lie."""
-
-VOLUME_READERS: dict[
-    str,
-    tuple[
-        Callable[[Path, str, ReadSettings, Progress], Volume],
-        Callable[[Path, str, ReadSettings], list[VolumeEntry]],
-    ],
-] = {
-    "dicom": (dicom_volume, dicom_entries),
-    "numpy": (numpy_volume, numpy_entries),
-    "tiff": (tiff_volume, tiff_entries),
-    "zarr": (zarr_volume, zarr_entries),
-}
-"""Formats that put a volume together from pieces: how to read it, and how to list what there is."""
-
-SUFFIXES = {
-    ".dcm": "dicom",
-    ".ima": "dicom",
-    ".mha": "meta",
-    ".mhd": "meta",
-    ".nhdr": "nrrd",
-    ".nii": "nifti",
-    ".nii.gz": "nifti",
-    ".npy": "numpy",
-    ".npz": "numpy",
-    ".nrrd": "nrrd",
-    ".raw": "raw",
-    ".raw.gz": "raw",
-    ".tif": "tiff",
-    ".tiff": "tiff",
-    ".zip": "dicom",
-}
-"""The format that a suffix means; any other file is judged by its content."""
-
-
-STREAM_CONTENTS = {"dicom": ("dicom",), "numpy": ("numpy", "dicom"), "tiff": ("tiff",)}
-"""What files of a format begin like, of those that tell no length; an .npz is a zip, as DICOM may be."""
+from dmc_cli.volume_io.zarr.store import is_zarr
 
 LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "text": 40, "hex": 4}
 """Stored bytes a byte of a value, at most, in any sensible file."""
@@ -144,9 +92,11 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
 def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """The entries of a file or folder."""
     format_name = input_format(path, name, settings)
-    if format_name in VOLUME_READERS:
-        return VOLUME_READERS[format_name][1](path, name, settings)
-    layout = LAYOUT_READERS[format_name](path, name, replace(settings, volume_index=0))
+    known = FORMATS[format_name]
+    if known.entries:
+        found: list[VolumeEntry] = reader(known.entries)(path, name, settings)
+        return found
+    layout = read_layout(format_name, path, name, replace(settings, volume_index=0))
     count = layout.components * layout.volumes
     several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
     return [VolumeEntry(description=format_name + several, size=layout.shape)]
@@ -166,20 +116,25 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
     if exists(path) and path.is_dir():
         return _format_of_folder(path, name)
     check_file(path, name)
-    lower = path.name.lower()
-    suffix = next((s for s in sorted(SUFFIXES, key=len, reverse=True) if lower.endswith(s)), None)
-    if suffix is not None:
-        return SUFFIXES[suffix]
+    by_suffix = format_of_suffix(path.name)
+    if by_suffix is not None:
+        return by_suffix
     header, _ = pair_files(path)
     check_file(header, name)
     found = format_of_content(header, name)
     if found is None:
         raise UnsupportedFormatError(
             f"{name}: neither its suffix nor its content is one that is known; expected one of "
-            f"{', '.join(sorted(SUFFIXES))}, .hdr with .img, a folder with DICOM, or --input-format "
+            f"{', '.join(known_suffixes())}, .hdr with .img, a folder with DICOM, or --input-format "
             "(raw needs --shape and --dtype too)"
         )
     return found
+
+
+def read_layout(format_name: str, path: Path, name: str, settings: ReadSettings) -> Layout:
+    """Return where a file's values lie, of a format whose header tells it."""
+    layout: Layout = reader(FORMATS[format_name].layout)(path, name, settings)
+    return layout
 
 
 @contextmanager
@@ -199,10 +154,11 @@ def _told_errors(name: str) -> Iterator[None]:
 
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
     format_name = input_format(path, name, settings)
-    if format_name in VOLUME_READERS:
-        volume = VOLUME_READERS[format_name][0](path, name, settings, progress)
+    known = FORMATS[format_name]
+    if known.read:
+        volume: Volume = reader(known.read)(path, name, settings, progress)
     else:
-        volume = load_volume(LAYOUT_READERS[format_name](path, name, settings), progress)
+        volume = load_volume(read_layout(format_name, path, name, settings), progress)
     return _warned(volume, format_name, settings)
 
 
@@ -221,11 +177,11 @@ def _promised(start: Path, settings: ReadSettings) -> int | None:
     format_name = input_format(start, STREAM, settings)
     if format_name == "raw" and settings.shape and settings.dtype in RAW_TYPES:
         return settings.skip_bytes + math.prod(settings.shape) * np.dtype(settings.dtype).itemsize + 1
-    if format_name in LAYOUT_READERS:
-        layout = LAYOUT_READERS[format_name](start, STREAM, settings)
+    if FORMATS[format_name].layout:
+        layout = read_layout(format_name, start, STREAM, settings)
         values = layout.start + max(layout.offset, 0) + layout.volume_bytes * layout.volumes
         return None if layout.line_skip else LONGEST_VALUE[layout.encoding] * values + STREAM_SLACK
-    if format_of_content(start, STREAM) not in STREAM_CONTENTS.get(format_name, ()):
+    if format_of_content(start, STREAM) not in FORMATS[format_name].begins:
         raise UnsupportedFormatError(
             f"{STREAM}: standard input does not begin like {format_name}; check --input-format, or give "
             "a file"

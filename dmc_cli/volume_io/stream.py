@@ -1,4 +1,4 @@
-"""Standard input as a file: no more of it than its header asks for, and than the disk holds."""
+"""Take standard input as a file: no more of it than its header asks for, and than the disk holds."""
 
 import shutil
 import sys

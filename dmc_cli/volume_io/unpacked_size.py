@@ -1,4 +1,4 @@
-"""Compressed pieces, unpacked no further than they should; or what they unpack to, found out before.
+"""Unpack compressed pieces no further than they should, or find out before what they unpack to.
 
 zlib, gzip, bzip2 and lzma tell nothing: such a piece is unpacked until it ends or passes its limit. zstd,
 blosc and lz4 tell it in their headers, and libraries allocate what these tell.

@@ -1,4 +1,4 @@
-"""Options of reading that were given but have no effect on a format."""
+"""Tell the options of reading that were given but have no effect on a format."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""A layout's values in memory: mapped where the file allows it, else one copy.
+"""Bring a layout's values into memory: mapped where the file allows it, else one copy.
 
 Uncompressed values in native byte order are mapped read-only and cost no memory. Everything else is
 decoded straight into the one array that the run keeps. Sizes are checked first: a header that promises

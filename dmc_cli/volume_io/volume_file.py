@@ -1,4 +1,4 @@
-"""A synthetic volume as a file of a common format, for other programs and for trials.
+"""Write a synthetic volume as a file of a common format, for other programs and for trials.
 
 Such a volume has float32 values along the axes of no space. They are written little endian. Raw keeps
 neither shape nor geometry. NIfTI has no way to place a volume without naming its axes: it is written as RAS

@@ -1,4 +1,4 @@
-"""Files of an input lie in its folder: nothing that a link or a header names elsewhere is read unasked.
+"""Keep an input's files in its folder: nothing that a link or a header names elsewhere is read unasked.
 
 What is no regular file (a pipe, a device) is never opened, wherever it lies.
 """

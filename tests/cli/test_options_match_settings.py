@@ -79,6 +79,6 @@ def test_the_volume_formats_are_those_that_can_be_written():
 
 
 def test_the_mesh_formats_are_those_that_can_be_written():
-    from dmc_cli.mesh_io.write import FORMATS
+    from dmc_cli.mesh_io.formats import FORMATS
 
     assert get_args(settings.OutputFormat) == tuple(FORMATS)

@@ -14,11 +14,14 @@ from pathlib import Path
 import click
 
 from dmc_cli.cli import dmc
+from dmc_cli.mesh_io import formats as mesh_formats
+from dmc_cli.volume_io import formats as volume_formats
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 README = ROOT / "README.md"
 CONSOLE = re.compile(r"(?<=```console\n)(.*?)(?=```)", re.DOTALL)
 TABLE = re.compile(r"(<!-- options of (\w+) -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
+FORMATS = re.compile(r"(<!-- formats -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
 CHANGES = re.compile(r"^time .*|\d+(\.\d+)? (ms|s)\b", re.MULTILINE)
 
 
@@ -26,6 +29,7 @@ def refreshed(text, folder):
     """Return the README with its outputs and tables as they are now; commands run in `folder`."""
     (folder / "sample_data").symlink_to(ROOT / "sample_data")
     text = CONSOLE.sub(lambda match: console(match[0], folder), text)
+    text = FORMATS.sub(lambda match: match[1] + format_table(), text)
     return TABLE.sub(lambda match: match[1] + option_table(match[2]), text)
 
 
@@ -58,6 +62,31 @@ def output_of(command, folder):
     if run.returncode:
         raise RuntimeError(f"{command} ended with status {run.returncode}:\n{run.stdout}")
     return run.stdout
+
+
+def format_table():
+    """Return the formats of volumes and meshes as a Markdown table, as the registries have them."""
+    volumes = [named(known.title, known.suffixes) for known in volume_formats.FORMATS.values()]
+    meshes = [
+        f"{known.title}{' (binary, or text with `--ascii`)' if known.is_binary else ''}"
+        for known in mesh_formats.FORMATS.values()
+    ]
+    normals = [known.title for known in mesh_formats.FORMATS.values() if known.holds_normals]
+    lines = ["| | formats |", "| --- | --- |"]
+    lines.append(f"| volumes | {', '.join([*volumes, 'synthetic fields'])} |")
+    lines.append(f"| meshes | {', '.join(meshes)}; normals in {' and '.join(normals)} |")
+    lines.append("| report | JSON, described by [docs/report-schema.json](docs/report-schema.json) |")
+    return "\n".join(lines) + "\n"
+
+
+def named(title, suffixes):
+    """Return a format's title with the suffixes that mean it."""
+    words = ", ".join(suffixes)
+    return (
+        f"{title[:-1]}; {words})"
+        if words and title.endswith(")")
+        else title + (f" ({words})" if words else "")
+    )
 
 
 def option_table(command):

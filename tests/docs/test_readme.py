@@ -5,7 +5,17 @@ import re
 import pytest
 
 from dmc_cli.cli import dmc
-from tests.docs.readme import CONSOLE, README, ROOT, TABLE, console, option_table, timeless
+from tests.docs.readme import (
+    CONSOLE,
+    FORMATS,
+    README,
+    ROOT,
+    TABLE,
+    console,
+    format_table,
+    option_table,
+    timeless,
+)
 
 TEXT = README.read_text("utf-8")
 
@@ -34,6 +44,10 @@ def test_every_command_is_mentioned(command):
 @pytest.mark.parametrize(("command", "table"), [match.group(2, 3) for match in TABLE.finditer(TEXT)])
 def test_the_tables_are_the_options(command, table):
     assert option_table(command) == table, "run `make docs`"
+
+
+def test_the_table_of_formats_is_what_the_registries_have():
+    assert FORMATS.search(TEXT)[2] == format_table(), "run `make docs`"
 
 
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"\bmake ([a-z-]+)\b", TEXT))))

@@ -32,7 +32,7 @@ def projected(values, starts, device):
     volume = volume_of(np.asarray(values, np.float64))
     on_device = select_device(device, 1)
     field = make_field(upload_volume(volume, on_device), SurfaceSettings(isovalue=0.0))
-    field.has_absent = int(np.isnan(volume.values).any())
+    field.has_nodata = int(np.isnan(volume.values).any())
     out = wp.zeros(len(starts), dtype=GridPoint, device=device)
     places = wp.array(np.asarray(starts, float), dtype=wp.vec3d, device=device)
     on_device.launch(project_kernel, len(starts), [field, grid_of(volume.shape, 0).struct(), places], [out])

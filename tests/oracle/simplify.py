@@ -67,10 +67,10 @@ def simplify(mesh: ColoredMesh) -> tuple[ColoredMesh, tuple[int, int, int]]:
 
 
 def skipped_quads(mesh: ColoredMesh) -> np.ndarray:
-    """Quads with a side without a twin or on a crowded vertex pair, and their neighbours."""
+    """Quads with a side without a twin or on a non-manifold edge, and their neighbours."""
     _, pair, use = np.unique(vertex_pairs(mesh.quads), return_inverse=True, return_counts=True)
-    crowded = use[pair] > 2
-    defect = (crowded | (mesh.twins == NO_TWIN)).reshape(-1, 4).any(axis=1)
+    nonmanifold = use[pair] > 2
+    defect = (nonmanifold | (mesh.twins == NO_TWIN)).reshape(-1, 4).any(axis=1)
     near = [any(defect[n] for n in mesh.neighbors(q)) for q in range(len(mesh.quads))]
     return defect | np.array(near, dtype=bool)
 

@@ -187,14 +187,15 @@ def test_checking_an_input_tells_errors_too(tmp_path, break_file):
 
 
 def test_a_message_for_what_no_reader_expects(tmp_path, monkeypatch):
-    from dmc_cli.volume_io import read as module
+    from dmc_cli.volume_io import numpy_file
 
     np.save(tmp_path / "a.npy", counting((3, 4, 5)))
 
     def failing(*_):
         raise OSError(errno.ESTALE, "Stale file handle")
 
-    monkeypatch.setitem(module.VOLUME_READERS, "numpy", (failing, failing))
+    monkeypatch.setattr(numpy_file, "numpy_volume", failing)
+    monkeypatch.setattr(numpy_file, "numpy_entries", failing)
     for look in (list_volumes, read_volume):
         with pytest.raises(
             VolumeError, match=r"a\.npy: cannot be read \(Stale file handle\); expected .*check"

@@ -1,4 +1,4 @@
-"""Active cells, found from the inside bits alone, 32 at a time.
+"""Find the active cells from the inside bits alone, 32 at a time.
 
 A cell is active if it exists and its corners are not all on one side. An *ordinary* cell gives exactly
 one vertex: its crossed edges form one MC polygon and each of them carries a quad. A *special* cell needs
@@ -111,7 +111,7 @@ def find_cells(nodes: InsideBits, grid: GridShape, device: Device) -> Cells:
     if nodes.data is not None:
         inputs = [struct, nodes.inside.rows, nodes.data]
         outputs = [active.rows, ordinary.rows, counts]
-        device.launch(drop_absent_cells_kernel, blocks, inputs, outputs, BITS_A_CHUNK)
+        device.launch(drop_nodata_cells_kernel, blocks, inputs, outputs, BITS_A_CHUNK)
     starts = device.starts_of_rows(counts)
     ordinary_starts, ordinary_count = starts[ORDINARY]
     special_starts, special_count = starts[SPECIAL]
@@ -302,7 +302,7 @@ def find_cells_kernel(
 
 
 @wp.kernel
-def drop_absent_cells_kernel(
+def drop_nodata_cells_kernel(
     # In:
     first: wp.int32,
     grid: Grid,

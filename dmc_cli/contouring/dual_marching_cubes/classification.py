@@ -1,4 +1,4 @@
-"""Inside bits: the one pass over the stored values.
+"""Classify nodes as inside or outside: the one pass over the stored values, a bit a node.
 
 A node is inside if its physical value is at or above the isovalue: one bit a node, 32 nodes a word.
 Everything about which cells and edges the surface crosses follows from these bits alone.
@@ -51,7 +51,7 @@ class Levels:
     padding_mask: wp.uint32
     after_padding: wp.float64
     after_padding_mask: wp.uint32
-    outside: wp.uint32  # all ones where virtual and absent nodes count as inside: the object is the low side
+    outside: wp.uint32  # all ones where nodes that are not there count as inside: the object is the low side
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,13 @@ def find_inside(volume: DeviceVolume, settings: SurfaceSettings, grid: GridShape
     levels = _levels(volume, settings)
     inside = make_plane(grid, device)
     looks_for_data = levels.checks_finite or levels.checks_padding
-    absent = device.empty(grid.rows if looks_for_data else 0, wp.int64)
+    missing = device.empty(grid.rows if looks_for_data else 0, wp.int64)
     inputs = [grid.struct(), volume.bytes, volume.kind, levels]
-    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, absent], -(-NODES_A_CHUNK // grid.nx))
+    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, missing], -(-NODES_A_CHUNK // grid.nx))
     no_data_count = 0
     if looks_for_data:
         device.finish()
-        no_data_count = device.total(absent)
+        no_data_count = device.total(missing)
     if no_data_count == 0 or grid.border == 1:
         return InsideBits(inside, None, no_data_count)
     data = device.empty((grid.rows, grid.words), wp.uint32)
@@ -179,15 +179,15 @@ def settle_row(
     looks_for_data: wp.bool,
 ) -> wp.int32:
     """Turn a row's comparison bits into inside bits; return how many of its nodes are without data."""
-    absent = int(0)
+    missing = int(0)
     for w in range((nx + WORD - 1) / WORD):
         count = wp.min(WORD, nx - WORD * w)
         data = low_bits(count)
         if looks_for_data:
             data = nodes_with_data(values, kind, start + wp.int64(WORD * w), count, levels)
-            absent += count - wp.int32(wp.bit_count(data))
+            missing += count - wp.int32(wp.bit_count(data))
         inside_inout[row, w] = counted(inside_inout[row, w] & levels.cut_mask, data, levels)
-    return absent
+    return missing
 
 
 @wp.func
@@ -216,7 +216,7 @@ def find_inside_kernel(
     levels: Levels,
     # Out:
     inside_out: wp.array2d(dtype=wp.uint32),
-    absent_out: wp.array(dtype=wp.int64),
+    nodata_out: wp.array(dtype=wp.int64),
 ):
     """Find the inside bits and count the nodes without data if asked to. One thread a row of the grid."""
     row = first + wp.tid()
@@ -225,20 +225,20 @@ def find_inside_kernel(
     b = grid.border
     if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
         fill_row(inside_out, grid, row, levels.outside)
-        if absent_out.shape[0] > 0:
-            absent_out[row] = wp.int64(0)
+        if nodata_out.shape[0] > 0:
+            nodata_out[row] = wp.int64(0)
         return
     nx = grid.nx - 2 * b
     start = node_of_volume(grid, 0, j - b, k - b)
     is_finite = compare_row(values, kind, start, nx, levels.cut, inside_out, row)
     looks_for_data = levels.checks_padding == 1 or not is_finite
-    absent = int(0)
+    missing = int(0)
     if looks_for_data or b == 1 or levels.settles == 1:
-        absent = settle_row(inside_out, values, kind, levels, row, start, nx, looks_for_data)
+        missing = settle_row(inside_out, values, kind, levels, row, start, nx, looks_for_data)
     if b == 1:
         add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
-    if absent_out.shape[0] > 0:
-        absent_out[row] = wp.int64(absent)
+    if nodata_out.shape[0] > 0:
+        nodata_out[row] = wp.int64(missing)
 
 
 @wp.kernel

@@ -1,4 +1,4 @@
-"""Colours of the quads of whole rows, in C++: what a quad costs here is a few instructions.
+"""Colour the quads of whole rows, in C++: what a quad costs here is a few instructions.
 
 Warp's arrays have strides, and its branches copy what they change; this took three times as long.
 """

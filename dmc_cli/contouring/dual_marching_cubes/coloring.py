@@ -1,4 +1,4 @@
-"""Colours (Grosso & Zint 2021, section 3.1.4): of vertices 8, of quads 24 from the grid, reduced to 5.
+"""Colour vertices with 8 colours, quads with 24 reduced to 5 (Grosso & Zint 2021, section 3.1.4).
 
 A cell's colour is the parity of its indices, (i & 1) | (j & 1) << 1 | (k & 1) << 2; a vertex has its
 cell's. A quad's colour is 3 * (colour of the cell at the lower node of its edge) + axis: 24 in all,

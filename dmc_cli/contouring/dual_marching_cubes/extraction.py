@@ -1,4 +1,4 @@
-"""From a volume to vertices and quads: the stages of this folder in the order they run.
+"""Extract vertices and quads: the stages of this folder in the order they run.
 
 A stage may end with a launch only begun (`Device.begin`), which the next stage's first launch waits for, so
 that threads are at work while the host gets ready.
@@ -15,7 +15,7 @@ from dmc_cli.contouring.dual_marching_cubes.polygons import Tallies, trace_polyg
 from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
 from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
 from dmc_cli.errors import VolumeError
-from dmc_cli.field.field import DeviceVolume, absent_value, make_field
+from dmc_cli.field.field import DeviceVolume, make_field, nodata_value
 from dmc_cli.field.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
 from dmc_cli.field.slices import map_vertices, slice_depths
 from dmc_cli.mesh.surface import Surface, SurfaceCounts
@@ -81,8 +81,8 @@ def _field(volume: DeviceVolume, settings: SurfaceSettings, nodes: InsideBits) -
     """Return the kernels' `Field`, which looks for nodes without data only where there are any."""
     field = make_field(volume, settings)
     if nodes.no_data_count:
-        field.has_absent = 1
-        field.absent = absent_value(volume.volume, field)
+        field.has_nodata = 1
+        field.nodata = nodata_value(volume.volume, field)
     return field
 
 

@@ -1,4 +1,4 @@
-"""Face flips that make the mesh manifold (`--topology manifold`).
+"""Flip faces so that the mesh is manifold (`--topology manifold`).
 
 Where an ambiguous face has both its segments in one polygon in both of its cells, the dual mesh would have
 an edge with four quads. Flipping the decision of that face splits a polygon in each cell. One sweep over six
@@ -95,7 +95,7 @@ def retrace(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
-    has_absent: wp.int32,
+    has_nodata: wp.int32,
     s: wp.int32,
     face: wp.int32,
     joined_inout: wp.array(dtype=wp.uint32),
@@ -112,7 +112,7 @@ def retrace(
     labels = trace_cell(case, joined)
     joined_inout[s] = joined
     polygons_inout[s] = labels
-    found = number_vertices(grid, bits, row, i, case, joined, labels, True, has_absent)
+    found = number_vertices(grid, bits, row, i, case, joined, labels, True, has_nodata)
     store_vertices(found, s, vertices_inout, vertex_count_inout, tallies_inout)
 
 
@@ -150,7 +150,7 @@ def flip_faces_kernel(
     grid: Grid,
     bits: CellBits,
     special: SpecialCells,
-    has_absent: wp.int32,
+    has_nodata: wp.int32,
     first_class: wp.int32,
     classes: wp.int32,
     span: wp.int32,
@@ -183,7 +183,7 @@ def flip_faces_kernel(
                             grid,
                             bits,
                             special,
-                            has_absent,
+                            has_nodata,
                             wp.where(side == 0, other, s),
                             2 * axis + side,
                             joined_inout,

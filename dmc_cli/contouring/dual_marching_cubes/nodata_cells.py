@@ -1,4 +1,4 @@
-"""What nodes without data take away: a word of cells at a time, and only where there are such nodes.
+"""Take away the cells with nodes without data, a word at a time, where there are such nodes.
 
 A cell with such a corner does not exist; one beside it lacks quads.
 """

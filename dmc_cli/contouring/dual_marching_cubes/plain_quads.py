@@ -1,4 +1,4 @@
-"""Quads as if all cells round them were ordinary, for all edges of a block of words.
+"""Connect quads as if all cells round them were ordinary, for all edges of a block of words.
 
 A cell's vertex is the rank of its bit; the cell before an ordinary one along x has the vertex before. Axis
 and normal are selected, not branched upon.

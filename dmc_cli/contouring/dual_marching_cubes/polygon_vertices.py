@@ -1,4 +1,4 @@
-"""From polygons to vertices: none for a polygon without a quad, one a fan of quads.
+"""Number the vertices of polygons: none for a polygon without a quad, one a fan of quads.
 
 Edges of an open border, or beside a cell that does not exist, have no quad. So a polygon there may end up
 without any, and gives no vertex; or its quads form several fans. With manifold topology each fan then gets a
@@ -160,21 +160,21 @@ def number_vertices(
     joined: wp.uint32,
     labels: wp.uint64,
     splits_fans: wp.bool,
-    has_absent: wp.int32,
+    has_nodata: wp.int32,
 ) -> CellVertices:
     """Turn the polygons of a special cell into vertices: none for a polygon without quads, one a fan."""
     j = row % grid.ny
     k = row // grid.ny
     crossed = wp.uint32(ALL_EDGES) & ~edges_labelled(labels, NO_LABEL)
     bare = crossed & border_edges(grid, i, j, k)
-    if has_absent == 1:
+    if has_nodata == 1:
         bare = crossed & ~edges_with_quad(grid, bits, i, j, k, crossed)
     polygons = int(1)
     if has_several(labels):
         for edge in range(12):
             polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
     found = CellVertices(labels, polygons, polygons, 0)
-    if polygons == 1 and has_absent == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
+    if polygons == 1 and has_nodata == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
         for edge in range(12):
             if has_bit(bare, edge):
                 found.labels = with_label(found.labels, edge, NO_LABEL)

@@ -1,4 +1,4 @@
-"""MC polygons of the special cells: decide their ambiguous faces, trace, flip, number the vertices.
+"""Find the MC polygons of special cells: decide ambiguous faces, trace, flip, number the vertices.
 
 An ambiguous face is decided by the asymptotic decider in its product form: the inside corners are joined if
 the product of their distances to the isovalue is at least that of the outside corners' (in double precision;
@@ -92,7 +92,7 @@ def trace_polygons(
     device.launch(trace_polygons_kernel, count, inputs, [*traced, suspects], ITEMS_A_CHUNK)
     flipped_faces = 0
     if manifold:
-        inputs = [grid.struct(), cells.bits, special, field.has_absent]
+        inputs = [grid.struct(), cells.bits, special, field.has_nodata]
         flipped_faces = flip_faces(inputs, traced, suspects, device)
     special.first_vertex, vertex_count = device.starts(vertex_counts)
     vertex_count = mesh_size(cells.ordinary_count + vertex_count)
@@ -172,5 +172,5 @@ def trace_polygons_kernel(
     polygons_out[s] = labels
     suspects_out[s] = wp.uint8(suspects)
     tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)
-    found = number_vertices(grid, bits, row, i, case, joined, labels, splits_fans, field.has_absent)
+    found = number_vertices(grid, bits, row, i, case, joined, labels, splits_fans, field.has_nodata)
     store_vertices(found, s, vertices_out, vertex_count_out, tallies_out)

@@ -1,4 +1,4 @@
-"""Quads: one round each crossed grid edge whose four cells exist.
+"""Connect quads: one round each crossed grid edge whose four cells exist.
 
 Order: word by word of 32 nodes in grid order; in a word first the edges along x, then y, then z, each by
 their lower node. So a quad's number is a rank, as a vertex's is. The quad round an edge goes

@@ -1,4 +1,4 @@
-"""The special cells: a sorted list with what was found out about each, and how to look one up."""
+"""Look up special cells: a sorted list with what was found out about each."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""Tracing the MC polygons of one cell from its face segments; no table of cases.
+"""Trace the MC polygons of one cell from its face segments; no table of cases.
 
 The surface crosses a cell face in segments that join its crossed edges. An ambiguous face (two diagonal
 corners inside, two outside) has two, which cut off the inside corners or, if those are joined, the outside

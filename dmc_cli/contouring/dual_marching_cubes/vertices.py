@@ -1,4 +1,4 @@
-"""Vertex representatives: one a MC polygon, with `--placement exact` exactly on the trilinear isosurface.
+"""Place the vertices of all cells: one a MC polygon, by default exactly on the trilinear isosurface.
 
 A vertex is its cell and its local coordinates in it; the world's millimetres follow from both by the affine
 in double precision and are rounded to float32 once. Vertices of ordinary cells come first, in grid order
@@ -73,9 +73,9 @@ def place_vertices(
         placement: Where in its polygon a vertex goes.
     """
     count = polygons.vertex_count
-    scene = [grid.struct(), field, matrix]
+    context = [grid.struct(), field, matrix]
     cell = device.empty(count, wp.int64)
-    inputs = [scene[0], cells.bits.ordinary_line, cells.ordinary_starts]
+    inputs = [context[0], cells.bits.ordinary_line, cells.ordinary_starts]
     device.begin(list_ordinary_cells_kernel, block_count(grid), inputs, [cell], BITS_A_CHUNK)
     size = LANES if placement == "exact" and device.is_cpu else 1
     vertices = Vertices(
@@ -85,32 +85,32 @@ def place_vertices(
         fallbacks=device.empty(-(-count // size), wp.uint8),
     )
     if placement == "exact":
-        _place_exactly(vertices, cells, polygons, scene, size, device)
+        _place_exactly(vertices, cells, polygons, context, size, device)
         return vertices
-    inputs = [*scene, METHODS[placement], cells.ordinary_count, polygons.special, polygons.special_count]
+    inputs = [*context, METHODS[placement], cells.ordinary_count, polygons.special, polygons.special_count]
     outputs = [vertices.cell, vertices.position, vertices.local, vertices.fallbacks]
     device.launch(place_paper_vertices_kernel, count, inputs, outputs)
     return vertices
 
 
 def _place_exactly(
-    vertices: Vertices, cells: Cells, polygons: Polygons, scene: list[Any], size: int, device: Device
+    vertices: Vertices, cells: Cells, polygons: Polygons, context: list[Any], size: int, device: Device
 ) -> None:
     """Place all vertices on the surface; a block has `size` of them."""
     ordinary, special = cells.ordinary_count, polygons.special_count
-    inputs = [scene[0], polygons.special, ordinary]
+    inputs = [context[0], polygons.special, ordinary]
     outputs = [vertices.cell, vertices.local]
     device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_CHUNK)
     left = vertices.fallbacks  # at first whether some are left in a block
     if device.is_cpu:
-        inputs = [*scene, ordinary, vertices.cell]
+        inputs = [*context, ordinary, vertices.cell]
         outputs = [vertices.local, vertices.position, left]
         device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_CHUNK)
     else:
         left.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
     threads = -(-left.shape[0] // device.span)
-    inputs = [*scene, size, ordinary, polygons.special, special, vertices.cell, device.span]
+    inputs = [*context, size, ordinary, polygons.special, special, vertices.cell, device.span]
     outputs = [vertices.local, vertices.position, left]
     device.begin(place_left_vertices_kernel, threads, inputs, outputs, 1)
 

@@ -1,4 +1,4 @@
-"""Which quads have one of the papers' valence patterns: all of them are looked at, 32 at a time.
+"""Find the quads that have one of the papers' valence patterns, 32 at a time.
 
 Four valences a quad are gathered from all over memory. In C++, with plain pointers and without a branch, the
 compiler makes vector instructions of the loop; these are the only two places of simplification that look at

@@ -1,4 +1,4 @@
-"""Where the merged vertex of a 3-X-3-Y quad goes, and whether it may: the safe rules.
+"""Choose where the merged vertex of a 3-X-3-Y quad goes, and whether it may: the safe rules.
 
 Names are those of `simplify_3x3y.py`. The papers put the vertex at the midpoint of X and Y and check nothing.
 With `--project` it goes on to the surface. A point without a cell that exists, or from which the surface is

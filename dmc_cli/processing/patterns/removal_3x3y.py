@@ -1,4 +1,4 @@
-"""Removal of the quads that were chosen for it: 3-X-3-Y (names as in `simplify_3x3y.py`).
+"""Remove the quads that were chosen for it: 3-X-3-Y (names as in `simplify_3x3y.py`).
 
 Placing the merged vertex, judging folds and changing the mesh is one kernel, so that what lies scattered in
 memory is fetched once. Quads that go at once are so far apart that no thread reads what another one writes:
@@ -16,7 +16,7 @@ from dmc_cli.field.grid import Grid, kernel_matrix
 from dmc_cli.field.prefetch import fetch_around_cuts
 from dmc_cli.field.projection import GridPoint, node_cell
 from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, opposite_halfedge, set_twins, turned
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, next_outgoing, opposite_halfedge, set_twins
 from dmc_cli.processing.patterns.merged_vertices import folds, merged_point, point_position
 from dmc_cli.processing.patterns.simplify_3x3y import LISTED_A_CHUNK
 
@@ -32,7 +32,7 @@ def remove_3x3y(
         mesh: The mesh, changed in place.
         cuts: Cuts, int32, of quads that are no neighbours of each other.
         project: Put merged vertices on the surface.
-        safe: Refuse what would turn a neighbour over; else mark vertex pairs that become crowded.
+        safe: Refuse what would turn a neighbour over; else mark edges that become non-manifold.
         state: uint8 (Q,) of the safe rules, 1 for quads that may go; 0 afterwards for those refused.
 
     Returns:
@@ -47,7 +47,7 @@ def remove_3x3y(
     inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
     device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
     if not safe:
-        device.launch(mark_crowded_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
+        device.launch(mark_nonmanifold_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
     if mesh.color is not None:
         mesh.seams.append(keep_masked(device, seams, clashes))
     return removed, refused
@@ -181,7 +181,7 @@ def remove_3x3y_kernel(
 
 
 @wp.kernel
-def mark_crowded_kernel(
+def mark_nonmanifold_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,  # changed
@@ -189,17 +189,17 @@ def mark_crowded_kernel(
 ):
     """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread a quad.
 
-    No other vertex pair can have become crowded; all writes are of the same value.
+    No other edge can have become non-manifold; all writes are of the same value.
     """
     h = cuts[first + wp.tid()]
     if h >= 0:
         m = wp.min(mesh.corners[h], mesh.corners[opposite_halfedge(h)])
         here = mesh.vertex_halfedge[m]
         for _turn in range(4):
-            other = turned(mesh.twin, here)
+            other = next_outgoing(mesh.twin, here)
             for _rest in range(3):
                 if mesh.corners[next_halfedge(other)] == mesh.corners[next_halfedge(here)]:
                     mesh.defect[here >> 2] = wp.uint8(1)
                     mesh.defect[mesh.twin[here] >> 2] = wp.uint8(1)
-                other = turned(mesh.twin, other)
-            here = turned(mesh.twin, here)
+                other = next_outgoing(mesh.twin, other)
+            here = next_outgoing(mesh.twin, here)

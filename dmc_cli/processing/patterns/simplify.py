@@ -1,8 +1,8 @@
-"""The papers' simplification (Grosso & Zint 2021, section 4), and safe rules that keep the mesh whole.
+"""Simplify by the papers' patterns (Grosso & Zint 2021, section 4) and rules that keep the mesh whole.
 
 Order: 3-X-3-Y, then 3-3-3-3. Under the papers' rules 3-X-3-Y is two passes, by colour and by counting.
 Under the safe rules it sweeps until no quad that may go is left; a second pass would find one in ten
-thousand. Valences, twins and crowded vertex pairs are up to date before each pass, as after the papers'
+thousand. Valences, twins and non-manifold edges are up to date before each pass, as after the papers'
 rebuild.
 """
 

@@ -1,4 +1,4 @@
-r"""Removal of quads with the valence pattern 3-3-3-3 (Grosso & Zint 2021, section 4.2).
+r"""Remove quads with the valence pattern 3-3-3-3 (Grosso & Zint 2021, section 4.2).
 
     o3 --------- o2    All four vertices of the quad have valence 3. It takes the outer vertices o0 to o3,
     |  \       /  |    the four quads round it go, and so do its own vertices; nothing moves. The outer
@@ -9,7 +9,7 @@ r"""Removal of quads with the valence pattern 3-3-3-3 (Grosso & Zint 2021, secti
     o0 --------- o1
 
 `paper`: not if an outer vertex has valence 3, nor if all four have 4 (a second quad would have the same
-vertices); quads at a boundary or at a crowded vertex pair, and their neighbours, are skipped. Two such quads
+vertices); quads at a boundary or at a non-manifold edge, and their neighbours, are skipped. Two such quads
 may share an outer vertex, which then is left with valence 2.
 
 `safe`: moreover the quad's normal does not turn by 90 degrees, and of quads that share an outer vertex one
@@ -104,8 +104,8 @@ def turns_over(
     """Return whether a quad's normal turns by 90 degrees or more if it takes the outer vertices.
 
     They are four, and no quad has all of them: two at opposite corners that are one would leave the one
-    between them with valence 2, or on a crowded vertex pair; a quad with all four would have sides on crowded
-    vertex pairs, or be what closes a mesh of six quads, where the outer vertices have valence 3.
+    between them with valence 2, or on a non-manifold edge; a quad with all four would have sides on
+    non-manifold edges, or be what closes a mesh of six quads, where the outer vertices have valence 3.
     """
     before = wp.cross(
         position[corners[4 * q + 2]] - position[corners[4 * q]],

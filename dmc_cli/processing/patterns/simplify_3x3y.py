@@ -1,4 +1,4 @@
-r"""Removal of quads with the valence pattern 3-X-3-Y (Grosso & Zint 2021, section 4.1).
+r"""Remove quads with the valence pattern 3-X-3-Y (Grosso & Zint 2021, section 4.1).
 
     s1 ------- X ------- s2    Quad (v1, X, v2, Y): v1 and v2 have valence 3, X and Y at least 5. It
     |   A1   /   \   A2   |    goes, and v1 and v2 become one vertex m at the midpoint of X and Y. Its
@@ -10,7 +10,7 @@ Two rules decide which quads go. Neither lets two neighbours go.
 
 `paper`: the coloured pass removes a quad if no neighbour with the pattern has a colour at or below its own;
 the counter pass, if none of its vertices of valence 3 belongs to another quad with the pattern, which is to
-say that no neighbour has it. Quads at a boundary or at a crowded vertex pair, and their neighbours, are
+say that no neighbour has it. Quads at a boundary or at a non-manifold edge, and their neighbours, are
 skipped, but still block others.
 
 `safe`: beyond that no removal may make a mesh edge with more than two quads (p1 = p2), or turn a neighbour's
@@ -156,7 +156,7 @@ def safe_cut(
 
     Refused is what would join m to one vertex by two edges, p1 = p2. Nothing else can go wrong: any other way
     to a vertex twice in a quad, or to two quads with the same vertices, takes a side that two quads run along
-    in the same direction. Each has a twin, so the side is on a crowded vertex pair, and the quad is skipped.
+    in the same direction. Each has a twin, so the side is on a non-manifold edge, and the quad is skipped.
     """
     h = cut_of(corners, valence, q)
     if h == NO_CUT:

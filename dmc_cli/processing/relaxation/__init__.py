@@ -1,4 +1,4 @@
-"""Smoothing on the surface.
+"""Smooth a mesh on its surface.
 
 relax_checks  whether a step may be taken
 relax         steps of all vertices, checked afterwards

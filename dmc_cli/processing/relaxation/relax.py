@@ -1,4 +1,4 @@
-"""Smoothing on the surface (`--relax N`): vertices glide to where their quads have better shapes.
+"""Smooth on the surface (`--relax N`): vertices glide to where their quads have better shapes.
 
 Each quad names the square nearest to its corners; a vertex goes towards the mean of the corners that its
 quads' squares offer it, along the surface's tangent plane only, and is put back on the trilinear surface.
@@ -23,7 +23,7 @@ import warp as wp
 from dmc_cli.field.projection import cell_node, node_cell
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.surface import Surface
-from dmc_cli.processing.distance_guard import Guests, keep_guests
+from dmc_cli.processing.distance_guard import TrackedPoints, keep_points_near
 from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
 from dmc_cli.processing.relaxation.relax_checks import (
     Ring,
@@ -33,7 +33,13 @@ from dmc_cli.processing.relaxation.relax_checks import (
     ring_size,
     turn,
 )
-from dmc_cli.processing.tangent_step import Scene, glide, make_scene, output_position, surface_normal
+from dmc_cli.processing.tangent_step import (
+    SurfaceContext,
+    glide,
+    make_context,
+    output_position,
+    surface_normal,
+)
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime.device import Device
 
@@ -61,7 +67,7 @@ def relax(
     halfedges: Halfedges,
     steps: int,
     progress: Progress = SILENT,
-    guests: Guests | None = None,
+    tracked: TrackedPoints | None = None,
 ) -> Surface:
     """Return the surface after at most `steps` steps of its vertices to better shapes; no array is changed.
 
@@ -70,20 +76,20 @@ def relax(
         halfedges: Its halfedges.
         steps: How many; fewer where the mean shape rises no more.
         progress: Told the share of the steps that are done.
-        guests: Points that must not be left behind.
+        tracked: Points that must not be left behind.
     """
     device = surface.device
     count = surface.vertices.shape[0]
-    ring, scene = _make_ring(halfedges, surface), make_scene(surface)
+    ring, context = _make_ring(halfedges, surface), make_context(surface)
     now = _spots(surface.vertices, surface.vertex_cell, surface.vertex_local, device)
-    device.launch(find_normals_kernel, count, [scene], [now])
+    device.launch(find_normals_kernel, count, [context], [now])
     spare = [_empty_spots(count, device) for _ in range(min(steps, 2))]
     scratch = _Scratch.of(count, halfedges.quads.shape[0], device)
     total_shape = _measure(ring, now, scratch, device)
     for step in range(steps):
         progress.advance(step / steps)
         then = spare.pop()
-        _take_step(ring, scene, now, then, scratch, guests, device)
+        _take_step(ring, context, now, then, scratch, tracked, device)
         before, total_shape = total_shape, _measure(ring, then, scratch, device)
         if not total_shape > before:
             break
@@ -130,7 +136,13 @@ def _measure(ring: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
 
 
 def _take_step(
-    ring: Any, scene: Any, now: Any, then: Any, scratch: _Scratch, guests: Guests | None, device: Device
+    ring: Any,
+    context: Any,
+    now: Any,
+    then: Any,
+    scratch: _Scratch,
+    tracked: TrackedPoints | None,
+    device: Device,
 ) -> None:
     """Move the vertices from `now`, whose shapes are measured, to `then`, as far as no quad suffers."""
     vertex_count, quad_count = scratch.level.shape[0], scratch.shape.shape[0]
@@ -138,15 +150,15 @@ def _take_step(
     device.launch(aim_kernel, vertex_count, [ring, scratch.shape, now], outputs)
     is_failing, checks = True, 0
     while is_failing:
-        inputs = [scene, now, scratch.aim, int(checks < PATIENT_CHECKS)]
+        inputs = [context, now, scratch.aim, int(checks < PATIENT_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
-        is_strict = int(guests is not None)
-        inputs = [scene, ring, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
+        is_strict = int(tracked is not None)
+        inputs = [context, ring, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
-        if guests is not None:
+        if tracked is not None:
             outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]
-            keep_guests(guests, scene.grid, ring.corners, then, *outputs, device)
+            keep_points_near(tracked, context.grid, ring.corners, then, *outputs, device)
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
 
 
@@ -176,14 +188,14 @@ def _empty_spots(count: int, device: Device) -> Any:
 def find_normals_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     # In/out:
     spots_inout: Spots,
 ):
     """Find the surface's normal at each vertex. One thread a vertex."""
     v = first + wp.tid()
-    cell = cell_node(scene.grid, spots_inout.cell[v])
-    spots_inout.normal[v] = surface_normal(scene, cell, spots_inout.local[v])
+    cell = cell_node(context.grid, spots_inout.cell[v])
+    spots_inout.normal[v] = surface_normal(context, cell, spots_inout.local[v])
 
 
 @wp.kernel
@@ -249,7 +261,7 @@ def aim_kernel(
 def move_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     now: Spots,
     aim: wp.array(dtype=wp.vec3),
     is_patient: wp.int32,
@@ -277,13 +289,13 @@ def move_kernel(
     local = now.local[v]
     normal = now.normal[v]
     if level < wp.int8(STAYS):
-        end = glide(scene, cell, local, wp.pow(0.5, wp.float32(level)) * aim[v])
+        end = glide(context, cell, local, wp.pow(0.5, wp.float32(level)) * aim[v])
         facing = wp.vec3(0.0, 0.0, 0.0)
         if end.is_found:
-            facing = surface_normal(scene, end.cell, end.local)
+            facing = surface_normal(context, end.cell, end.local)
         if wp.dot(facing, normal) > 0.0:
-            position = output_position(scene, end.cell, end.local)
-            cell = node_cell(scene.grid, end.cell)
+            position = output_position(context, end.cell, end.local)
+            cell = node_cell(context.grid, end.cell)
             local = end.local
             normal = facing
         else:

@@ -1,11 +1,11 @@
-"""Whether a step of smoothing may be taken: what is looked at quad by quad (`relax.py`)."""
+"""Check quad by quad whether a step of smoothing may be taken (`relax.py`)."""
 
 import warp as wp
 
 from dmc_cli.mesh.halfedges import previous_halfedge
 from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
-from dmc_cli.processing.tangent_step import Scene
+from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -107,27 +107,27 @@ def is_spoilt(
     """Return whether the moves worsen a quad below its vertices' floors or turn one of its corners."""
     h = 4 * q
     least = float(1.0)
-    is_turned = bool(False)
+    is_inverted = bool(False)
     for corner in range(4):
         least = wp.min(least, floor[ring.corners[h + corner]])
         if faces_surface(ring, now, h + corner) and not faces_surface(ring, then, h + corner):
-            is_turned = bool(True)
+            is_inverted = bool(True)
     a = corner_point(ring, then.position, h, 0)
     b = corner_point(ring, then.position, h, 1)
     c = corner_point(ring, then.position, h, 2)
     d = corner_point(ring, then.position, h, 3)
     found = quad_shape(a, b, c, d)
-    return is_turned or (found < shape and (found < least or found <= 0.0))
+    return is_inverted or (found < shape and (found < least or found <= 0.0))
 
 
 @wp.func
-def rises(scene: Scene, ring: Ring, now: Spots, then: Spots, q: wp.int32) -> wp.bool:
+def rises(context: SurfaceContext, ring: Ring, now: Spots, then: Spots, q: wp.int32) -> wp.bool:
     """Return whether the moves take a quad's centre away from the surface, too far."""
-    height = distance_from_surface(scene, quad_centre(scene, ring.corners, then.cell, then.local, q))
+    height = distance_from_surface(context, quad_centre(context, ring.corners, then.cell, then.local, q))
     too_far = height > HIGHEST
     if too_far:
-        centre = quad_centre(scene, ring.corners, now.cell, now.local, q)
-        too_far = height > distance_from_surface(scene, centre)
+        centre = quad_centre(context, ring.corners, now.cell, now.local, q)
+        too_far = height > distance_from_surface(context, centre)
     return too_far
 
 
@@ -135,7 +135,7 @@ def rises(scene: Scene, ring: Ring, now: Spots, then: Spots, q: wp.int32) -> wp.
 def check_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     ring: Ring,
     now: Spots,
     then: Spots,
@@ -161,7 +161,7 @@ def check_kernel(
     if is_touched:
         spoilt = is_spoilt(ring, now, then, q, shape[q], floor)
         if not spoilt and is_strict == 1:
-            spoilt = folds_anew(ring, now, then, q, shape) or rises(scene, ring, now, then, q)
+            spoilt = folds_anew(ring, now, then, q, shape) or rises(context, ring, now, then, q)
         if spoilt:
             failing = wp.uint8(1)
             for corner in range(4):

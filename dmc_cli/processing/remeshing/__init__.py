@@ -1,11 +1,11 @@
-"""Irregular vertices reduced by local edge rotations, quad collapses and splits, by simulated annealing.
+"""Reduce irregular vertices by local edge rotations, quad collapses and splits, by simulated annealing.
 
 work        a mesh in blocks, with a journal of changes
 operations  rotate an edge, collapse a diagonal, open a quad
 checks      what an operation must leave, and what it is worth
 chains      rotations that follow an operation until there is a gain
 moves       how the vertices that it touches move
-guests      how the nearest quads of tracked points are found
+tracked_points  their nearest quads in a patch
 mesh        the mesh between rounds
 blocks      who works where in a round
 sweep       operations tried at irregular vertices

@@ -1,4 +1,4 @@
-"""Blocks of the further simplification: boxes of the grid, shifted from round to round.
+"""Divide the mesh into blocks for remeshing: boxes of the grid, shifted from round to round.
 
 A quad belongs to the box that the cell of its first vertex lies in. A vertex is a block's own if all its
 quads are the block's and it is not frozen; frozen for good are vertices whose quads do not form one ring.
@@ -13,7 +13,7 @@ from dmc_cli.field.grid import Grid, GridShape
 from dmc_cli.field.projection import cell_node
 from dmc_cli.mesh.halfedges import previous_halfedge
 from dmc_cli.processing.remeshing.mesh import Mesh
-from dmc_cli.processing.tangent_step import Scene, surface_normal
+from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -55,10 +55,10 @@ def freeze_fans(mesh: Mesh, device: Device) -> None:
     device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [mesh.frozen])
 
 
-def find_normals(mesh: Mesh, scene: Any, device: Device) -> Any:
+def find_normals(mesh: Mesh, context: Any, device: Device) -> Any:
     """Return the surface's unit normals at the vertices, along the gradient, vec3 (V,)."""
     normal = device.empty(mesh.vertex_count, wp.vec3)
-    device.launch(find_normals_kernel, mesh.vertex_count, [scene, mesh.cell, mesh.local], [normal])
+    device.launch(find_normals_kernel, mesh.vertex_count, [context, mesh.cell, mesh.local], [normal])
     return normal
 
 
@@ -125,7 +125,7 @@ def freeze_fans_kernel(
 def find_normals_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     cell: wp.array(dtype=wp.int64),
     local: wp.array(dtype=wp.vec3),
     # Out:
@@ -133,7 +133,7 @@ def find_normals_kernel(
 ):
     """Find the surface's normals. One thread a vertex."""
     v = first + wp.tid()
-    normal_out[v] = surface_normal(scene, cell_node(scene.grid, cell[v]), local[v])
+    normal_out[v] = surface_normal(context, cell_node(context.grid, cell[v]), local[v])
 
 
 @wp.kernel

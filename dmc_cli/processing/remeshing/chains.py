@@ -1,4 +1,4 @@
-"""What operations cost in irregularity before they are done, and chains of rotations that lead to a gain.
+"""Follow an operation by rotations that lead to a gain, and tell beforehand what they cost.
 
 A pair of a vertex of valence 3 and one of valence 5 glides along the mesh at no cost, one rotation a step,
 and two pairs that meet annihilate. By single steps they meet as random walks do. So an operation that gains

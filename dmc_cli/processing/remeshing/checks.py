@@ -1,4 +1,4 @@
-"""What an operation must leave, and what it is worth: device functions of the further simplification.
+"""Judge an operation: what it must leave, and what it is worth; device functions of remeshing.
 
 Sound is a vertex with 3 to 8 quads in one ring whose vertices are all different: then no two quads are the
 same or have two sides in common, no edge has more than two quads, and the mesh stays a manifold of the same
@@ -29,7 +29,7 @@ from dmc_cli.processing.surface_distance import (
     height_above_surface,
     quad_centre,
 )
-from dmc_cli.processing.tangent_step import Scene
+from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -140,7 +140,7 @@ def quad_area(work: Work, q: wp.int32) -> wp.vec3:
 
 
 @wp.func
-def is_turned(work: Work, q: wp.int32) -> wp.bool:
+def is_inverted(work: Work, q: wp.int32) -> wp.bool:
     """Return whether a quad faces away from the mean of the surface's normals at its corners."""
     up = work.normal[work.corners[4 * q]] + work.normal[work.corners[4 * q + 1]]
     up += work.normal[work.corners[4 * q + 2]] + work.normal[work.corners[4 * q + 3]]
@@ -149,10 +149,10 @@ def is_turned(work: Work, q: wp.int32) -> wp.bool:
 
 @wp.func
 def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
-    """Return the sum of 1 - shape of the patch's quads, their least shape, and how many are turned."""
+    """Return the sum of 1 - shape of the patch's quads, their least shape, and how many are inverted."""
     total = float(0.0)
     least = float(1.0)
-    turned = float(0.0)
+    inverted = float(0.0)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
         shape = quad_shape(
@@ -163,8 +163,8 @@ def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
         )
         total += 1.0 - shape
         least = wp.min(least, shape)
-        turned += wp.where(is_turned(work, q), 1.0, 0.0)
-    return wp.vec3(total, least, turned)
+        inverted += wp.where(is_inverted(work, q), 1.0, 0.0)
+    return wp.vec3(total, least, inverted)
 
 
 @wp.func
@@ -190,32 +190,32 @@ def folded_sides(work: Work, b: wp.int32) -> wp.int32:
 
 
 @wp.func
-def highest_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+def highest_of_patch(context: SurfaceContext, work: Work, b: wp.int32) -> wp.float32:
     """Return the largest distance, in cells, of a patch quad's side's midpoint or centre from the surface."""
     highest = float(0.0)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
-        before = corner_index(scene, work, 4 * q + 3)
+        before = corner_index(context, work, 4 * q + 3)
         for c in range(4):
-            here = corner_index(scene, work, 4 * q + c)
-            highest = wp.max(highest, height_above_surface(scene, wp.float64(0.5) * (before + here)))
+            here = corner_index(context, work, 4 * q + c)
+            highest = wp.max(highest, height_above_surface(context, wp.float64(0.5) * (before + here)))
             before = here
-        centre = quad_centre(scene, work.corners, work.cell, work.local, q)
-        highest = wp.max(highest, distance_from_surface(scene, centre))
+        centre = quad_centre(context, work.corners, work.cell, work.local, q)
+        highest = wp.max(highest, distance_from_surface(context, centre))
     return highest
 
 
 @wp.func
-def excess_of_patch(scene: Scene, work: Work, b: wp.int32) -> wp.float32:
+def excess_of_patch(context: SurfaceContext, work: Work, b: wp.int32) -> wp.float32:
     """Return the sum of the excess heights of a patch's quads."""
     total = float(0.0)
     for n in range(work.tally[b, PATCHED]):
-        total += excess_height(scene, work.corners, work.cell, work.local, work.patch[b, n])
+        total += excess_height(context, work.corners, work.cell, work.local, work.patch[b, n])
     return total
 
 
 @wp.func
-def corner_index(scene: Scene, work: Work, h: wp.int32) -> wp.vec3d:
+def corner_index(context: SurfaceContext, work: Work, h: wp.int32) -> wp.vec3d:
     """Return where a quad's corner is, in node indices."""
     v = work.corners[h]
-    return index_position(scene.grid, work.cell[v], work.local[v])
+    return index_position(context.grid, work.cell[v], work.local[v])

@@ -1,9 +1,9 @@
-"""The last of the further simplification: high quads get lower and the worst better, vertex by vertex.
+"""Mend what remeshing leaves: high quads get lower and the worst better, vertex by vertex.
 
 Smoothing moves all vertices towards the mean of what their quads want; the worst quad may lose there, and
 stays as it is. Here each vertex of a bad quad tries steps of three lengths in eight directions of its tangent
 plane, of a sliver also out of that plane, and takes those that make its worst quad better, as long as none of
-its quads turns or folds, rises from the surface or leaves a guest behind.
+its quads turns or folds, rises from the surface or leaves a tracked point behind.
 
 A *high* quad's centre is too far from the surface: a square at the foot of a bump of one cell whose other
 quads the pattern 3-3-3-3 removed. Its vertices take the steps up the bump that lower it, as long as no sliver
@@ -24,12 +24,12 @@ from dmc_cli.processing.remeshing.checks import (
     measure_patch,
     quad_area,
 )
-from dmc_cli.processing.remeshing.guests import lodge_guests
 from dmc_cli.processing.remeshing.mesh import Mesh
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core
+from dmc_cli.processing.remeshing.tracked_points import assign_points
 from dmc_cli.processing.remeshing.work import Work, begin, fail, has_failed, onward, quad_corner, touch
 from dmc_cli.processing.surface_distance import excess_height
-from dmc_cli.processing.tangent_step import Scene
+from dmc_cli.processing.tangent_step import SurfaceContext
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -50,10 +50,10 @@ EIGHTH = wp.constant(0.70710678)
 
 @wp.struct
 class Measures:
-    """Of the quads round a vertex: least shape, how many are turned, folded sides, largest height, excess."""
+    """Of the quads round a vertex: least shape, inverted ones, folded sides, largest height, excess."""
 
     shape: wp.float32
-    turned: wp.float32
+    inverted: wp.float32
     folds: wp.int32
     height: wp.float32
     excess: wp.float32
@@ -68,10 +68,10 @@ class Limits:
     may_fold: wp.int32
 
 
-def mark_high(mesh: Mesh, scene: Any, device: Device) -> Any:
+def mark_high(mesh: Mesh, context: Any, device: Device) -> Any:
     """Return a mark for each vertex, uint8 (V,): 1 if one of its quads is high."""
     high = device.zeros(mesh.vertex_count, wp.uint8)
-    inputs = [scene, mesh.corners, mesh.cell, mesh.local]
+    inputs = [context, mesh.corners, mesh.cell, mesh.local]
     device.launch(mark_high_kernel, mesh.quad_count, inputs, [high])
     return high
 
@@ -101,16 +101,16 @@ def upward(work: Work, v: wp.int32) -> wp.vec3:
 
 
 @wp.func
-def measure_ring(scene: Scene, work: Work, b: wp.int32) -> Measures:
+def measure_ring(context: SurfaceContext, work: Work, b: wp.int32) -> Measures:
     """Return the measures of the quads round the touched vertex."""
     gather_patch(work, b)
     patch = measure_patch(work, b)
     ring = Measures()
     ring.shape = patch[1]
-    ring.turned = patch[2]
+    ring.inverted = patch[2]
     ring.folds = folded_sides(work, b)
-    ring.height = highest_of_patch(scene, work, b)
-    ring.excess = excess_of_patch(scene, work, b)
+    ring.height = highest_of_patch(context, work, b)
+    ring.excess = excess_of_patch(context, work, b)
     return ring
 
 
@@ -123,12 +123,20 @@ def is_better(after: Measures, before: Measures, limits: Limits) -> wp.bool:
         may_fold = may_fold or limits.may_fold == 1
         better = after.excess < before.excess - LEAST_GAIN and after.shape >= wp.min(before.shape, SLIVER)
     better = better and (may_fold or after.folds <= before.folds)
-    return better and after.turned <= before.turned and after.height <= wp.max(before.height, limits.height)
+    return (
+        better and after.inverted <= before.inverted and after.height <= wp.max(before.height, limits.height)
+    )
 
 
 @wp.func
 def try_step(
-    scene: Scene, work: Work, b: wp.int32, v: wp.int32, step: wp.vec3, before: Measures, limits: Limits
+    context: SurfaceContext,
+    work: Work,
+    b: wp.int32,
+    v: wp.int32,
+    step: wp.vec3,
+    before: Measures,
+    limits: Limits,
 ) -> Measures:
     """Move a vertex if that makes its quads better; return their measures."""
     found = before
@@ -136,13 +144,13 @@ def try_step(
     touch(work, b, v)
     keep_places(work, b)
     work.position[v] = work.position[v] + step
-    settle_core(scene, work, b)
+    settle_core(context, work, b)
     if not has_failed(work, b):
-        found = measure_ring(scene, work, b)
+        found = measure_ring(context, work, b)
         if not is_better(found, before, limits):
             fail(work, b)
     if not has_failed(work, b):
-        lodge_guests(scene, work, b)
+        assign_points(context, work, b)
     if has_failed(work, b):
         restore_places(work, b)
         found = before
@@ -150,16 +158,18 @@ def try_step(
 
 
 @wp.func
-def try_steps(scene: Scene, work: Work, b: wp.int32, v: wp.int32, planes: wp.int32, limits: Limits):
+def try_steps(
+    context: SurfaceContext, work: Work, b: wp.int32, v: wp.int32, planes: wp.int32, limits: Limits
+):
     """Try steps of all lengths and directions in the tangent plane, or in three planes at right angles."""
     normal = upward(work, v)
     way = wp.where(wp.abs(normal[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
     way = wp.normalize(wp.cross(normal, way))
     longest = 0.4 * mean_side(work, v)
     length = longest
-    before = measure_ring(scene, work, b)
+    before = measure_ring(context, work, b)
     for n in range(planes * LENGTHS * DIRECTIONS):
-        before = try_step(scene, work, b, v, length * way, before, limits)
+        before = try_step(context, work, b, v, length * way, before, limits)
         way = EIGHTH * (way + wp.cross(normal, way))
         if n % DIRECTIONS == DIRECTIONS - 1:
             length = length / 3.0
@@ -171,21 +181,23 @@ def try_steps(scene: Scene, work: Work, b: wp.int32, v: wp.int32, planes: wp.int
 
 
 @wp.func
-def mend_vertex(scene: Scene, work: Work, b: wp.int32, v: wp.int32, is_high: wp.bool, limits: Limits):
+def mend_vertex(
+    context: SurfaceContext, work: Work, b: wp.int32, v: wp.int32, is_high: wp.bool, limits: Limits
+):
     """Try steps at a vertex if one of its quads is high or bad."""
     begin(work, b)
     touch(work, b, v)
     gather_patch(work, b)
     least = measure_patch(work, b)[1]
     if (is_high or least <= limits.bad) and not has_failed(work, b):
-        try_steps(scene, work, b, v, wp.where(least < SLIVER, 3, 1), limits)
+        try_steps(context, work, b, v, wp.where(least < SLIVER, 3, 1), limits)
 
 
 @wp.kernel
 def mark_high_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     corners: wp.array(dtype=wp.int32),
     cell: wp.array(dtype=wp.int64),
     local: wp.array(dtype=wp.vec3),
@@ -194,7 +206,7 @@ def mark_high_kernel(
 ):
     """Mark the vertices of a high quad; all who mark one write the same. One thread a quad."""
     q = first + wp.tid()
-    if excess_height(scene, corners, cell, local, q) > 0.0:
+    if excess_height(context, corners, cell, local, q) > 0.0:
         for c in range(4):
             high_out[corners[4 * q + c]] = wp.uint8(1)
 
@@ -203,7 +215,7 @@ def mark_high_kernel(
 def mend_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     starts: wp.array(dtype=wp.int32),
     items: wp.array(dtype=wp.int32),
     high: wp.array(dtype=wp.uint8),
@@ -221,4 +233,4 @@ def mend_kernel(
     count = starts[b + 1] - starts[b]
     for visit in range(begin, wp.min(end, MEND_PASSES * count)):
         v = items[starts[b] + visit % count]
-        mend_vertex(scene, work_inout, b, v, high[v] != wp.uint8(0), limits)
+        mend_vertex(context, work_inout, b, v, high[v] != wp.uint8(0), limits)

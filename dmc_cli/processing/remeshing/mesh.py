@@ -1,4 +1,4 @@
-"""The mesh between the rounds of the further simplification: without gaps, or with room for what comes.
+"""Hold the mesh between rounds of remeshing: without gaps, or with room for what comes.
 
 Numbers keep their order. Places are made by flags and a prefix sum, so they are the same on any device.
 """
@@ -82,8 +82,8 @@ def _longer(array: Any, more: int, device: Device, value: int = 0) -> Any:
     return longer
 
 
-def without_gaps(mesh: Mesh, host: Any, device: Device) -> tuple[Mesh, Any]:
-    """Return the mesh without what has gone, and the new numbers of the quads `host`, int32, that stay."""
+def without_gaps(mesh: Mesh, nearest_quad: Any, device: Device) -> tuple[Mesh, Any]:
+    """Return the mesh without what has gone, and the new numbers of the quads `nearest_quad`, int32."""
     quad_starts, quads = _rank(mesh.quad_gone, device)
     vertex_starts, vertices = _rank(mesh.vertex_gone, device)
     packed = Mesh(
@@ -109,9 +109,9 @@ def without_gaps(mesh: Mesh, host: Any, device: Device) -> tuple[Mesh, Any]:
     inputs = [mesh.position, mesh.cell, mesh.local, vertex_starts]
     outputs = [packed.position, packed.cell, packed.local]
     device.launch(pack_places_kernel, mesh.vertex_count, inputs, outputs)
-    new_host = device.empty(host.shape[0], wp.int32)
-    device.launch(renumber_kernel, host.shape[0], [host, quad_starts], [new_host])
-    return packed, new_host
+    new_nearest = device.empty(nearest_quad.shape[0], wp.int32)
+    device.launch(renumber_kernel, nearest_quad.shape[0], [nearest_quad, quad_starts], [new_nearest])
+    return packed, new_nearest
 
 
 def _rank(gone: Any, device: Device) -> tuple[Any, int]:

@@ -1,4 +1,4 @@
-"""How the vertices that an operation touched move: in their tangent planes, then back to the surface."""
+"""Move the vertices that an operation touched: in their tangent planes, then back to the surface."""
 
 import warp as wp
 
@@ -15,7 +15,7 @@ from dmc_cli.processing.remeshing.work import (
     onward,
     quad_corner,
 )
-from dmc_cli.processing.tangent_step import Scene, output_position, surface_normal
+from dmc_cli.processing.tangent_step import SurfaceContext, output_position, surface_normal
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -79,29 +79,29 @@ def smooth_core(work: Work, b: wp.int32):
 
 
 @wp.func
-def settle(scene: Scene, work: Work, b: wp.int32, n: wp.int32):
+def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
     """Put a touched vertex on the surface near where it has gone; fail where that is not found.
 
     It may not come to face the other way; where the field's gradient vanishes it faces no way yet.
     """
     v = work.core[b, n]
     cell = work.core_cell[b, n]
-    start = index_position(scene.grid, cell, work.core_local[b, n])
-    way = scene.to_grid * (work.position[v] - work.core_position[b, n])
+    start = index_position(context.grid, cell, work.core_local[b, n])
+    way = context.to_grid * (work.position[v] - work.core_position[b, n])
     k = wp.int32(start[2])
-    if scene.depths.shape[0] > 0:
-        k = wp.min(k, scene.depths.shape[0] - 2)
-    way[2] = way[2] / wp.float32(slice_distance(scene.depths, k))
-    end = project_point(scene.field, scene.grid, start + wp.vec3d(way))
+    if context.depths.shape[0] > 0:
+        k = wp.min(k, context.depths.shape[0] - 2)
+    way[2] = way[2] / wp.float32(slice_distance(context.depths, k))
+    end = project_point(context.field, context.grid, start + wp.vec3d(way))
     facing = wp.vec3(0.0, 0.0, 0.0)
     if end.is_found:
-        moved = index_position(scene.grid, node_cell(scene.grid, end.cell), end.local) - start
+        moved = index_position(context.grid, node_cell(context.grid, end.cell), end.local) - start
         if wp.max(wp.abs(moved)) <= FARTHEST:
-            facing = surface_normal(scene, end.cell, end.local)
+            facing = surface_normal(context, end.cell, end.local)
     normal = work.core_normal[b, n]
     if wp.dot(facing, normal) > 0.0 or (wp.length_sq(normal) == 0.0 and wp.length_sq(facing) > 0.0):
-        work.position[v] = output_position(scene, end.cell, end.local)
-        work.cell[v] = node_cell(scene.grid, end.cell)
+        work.position[v] = output_position(context, end.cell, end.local)
+        work.cell[v] = node_cell(context.grid, end.cell)
         work.local[v] = end.local
         work.normal[v] = facing
     else:
@@ -109,8 +109,8 @@ def settle(scene: Scene, work: Work, b: wp.int32, n: wp.int32):
 
 
 @wp.func
-def settle_core(scene: Scene, work: Work, b: wp.int32):
+def settle_core(context: SurfaceContext, work: Work, b: wp.int32):
     """Put the touched vertices on the surface."""
     for n in range(work.tally[b, TOUCHED]):
         if work.vertex_gone[work.core[b, n]] == wp.uint8(0) and not has_failed(work, b):
-            settle(scene, work, b, n)
+            settle(context, work, b, n)

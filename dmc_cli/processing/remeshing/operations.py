@@ -1,4 +1,4 @@
-"""The operations of the further simplification: rotate an edge, collapse a diagonal, open a quad.
+"""Change the mesh by the operations of remeshing: rotate an edge, collapse a diagonal, open a quad.
 
 Each takes a halfedge, touches the vertices whose rings it changes, and changes the connectivity through the
 journal. Whether the mesh may stay like that is judged afterwards (`checks.py`). A doublet, two quads

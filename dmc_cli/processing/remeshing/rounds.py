@@ -16,14 +16,14 @@ import warp as wp
 from dmc_cli.contouring.dual_marching_cubes.coloring import repair_colors
 from dmc_cli.mesh.halfedges import Halfedges, flat_quads
 from dmc_cli.mesh.surface import Surface
-from dmc_cli.processing.distance_guard import list_guests, lodge_vertices, with_nearer_hosts
+from dmc_cli.processing.distance_guard import list_points, track_vertices, with_nearer_quads
 from dmc_cli.processing.relaxation.relax import measure_shapes, relax
 from dmc_cli.processing.remeshing.blocks import Blocks, find_normals, freeze_fans, make_blocks, with_spares
 from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, mark_high, mend_kernel
 from dmc_cli.processing.remeshing.mesh import Mesh, with_room, without_gaps
 from dmc_cli.processing.remeshing.sweep import HEIGHT_LIMIT, PASSES, Rules, sweep_kernel
-from dmc_cli.processing.remeshing.work import CHANGES, CORE, GUESTS, JOURNAL, LINKS, PATCH, TALLIES, Work
-from dmc_cli.processing.tangent_step import make_scene
+from dmc_cli.processing.remeshing.work import CHANGES, CORE, JOURNAL, LINKS, PATCH, TALLIES, TRACKED, Work
+from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime.device import Device
 
@@ -102,10 +102,10 @@ class Rounds:
         self._mesh = _mesh_of(surface, halfedges, colors, frozen, device)
         freeze_fans(self._mesh, device)
         cell, local = self._mesh.cell, self._mesh.local
-        self._guests = lodge_vertices(surface.grid, self._mesh.vertex_halfedge, cell, local, device)
+        self._tracked = track_vertices(surface.grid, self._mesh.vertex_halfedge, cell, local, device)
         nothing = {"vertices": None, "vertex_cell": None, "vertex_local": None, "quads": None}
         self._origin = replace(surface, quad_starts=None, **nothing)
-        self._scene = make_scene(surface)
+        self._context = make_context(surface)
         self._device = device
 
     def run(self, rounds: int, progress: Progress = SILENT) -> Improved:
@@ -118,7 +118,7 @@ class Rounds:
             if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
                 self._relax(1 if turn + 1 < rounds else RELAXED_LAST)
         for turn in range(MOST_MENDINGS):
-            high = mark_high(self._mesh, self._scene, self._device)
+            high = mark_high(self._mesh, self._context, self._device)
             if turn >= MENDINGS and self._device.total(high) == 0:
                 break
             self._mend(high, turn)
@@ -138,7 +138,7 @@ class Rounds:
     def _relax(self, steps: int) -> None:
         """Take some steps of smoothing."""
         surface, halfedges = _surface_of(self._mesh, self._origin), _halfedges_of(self._mesh, self._device)
-        found = relax(surface, halfedges, steps, guests=self._guests)
+        found = relax(surface, halfedges, steps, tracked=self._tracked)
         self._mesh = replace(
             self._mesh, position=found.vertices, cell=found.vertex_cell, local=found.vertex_local
         )
@@ -146,13 +146,13 @@ class Rounds:
     def _sweep(self, rules: Any) -> int:
         """Sweep over the mesh once; return how many operations were done."""
         device, grid, mesh = self._device, self._origin.grid, self._mesh
-        self._guests = with_nearer_hosts(self._guests, grid, mesh, device)
+        self._tracked = with_nearer_quads(self._tracked, grid, mesh, device)
         blocks = make_blocks(mesh, grid, rules.round, device)
         vertices, quads = mesh.vertex_count, mesh.quad_count
         del mesh
         self._mesh = with_room(self._mesh, blocks.spare, device)
         work = self._work(blocks, vertices)
-        inputs = [self._scene, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
+        inputs = [self._context, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
         for visits in _portions(blocks, PASSES):
             device.launch(sweep_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
         done = int(work.tally.numpy()[:, CHANGES].sum())
@@ -173,7 +173,7 @@ class Rounds:
         del mesh
         self._mesh = with_room(self._mesh, blocks.spare, device)
         work = self._work(blocks, vertices)
-        inputs = [self._scene, blocks.starts, blocks.items, high, limits]
+        inputs = [self._context, blocks.starts, blocks.items, high, limits]
         for visits in _portions(blocks, MEND_PASSES):
             device.launch(mend_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
         del work, blocks, inputs
@@ -181,16 +181,16 @@ class Rounds:
 
     def _close_gaps(self) -> None:
         """Leave out what has gone."""
-        self._mesh, host = without_gaps(self._mesh, self._guests.host, self._device)
-        self._guests = replace(self._guests, host=host)
+        self._mesh, nearest_quad = without_gaps(self._mesh, self._tracked.nearest_quad, self._device)
+        self._tracked = replace(self._tracked, nearest_quad=nearest_quad)
 
     def _work(self, blocks: Blocks, vertices: int) -> Any:
-        """Return the kernels' view of the mesh, which has room, and guests with benches for the blocks."""
-        work, mesh, guests = Work(), self._mesh, self._guests
+        """Return the kernels' view of the mesh, which has room, of tracked points, and a bench a block."""
+        work, mesh, tracked = Work(), self._mesh, self._tracked
         count, device = blocks.count, self._device
-        work.normal, work.sense = find_normals(mesh, self._scene, device), self._origin.sense
-        work.guest_point, work.host = guests.point, guests.host
-        work.first_guest, work.next_guest = list_guests(guests, mesh.quad_count, device)
+        work.normal, work.sense = find_normals(mesh, self._context, device), self._origin.sense
+        work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
+        work.first_point, work.next_point = list_points(tracked, mesh.quad_count, device)
         work.corners, work.twin, work.quad_gone = mesh.corners, mesh.twin, mesh.quad_gone
         work.vertex_halfedge, work.valence = mesh.vertex_halfedge, mesh.valence
         work.vertex_gone = mesh.vertex_gone
@@ -199,7 +199,7 @@ class Rounds:
         work.journal_place = device.empty((count, JOURNAL), wp.int64)
         work.journal_value = device.empty((count, JOURNAL), wp.int32)
         work.chain = device.empty((count, LINKS), wp.int32)
-        work.guest, work.new_host = (device.empty((count, GUESTS), wp.int32) for _ in range(2))
+        work.listed, work.new_nearest = (device.empty((count, TRACKED), wp.int32) for _ in range(2))
         work.core_valence = device.empty((count, CORE), wp.int32)
         work.core = device.empty((count, CORE), wp.int32)
         work.core_cell = device.empty((count, CORE), wp.int64)

@@ -1,4 +1,4 @@
-"""A sweep of the further simplification: each block tries operations at its irregular vertices.
+"""Sweep over the blocks of a round: each tries operations at its irregular vertices.
 
 An operation is drawn by chance, followed by a chain of rotations or not (`chains.py`), and kept if it
 lowers the energy, the sum of (valence - 4)^2 and 0.6 times the sum of 1 - shape (equation 9 of Grosso & Zint
@@ -29,7 +29,6 @@ from dmc_cli.processing.remeshing.checks import (
     measure_patch,
     quads_removed,
 )
-from dmc_cli.processing.remeshing.guests import lodge_guests
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core, smooth_core
 from dmc_cli.processing.remeshing.operations import (
     DOUBLETS,
@@ -38,6 +37,7 @@ from dmc_cli.processing.remeshing.operations import (
     open_quad,
     rotate_edge,
 )
+from dmc_cli.processing.remeshing.tracked_points import assign_points
 from dmc_cli.processing.remeshing.work import (
     CHANGES,
     LEFT,
@@ -57,7 +57,7 @@ from dmc_cli.processing.remeshing.work import (
     redo,
     undo,
 )
-from dmc_cli.processing.tangent_step import Scene
+from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -208,7 +208,7 @@ def measure_before(work: Work, b: wp.int32) -> wp.vec4:
 
 
 @wp.func
-def try_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4):
+def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4):
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
     fresh = work.tally[b, SPARE_VERTEX]
@@ -218,22 +218,28 @@ def try_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32, before
     gather_patch(work, b)
     for stage in range(2):
         if stage == 1 and not has_failed(work, b):
-            settle_core(scene, work, b)
+            settle_core(context, work, b)
         if not has_failed(work, b) and (stage == 1 or irregularity_change(work, b) >= 0):
             if is_worse(measure_patch(work, b), budget, before[1], before[2]):
                 fail(work, b)
     if not has_failed(work, b):
-        if float(folded_sides(work, b)) > before[3] or highest_of_patch(scene, work, b) > HEIGHT_LIMIT:
+        if float(folded_sides(work, b)) > before[3] or highest_of_patch(context, work, b) > HEIGHT_LIMIT:
             fail(work, b)
     if not has_failed(work, b):
-        lodge_guests(scene, work, b)
+        assign_points(context, work, b)
     if has_failed(work, b):
         restore_places(work, b)
 
 
 @wp.func
 def attempt(
-    scene: Scene, work: Work, b: wp.int32, v: wp.int32, rules: Rules, number: wp.uint32, last: wp.vec2i
+    context: SurfaceContext,
+    work: Work,
+    b: wp.int32,
+    v: wp.int32,
+    rules: Rules,
+    number: wp.uint32,
+    last: wp.vec2i,
 ):
     """Try one operation at a vertex: afterwards it is done, or nothing has changed."""
     begin(work, b)
@@ -244,7 +250,7 @@ def attempt(
         if cost > margin + GEOMETRY_CAN_GIVE or not is_core_sound(work, b):
             fail(work, b)
         else:
-            judge_places(scene, work, b, margin - cost)
+            judge_places(context, work, b, margin - cost)
     if has_failed(work, b):
         undo(work, b)
     else:
@@ -254,7 +260,7 @@ def attempt(
 
 
 @wp.func
-def judge_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32):
+def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32):
     """Fail unless the shapes round an operation cost no more than `budget`, against before."""
     before = measure_before(work, b)
     whole = budget + SHAPE_WEIGHT * before[0]
@@ -263,33 +269,39 @@ def judge_places(scene: Scene, work: Work, b: wp.int32, budget: wp.float32):
     if whole < 0.0:
         fail(work, b)
     if not has_failed(work, b):
-        try_places(scene, work, b, whole, before)
+        try_places(context, work, b, whole, before)
 
 
 @wp.func
-def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, turned: wp.float32) -> wp.bool:
+def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, inverted: wp.float32) -> wp.bool:
     """Return whether a patch costs more than it may, has a worse quad than before, or a new fold."""
     worse = SHAPE_WEIGHT * after[0] > budget
     worse = worse or after[1] < wp.min(least, SHAPE_FLOOR)
-    return worse or after[2] > turned
+    return worse or after[2] > inverted
 
 
 @wp.func
 def try_vertex(
-    scene: Scene, work: Work, b: wp.int32, v: wp.int32, rules: Rules, turn: wp.int32, last: wp.vec2i
+    context: SurfaceContext,
+    work: Work,
+    b: wp.int32,
+    v: wp.int32,
+    rules: Rules,
+    turn: wp.int32,
+    last: wp.vec2i,
 ):
     """Try operations at a vertex as long as it is there and irregular."""
     for n in range(rules.tries):
         if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
             seed = scrambled(wp.uint32((rules.round * PASSES + turn) * rules.tries + n))
-            attempt(scene, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
+            attempt(context, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
 
 
 @wp.kernel
 def sweep_kernel(
     # In:
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     rules: Rules,
     starts: wp.array(dtype=wp.int32),
     items: wp.array(dtype=wp.int32),
@@ -314,4 +326,4 @@ def sweep_kernel(
     count = starts[b + 1] - starts[b]
     for visit in range(begin, wp.min(end, PASSES * count)):
         turn = visit // count
-        try_vertex(scene, work_inout, b, items[starts[b] + visit - turn * count], rules, turn, last)
+        try_vertex(context, work_inout, b, items[starts[b] + visit - turn * count], rules, turn, last)

@@ -1,4 +1,4 @@
-"""What the further simplification works on: a mesh in blocks, and a bench for each block.
+"""Hold what remeshing works on: a mesh in blocks, and a bench for each block.
 
 A *block* is a set of quads that one thread works on. A vertex is a block's own if all its quads are the
 block's; only own vertices and their quads are read or changed, so blocks never meet.
@@ -25,8 +25,8 @@ CORE = 40
 PATCH = 144
 """Quads round these vertices at most."""
 
-GUESTS = 320
-"""Guests of these quads at most."""
+TRACKED = 320
+"""TrackedPoints of these quads at most."""
 
 LINKS = 12
 """Rotations that one operation may be followed by at most."""
@@ -46,9 +46,9 @@ LONGEST_RING = 32
 class Work:
     """A mesh and the benches of its blocks.
 
-    Of halfedges corners and twin; of quads quad_gone and first_guest; of vertices vertex_halfedge to
-    vertex_block (-1: nobody's); of guests guest_point, host and next_guest; of blocks and places on the
-    bench the others. `sense` is 1 if quads face along the gradient of F, else -1.
+    Of halfedges corners and twin; of quads quad_gone and first_point; of vertices vertex_halfedge to
+    vertex_block (-1: nobody's); of tracked points tracked_point, nearest_quad and next_point; of blocks and
+    places on the bench the others. `sense` is 1 if quads face along the gradient of F, else -1.
     """
 
     corners: wp.array(dtype=wp.int32)
@@ -62,10 +62,10 @@ class Work:
     local: wp.array(dtype=wp.vec3)
     normal: wp.array(dtype=wp.vec3)
     vertex_block: wp.array(dtype=wp.int32)
-    first_guest: wp.array(dtype=wp.int32)
-    guest_point: wp.array(dtype=wp.vec3)
-    host: wp.array(dtype=wp.int32)
-    next_guest: wp.array(dtype=wp.int32)
+    first_point: wp.array(dtype=wp.int32)
+    tracked_point: wp.array(dtype=wp.vec3)
+    nearest_quad: wp.array(dtype=wp.int32)
+    next_point: wp.array(dtype=wp.int32)
     journal_place: wp.array2d(dtype=wp.int64)
     journal_value: wp.array2d(dtype=wp.int32)
     core: wp.array2d(dtype=wp.int32)
@@ -76,8 +76,8 @@ class Work:
     core_local: wp.array2d(dtype=wp.vec3)
     core_normal: wp.array2d(dtype=wp.vec3)
     patch: wp.array2d(dtype=wp.int32)
-    guest: wp.array2d(dtype=wp.int32)
-    new_host: wp.array2d(dtype=wp.int32)
+    listed: wp.array2d(dtype=wp.int32)
+    new_nearest: wp.array2d(dtype=wp.int32)
     tally: wp.array2d(dtype=wp.int32)
     sense: wp.float32
 

@@ -1,4 +1,4 @@
-"""What a compressed image says of itself in its first markers, before a decoder allocates what it says.
+"""Read what a compressed image says of itself in its first markers, before a decoder believes it.
 
 JPEG and JPEG-LS: the frame header SOFn of ISO/IEC 10918-1, B.2.2, and SOF55 of ISO/IEC 14495-1. JPEG 2000
 and HTJ2K: the segment of image and tile size of ISO/IEC 15444-1, A.5.1.

@@ -1,4 +1,4 @@
-"""Compressed or otherwise unusual pixel data, decoded by pydicom and its plugins."""
+"""Decode compressed or otherwise unusual pixel data, by pydicom and its plugins."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice

@@ -1,4 +1,4 @@
-"""DICOM whose data set is deflated (PS3.5, A.5): read as if it were not, and no further than is asked for.
+"""Read DICOM whose data set is deflated (PS3.5, A.5) as if it were not, no further than is asked for.
 
 pydicom unpacks such a file as a whole, whatever comes out of it.
 """

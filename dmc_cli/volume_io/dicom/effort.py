@@ -1,4 +1,4 @@
-"""What the headers of an input may take in all: pydicom spends microseconds on each of their pieces.
+"""Bound what the headers of an input take in all: pydicom spends microseconds on each of their pieces.
 
 A zip of a few hundred kilobytes holds millions of pieces, or gigabytes, of zeros. An honest header has a few
 hundred elements, and its zip holds some bytes for each.

@@ -1,4 +1,4 @@
-"""Single elements of a DICOM header, from the bytes that pydicom found, without its conversions.
+"""Read single elements of a DICOM header, from the bytes that pydicom found, without its conversions.
 
 A slice needs some twenty of hundreds of elements. Converting them here costs a tenth of pydicom's own
 conversion and gives no warnings on values that break the standard's rules but are clear.

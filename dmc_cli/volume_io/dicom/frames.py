@@ -1,4 +1,4 @@
-"""One DICOM file to its frames: where each image lies in space, and what its values mean.
+"""Split a DICOM file into its frames: where each image lies in space, and what its values mean.
 
 Single-frame images tell this in their own elements, enhanced ones in functional groups, shared by all
 frames or one a frame; dose grids and nuclear medicine have offsets from the first frame.

@@ -1,4 +1,4 @@
-"""A stack's slices to an affine: their true positions, tilt and all, with nothing resampled.
+"""Find the affine of a stack's slices: their true positions, tilt and all, with nothing resampled.
 
 The third axis runs from the first slice to the last, so a tilted gantry becomes a shear. Slices at
 uneven distances keep them in a table of positions. What looks like a missing slice or like two slices

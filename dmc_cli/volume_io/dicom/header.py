@@ -1,4 +1,4 @@
-"""A DICOM file's header: found without pydicom where it is plain, by pydicom where it is not."""
+"""Find a DICOM file's header: without pydicom where it is plain, by pydicom where it is not."""
 
 import struct
 import warnings

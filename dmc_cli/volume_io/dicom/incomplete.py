@@ -1,4 +1,4 @@
-"""DICOM files without pixel data: plans and reports that never had any, and images that were cut short."""
+"""Tell DICOM files that never had pixel data, as plans and reports, from images that were cut short."""
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.dicom import elements

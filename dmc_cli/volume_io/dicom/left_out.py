@@ -1,4 +1,4 @@
-"""How a message tells what was left out."""
+"""Tell in a message what was left out."""
 
 MOST_NAMED = 3
 """Things that a message names of those that were left out; the rest it counts."""

@@ -1,4 +1,4 @@
-"""The slices' values in one array: read or decoded in threads, straight to where they belong."""
+"""Put the slices' values into one array: read or decoded in threads, straight to where they belong."""
 
 import sys
 import warnings

@@ -1,4 +1,4 @@
-"""DICOM: a folder tree, a zip of one, or a file with many frames, to one volume; world axes LPS.
+"""Read DICOM: a folder tree, a zip of one, or a file with many frames, to one volume; world axes LPS.
 
 Steps: find the files, read their headers, turn them into frames, the frames into stacks, choose one,
 lay out its slices, read their values.

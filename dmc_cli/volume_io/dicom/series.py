@@ -1,4 +1,4 @@
-"""Frames to stacks, each a volume of its own: by series, size, orientation, and what tells copies apart.
+"""Sort frames into stacks, each a volume: by series, size, orientation, and what tells copies apart.
 
 Localizers, dose reports and other single images fall out by geometry: a volume has slices in at least
 two places. Where several stacks are left, the user chooses.

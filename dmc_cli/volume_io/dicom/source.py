@@ -1,4 +1,4 @@
-"""Where DICOM files come from: a folder tree, a zip of one, a DICOMDIR, a single file.
+"""Find DICOM files: in a folder tree, a zip of one, by a DICOMDIR, or a single file.
 
 Links are followed as far as they stay in the folder, and no folder is entered twice (`within.py`). What
 entries of a zip may be is told by `zip_archive.py`.

@@ -1,4 +1,4 @@
-"""Entries of a zip with DICOM: which of them can be what they claim, and their first bytes.
+"""Look at the entries of a zip with DICOM: which can be what they claim, and their first bytes.
 
 A zip is read entry by entry and never unpacked. An entry that claims to be larger than its packed bytes can
 hold, or whose name leads out of the zip, is not touched; a zip whose entries share bytes is refused.

@@ -1,4 +1,4 @@
-"""Where a NRRD header puts its grid: space directions, or spacings, or axis mins and maxs.
+"""Find where a NRRD header puts its grid: space directions, or spacings, or axis mins and maxs.
 
 Named spaces become RAS or LPS; a left-handed or scanner space, or none, keeps the header's own coordinates
 with space none.

@@ -1,4 +1,4 @@
-"""A NRRD header's text: its fields, and the numbers, vectors and lists in them."""
+"""Parse a NRRD header's text: its fields, and the numbers, vectors and lists in them."""
 
 import re
 from pathlib import Path

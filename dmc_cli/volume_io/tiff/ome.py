@@ -1,4 +1,4 @@
-"""What the XML of an OME-TIFF promises, looked at before tifffile believes it: planes, files, lengths.
+"""Check what the XML of an OME-TIFF promises before tifffile believes it: planes, files, lengths.
 
 tifffile makes a list entry for each plane that the XML names, and opens whatever file it names.
 """

@@ -1,4 +1,4 @@
-"""TIFF stacks: a file with many pages, or a folder of single ones in the order of their numbers.
+"""Read TIFF stacks: a file with many pages, or a folder of single ones in the order of their numbers.
 
 Read through tifffile, an extra. Spacing comes from ImageJ's or OME's metadata where the file has it,
 else from the settings; space none.

@@ -1,4 +1,4 @@
-"""The chunks of a Zarr array: found in its folder, looked at, unpacked side by side into the volume.
+"""Unpack the chunks of a Zarr array: found in its folder, looked at, unpacked side by side.
 
 Files are looked at and not the grid: an array may promise any number of chunks that are not there.
 """

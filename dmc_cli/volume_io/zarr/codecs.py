@@ -1,4 +1,4 @@
-"""How a chunk of a Zarr array is packed, and unpacked: by codecs of a list, to no more than it can hold.
+"""Unpack a chunk of a Zarr array by codecs of a list, to no more than it can hold.
 
 A codec that is not on the list is refused before a byte of a chunk is looked at: numcodecs knows some that
 run code (pickle) or make other things than numbers.

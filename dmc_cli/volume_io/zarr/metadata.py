@@ -1,4 +1,4 @@
-"""What a Zarr store says of an array, read once and checked: nothing else decides how chunks are unpacked.
+"""Read and check what a Zarr store says of an array, once: nothing else decides how chunks are unpacked.
 
 Version 2 (.zarray, .zgroup, .zattrs) and version 3 (zarr.json) of the Zarr specification. Consolidated
 metadata repeat these files and are not read, so they cannot contradict them.

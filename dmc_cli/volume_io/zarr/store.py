@@ -1,4 +1,4 @@
-"""Zarr arrays and OME-Zarr images: a folder, unpacked by numcodecs, an extra; space none.
+"""Read Zarr arrays and OME-Zarr images: a folder, unpacked by numcodecs, an extra; space none.
 
 Of an OME-Zarr image the finest level is read, with the scale and the units of its metadata. Axes before
 the last three count volumes.

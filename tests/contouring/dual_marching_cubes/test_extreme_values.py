@@ -165,7 +165,7 @@ def test_a_range_beyond_float64_has_a_surface(extract, isovalue):
 
 @pytest.mark.parametrize("placement", ["exact", "sampled", "iterative", "centroid"])
 def test_a_vertex_outside_its_cell_is_never_kept(extract, placement, monkeypatch):
-    monkeypatch.setattr(stages, "absent_value", lambda *_: math.nan)
+    monkeypatch.setattr(stages, "nodata_value", lambda *_: math.nan)
     values = block("float32", nodes=6).values.copy()
     values[2, 3, 2] = np.nan
     with pytest.raises(MeshInvariantError, match=r"vertex \d+ lies at \(.*\) of its cell, one of \d+"):

@@ -6,7 +6,7 @@ import warp as wp
 
 from dmc_cli.contouring import upload_volume
 from dmc_cli.contouring.dual_marching_cubes.classification import find_inside
-from dmc_cli.field.field import absent_value, make_field
+from dmc_cli.field.field import make_field, nodata_value
 from dmc_cli.field.grid import grid_of
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings
@@ -138,7 +138,7 @@ def test_without_data_a_node_is_as_far_as_the_extreme_off_the_object(inside, exp
     volume = volume_of(values, slope=slope)
     uploaded = upload_volume(volume, select_device("cpu", 1))
     field = make_field(uploaded, SurfaceSettings(isovalue=10.0, inside=inside, border="closed"))
-    assert absent_value(volume, field) == expected
+    assert nodata_value(volume, field) == expected
     assert (field.sign, field.outside) == (slope, -1.0 if inside == "above" else 1.0)
 
 
@@ -147,7 +147,7 @@ def test_where_all_nodes_are_without_data_one_is_a_unit_off_the_object():
     uploaded = upload_volume(volume, select_device("cpu", 1))
     for inside, expected in (("above", -1.0), ("below", 1.0)):
         field = make_field(uploaded, SurfaceSettings(isovalue=0.0, inside=inside))
-        assert absent_value(volume, field) == expected
+        assert nodata_value(volume, field) == expected
 
 
 @pytest.mark.parametrize(

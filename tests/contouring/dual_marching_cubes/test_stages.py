@@ -52,7 +52,7 @@ def test_the_level_that_is_cut(dtype, slope, intercept, isovalue, expected):
     volume = volume_of(np.zeros((2, 2, 2), dtype), slope=slope, intercept=intercept)
     assert stored_isovalue(volume, isovalue) == expected
     field = make_field(upload_volume(volume, DEVICE), SurfaceSettings(isovalue=isovalue))
-    assert (field.isovalue, field.sign, field.has_absent) == (expected, np.sign(slope), 0)
+    assert (field.isovalue, field.sign, field.has_nodata) == (expected, np.sign(slope), 0)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -68,7 +68,7 @@ def test_two_edges_to_one_vertex_are_refused(device):
     assert mesh.arrays.valence.numpy()[:5].tolist() == [3, 5, 3, 5, 8]
     assert judged(mesh, 0) == ([-1], 1)
     merged = np.where(quads == 2, 0, quads)[1:]
-    assert plain_crowded_edges(merged) == 1, "the rule prevents a crowded vertex pair"
+    assert plain_crowded_edges(merged) == 1, "the rule prevents a non-manifold edge"
 
 
 @pytest.mark.parametrize("side", range(4))

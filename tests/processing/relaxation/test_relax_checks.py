@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from dmc_cli.processing.relaxation.relax_checks import Ring, Spots, check_kernel
-from dmc_cli.processing.tangent_step import make_scene
+from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from tests import shapes
@@ -17,14 +17,14 @@ HEIGHT = 2.5
 
 
 @pytest.fixture(scope="module")
-def scene():
+def context():
     """A surface that is the plane z = 2.5, below which the object is."""
     values = np.broadcast_to(HEIGHT - np.arange(6, dtype=np.float32)[:, None, None], (6, 9, 12))
-    return make_scene(extract_on("cpu", volume_of(values), SurfaceSettings(isovalue=0.0)))
+    return make_context(extract_on("cpu", volume_of(values), SurfaceSettings(isovalue=0.0)))
 
 
 @pytest.fixture
-def check(scene):
+def check(context):
     """Look at the quads of a flat strip of six after its vertices moved; return those that fail."""
 
     def call(moved, *, strict=False, normal=0.0, before=None, touched=None, shape=1.0, floor=0.0):
@@ -41,7 +41,7 @@ def check(scene):
         shapes_now = wp.array(np.broadcast_to(np.float32(shape), 6).copy(), dtype=wp.float32)
         floors = wp.array(np.full(count, floor, np.float32), dtype=wp.float32)
         inputs = [
-            scene,
+            context,
             ring,
             now,
             then,

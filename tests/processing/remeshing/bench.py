@@ -228,7 +228,7 @@ def worse_kernel(
 def ring_of(numbers: wp.array2d(dtype=wp.float32), n: wp.int32) -> Measures:
     ring = Measures()
     ring.shape = numbers[n, 0]
-    ring.turned = numbers[n, 1]
+    ring.inverted = numbers[n, 1]
     ring.folds = wp.int32(numbers[n, 2])
     ring.height = numbers[n, 3]
     ring.excess = numbers[n, 4]

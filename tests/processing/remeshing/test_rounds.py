@@ -15,12 +15,12 @@ from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
 from dmc_cli.mesh.valences import irregular_percent
-from dmc_cli.processing.distance_guard import FARTHEST, lodge_vertices
+from dmc_cli.processing.distance_guard import FARTHEST, track_vertices
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.processing.relaxation.relax import relax
 from dmc_cli.processing.remeshing import rounds
 from dmc_cli.processing.remeshing.rounds import remesh
-from dmc_cli.processing.tangent_step import Scene, make_scene
+from dmc_cli.processing.tangent_step import SurfaceContext, make_context
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
 from dmc_cli.volume_io.read import read_volume
@@ -195,27 +195,29 @@ def high_quads(surface):
     centres = index_positions(surface)[surface.quads.numpy()].mean(axis=1)
     device = surface.device
     distance = device.empty(len(centres), wp.float32)
-    inputs = [make_scene(surface), wp.array(centres, dtype=wp.vec3d, device=device.name)]
+    inputs = [make_context(surface), wp.array(centres, dtype=wp.vec3d, device=device.name)]
     device.launch(distances_kernel, len(centres), inputs, [distance])
     return int((distance.numpy() > 0.5).sum())
 
 
 @wp.func
-def value_at(scene: Scene, x: wp.vec3d) -> wp.float32:
-    point = point_at(scene.grid, x)
-    f = single_precision(cell_values(scene.field, scene.grid, point.cell[0], point.cell[1], point.cell[2]))
+def value_at(context: SurfaceContext, x: wp.vec3d) -> wp.float32:
+    point = point_at(context.grid, x)
+    f = single_precision(
+        cell_values(context.field, context.grid, point.cell[0], point.cell[1], point.cell[2])
+    )
     return trilinear_value(f, point.local[0], point.local[1], point.local[2])
 
 
 @wp.kernel
 def distances_kernel(
     first: wp.int32,
-    scene: Scene,
+    context: SurfaceContext,
     point: wp.array(dtype=wp.vec3d),
     distance_out: wp.array(dtype=wp.float32),
 ):
     n = first + wp.tid()
-    here = value_at(scene, point[n])
+    here = value_at(context, point[n])
     best = wp.where(here == 0.0, 0.0, 9.0)
     for reach in range(1, 11):
         side = wp.where(best < 9.0, 0, 2 * reach + 1)
@@ -224,20 +226,20 @@ def distances_kernel(
             if wp.max(wp.abs(i[0]), wp.max(wp.abs(i[1]), wp.abs(i[2]))) == reach:
                 way = wp.vec3d(wp.float64(i[0]), wp.float64(i[1]), wp.float64(i[2])) * wp.float64(0.05)
                 length = wp.float32(wp.length(way))
-                is_across = here * value_at(scene, point[n] + way) <= 0.0
+                is_across = here * value_at(context, point[n] + way) <= 0.0
                 if is_across and length <= 0.5:
                     best = wp.min(best, length)
     distance_out[n] = best
 
 
-def test_a_guest_stays_with_a_host_within_reach(extract):
+def test_a_tracked_point_stays_with_a_nearest_quad_within_reach(extract):
     before = by_patterns(extract(smooth_noise(32, 1.0), border="closed", threads=2))
     surface, halfedges = before
     places = (surface.vertex_cell, surface.vertex_local)
-    guests = lodge_vertices(surface.grid, halfedges.vertex_halfedge, *places, surface.device)
-    relaxed = relax(*before, 5, guests=guests)
-    corners = index_positions(relaxed)[relaxed.quads.numpy()[guests.host.numpy()]]
-    gaps = points_of(corners, 3) - guests.point.numpy()[:, None, :]
+    tracked = track_vertices(surface.grid, halfedges.vertex_halfedge, *places, surface.device)
+    relaxed = relax(*before, 5, tracked=tracked)
+    corners = index_positions(relaxed)[relaxed.quads.numpy()[tracked.nearest_quad.numpy()]]
+    gaps = points_of(corners, 3) - tracked.point.numpy()[:, None, :]
     assert np.linalg.norm(gaps, axis=2).min(axis=1).max() <= FARTHEST + 1e-4
 
 
@@ -295,14 +297,14 @@ def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings
     monkeypatch.setattr(rounds.Rounds, "_mend", mend)
     monkeypatch.setattr(Device, "launch", launch)
     monkeypatch.setattr(
-        rounds, "mark_high", lambda mesh, scene, device: wp.full(mesh.vertex_count, 1, wp.uint8)
+        rounds, "mark_high", lambda mesh, context, device: wp.full(mesh.vertex_count, 1, wp.uint8)
     )
     remesh(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == list(range(8))
     assert told[1::2] == [("may fold", int(turn >= 3), 0.35) for turn in range(8)]
     told.clear()
     monkeypatch.setattr(
-        rounds, "mark_high", lambda mesh, scene, device: device.zeros(mesh.vertex_count, wp.uint8)
+        rounds, "mark_high", lambda mesh, context, device: device.zeros(mesh.vertex_count, wp.uint8)
     )
     remesh(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == [0, 1, 2]

@@ -1,4 +1,4 @@
-"""The halfedge structure of a quad mesh (Grosso & Zint 2021, section 3.2), from the grid.
+"""Build the halfedge structure of a surface from its grid (Grosso & Zint 2021, section 3.2).
 
 Conventions: halfedge 4q + c belongs to corner c of quad q. It starts at the vertex there (its origin) and
 ends at the one of corner c + 1, where the next halfedge of the quad starts. So origin, face, next and the

@@ -1,4 +1,4 @@
-"""Twins from the grid: no hash, no sort, no guess.
+"""Find the twins of halfedges from the grid: no hash, no sort, no guess.
 
 A mesh edge is dual to a segment in a cell face, and the segment joins two of the face's grid edges. The
 twin of the halfedge on that side of the quad round one of them is the halfedge on that side of the quad
@@ -51,7 +51,7 @@ def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, 
     count = surface.quads.shape[0]
     twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
     inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
-    inputs += [surface.field.has_absent, words, surface.quad_starts, surface.quads]
+    inputs += [surface.field.has_nodata, words, surface.quad_starts, surface.quads]
     device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_CHUNK)
     return twins, defects
 
@@ -164,7 +164,7 @@ def joins_same(quads: wp.array(dtype=wp.vec4i), h: wp.int32, other: wp.int32) ->
 
 
 @wp.func
-def is_crowded(
+def is_nonmanifold(
     grid: Grid,
     words: wp.array2d(dtype=QuadWord),
     quads: wp.array(dtype=wp.vec4i),
@@ -185,11 +185,11 @@ def is_crowded(
 
 
 @wp.func
-def inner_nodes(grid: Grid, has_absent: wp.int32, row: wp.int32, w: wp.int32) -> wp.uint32:
+def inner_nodes(grid: Grid, has_nodata: wp.int32, row: wp.int32, w: wp.int32) -> wp.uint32:
     """Return the nodes of a word round which all crossed edges have quads: two steps from the grid's ends."""
     k = row / grid.ny
     j = row - k * grid.ny
-    if has_absent == 1 or j < 2 or k < 2 or j > grid.ny - 3 or k > grid.nz - 3:
+    if has_nodata == 1 or j < 2 or k < 2 or j > grid.ny - 3 or k > grid.nz - 3:
         return wp.uint32(0)
     return low_bits(grid.nx - 2 - 32 * w) & ~low_bits(2 - 32 * w)
 
@@ -233,7 +233,7 @@ def find_with_care(
                 face = face_on_side(grid, bits, special, axis, node, side)
                 h = halfedge_at(grid, words, is_reversed, face, joined_place(face, side ^ 1))
                 t[side ^ turn] = h
-                if h < 0 or is_crowded(grid, words, quads, is_reversed, face, side ^ 1):
+                if h < 0 or is_nonmanifold(grid, words, quads, is_reversed, face, side ^ 1):
                     defects_out[q] = wp.uint8(1)
         twins_out[q] = t
 
@@ -246,7 +246,7 @@ def find_twins_kernel(
     bits: CellBits,
     special: SpecialCells,
     is_reversed: wp.int32,
-    has_absent: wp.int32,
+    has_nodata: wp.int32,
     words: wp.array2d(dtype=QuadWord),
     starts: wp.array(dtype=wp.int64),
     quads: wp.array(dtype=wp.vec4i),
@@ -273,7 +273,7 @@ def find_twins_kernel(
         if some != wp.uint32(0):
             q = wp.int32(word[3])
             forward = bits.inside[row, w] ^ turn
-            inner = inner_nodes(grid, has_absent, row, w)
+            inner = inner_nodes(grid, has_nodata, row, w)
             known = plain[n - start] | inner
             store_plain_twins(words, n, grid.words, grid.layer, known, forward, q, twins_out)
             if (some & ~plain[n - start]) != wp.uint32(0):

@@ -1,4 +1,4 @@
-"""A halfedge and the valence of ordinary cells' vertices, for all cells of a word.
+"""Find a halfedge and the valence of ordinary cells' vertices, for all cells of a word.
 
 The valences are counted for 32 cells at a time, digit by digit. Which of the candidates for the halfedge a
 vertex takes is as good as random: not a branch but a place in a table of the word.

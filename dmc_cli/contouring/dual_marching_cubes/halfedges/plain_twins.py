@@ -1,4 +1,4 @@
-"""Twins through faces that are not ambiguous, for all quads of a word of nodes.
+"""Find twins through faces that are not ambiguous, for all quads of a word of nodes.
 
 There each face has exactly one other edge with a quad: the parallel one, or one of the two across. So it is
 wherever all crossed edges of a face have quads and the face is not ambiguous; on an ambiguous one all three

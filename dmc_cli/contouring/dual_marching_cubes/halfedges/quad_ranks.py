@@ -1,4 +1,4 @@
-"""Quad numbers as ranks: the number of the quad round any grid edge, without a table of edges.
+"""Number quads by rank: the number of the quad round any grid edge, without a table of edges.
 
 Quads are numbered word by word of 32 nodes in grid order, in a word first those round edges along x, then y,
 then z, each by the edge's lower node (`quads.py`). So a word's three planes of bits (which of its nodes have

@@ -1,4 +1,4 @@
-"""What the grid knows of each vertex: an outgoing halfedge, and how many mesh edges meet there.
+"""Find an outgoing halfedge and the valence of each vertex, from the grid.
 
 The quads of a vertex go round the grid edges of its cell that its polygon crosses. All edges of an ordinary
 cell's polygon have quads, so its valence is the number of its crossed edges, and any of its halfedges will

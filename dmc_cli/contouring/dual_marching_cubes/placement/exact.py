@@ -1,4 +1,4 @@
-"""One vertex a polygon, exactly on the trilinear surface (`--placement exact`).
+"""Place a polygon's vertex exactly on the trilinear surface (`--placement exact`).
 
 From the mean of the polygon's crossings the trilinear equation is solved along the axis of the largest
 gradient component. Where that leaves the polygon's bounding box (about 0.1 % on scans, 1 % on noise) follow

@@ -1,4 +1,4 @@
-"""Vertices exactly on the surface, one by one: `--placement exact`.
+"""Place vertices exactly on the surface, one by one (`--placement exact`).
 
 On CPU `blocks` has placed nearly all before; what it left is placed here. On a GPU all are.
 """

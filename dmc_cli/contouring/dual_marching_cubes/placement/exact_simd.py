@@ -1,4 +1,4 @@
-"""Vertices on CPU: sixteen at a time, so that the compiler can use vector instructions.
+"""Place vertices on CPU sixteen at a time, so that the compiler can use vector instructions.
 
 The arithmetic is that of `placement`; only the loops are turned inside out. Corner values are gathered into
 lanes, and one loop without a branch places all lanes. Vertices that it cannot place get local coordinates
@@ -142,10 +142,10 @@ def place_block_kernel(
     us = placed.u
     vs = placed.v
     ws = placed.w
-    has_absent = field.has_absent
+    has_nodata = field.has_nodata
     left = int(0)
     for lane in range(LANES):
-        care = needs_care(has_absent, grid, ci[lane], cj[lane], ck[lane])
+        care = needs_care(has_nodata, grid, ci[lane], cj[lane], ck[lane])
         is_left = wp.where(us[lane] < 0.0, 1, far[lane]) | wp.where(care, 1, 0)
         us[lane] = wp.where(is_left == 1, -1.0, us[lane])
         left |= is_left

@@ -1,4 +1,4 @@
-"""One vertex a polygon by damped steps, as Grosso & Zint 2020 do it (`--placement iterative`, section 3.1.2).
+"""Place a polygon's vertex by damped steps (`--placement iterative`; Grosso & Zint 2020, section 3.1.2).
 
 From the mean of the polygon's crossings the vertex moves along the gradient of the trilinear interpolant
 towards the isosurface (their equation 3). The paper names a damping of 0.25 and five steps; this follows its

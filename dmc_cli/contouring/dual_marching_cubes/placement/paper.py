@@ -1,4 +1,4 @@
-"""Vertices where the papers put them: the kernel of `--placement sampled`, `iterative` and `centroid`.
+"""Place vertices as the papers do: the kernel of `--placement sampled`, `iterative` and `centroid`.
 
 None of the three keeps every vertex on the surface; they are here for the papers' numbers. So one plain
 kernel serves all cells, ordinary and special, on CPU and on CUDA.

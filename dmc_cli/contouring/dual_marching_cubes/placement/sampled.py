@@ -1,4 +1,4 @@
-"""One vertex a polygon by sampling, as Grosso & Zint 2021 do it (`--placement sampled`, section 3.1.2).
+"""Place a polygon's vertex by sampling (`--placement sampled`; Grosso & Zint 2021, section 3.1.2).
 
 Two coordinates run over the 7x7 interior points of a 9x9 lattice on the polygon's bounding box, the third
 follows from the trilinear equation (equation 3) and has to lie in the box too. The sample nearest to the

@@ -1,0 +1,56 @@
+"""List the formats of meshes: a file each for writing and reading, and a line here.
+
+Help texts, messages and the README's table are made from this list.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from dmc_cli.settings import OutputFormat
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshFormat:
+    """A format, and where its functions are, as `module:function`.
+
+    Attributes:
+        title: Its name.
+        suffix: The one that means it.
+        encode: From a `MeshFile` to chunks of bytes.
+        read: From a path to a `MeshInput`.
+        holds_normals: Whether there is a place for normals.
+        is_binary: Whether it is binary unless `--ascii` asks for text.
+    """
+
+    title: str
+    suffix: str
+    encode: str
+    read: str
+    holds_normals: bool = True
+    is_binary: bool = False
+
+
+FORMATS: dict[OutputFormat, MeshFormat] = {
+    "ply": MeshFormat(
+        title="PLY", suffix=".ply", encode="ply:encode_ply", read="read_ply:read_ply", is_binary=True
+    ),
+    "obj": MeshFormat(title="OBJ", suffix=".obj", encode="obj:encode_obj", read="read_obj:read_obj"),
+    "off": MeshFormat(
+        title="OFF", suffix=".off", encode="off:encode_off", read="read_off:read_off", holds_normals=False
+    ),
+}
+"""The formats by the words that `--output-format` has for them."""
+
+
+def function(place: str) -> Callable[..., Any]:
+    """Import and return the function at a place of `MeshFormat`."""
+    module, _, name = place.partition(":")
+    found: Callable[..., Any] = getattr(import_module(f"dmc_cli.mesh_io.{module}"), name)
+    return found
+
+
+def known_suffixes() -> list[str]:
+    """Return the suffixes that mean a format, in the order of the list."""
+    return [known.suffix for known in FORMATS.values()]
