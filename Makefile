@@ -14,7 +14,7 @@ SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup format lint types test test-all test-gpu test-faults fuzz mutants bench bench-gpu cov docs smoke ci clean
+.PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-gpu cov docs smoke ci clean
 
 # The Python that was named, or the first that is new enough, whatever it is called
 FIND_PYTHON = for name in $(or $(PYTHON),python3 python python3.13 python3.12 python3.11 python3.10 python3.14); do \
@@ -33,6 +33,10 @@ OTHER_PYTHON := other-python
 endif
 endif
 
+# With LOCKED=1 the versions are those that the tests last passed with, for the Python that there is
+LOCK_FILE = locks/$$($(PY) -c 'import sys; print("{}.{}".format(*sys.version_info))').txt
+LOCK = $(if $(LOCKED),--constraint $(LOCK_FILE))
+
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
@@ -42,11 +46,11 @@ $(PY): $(OTHER_PYTHON)
 
 # The stamps depend on pyproject.toml: a changed dependency is installed by the next make
 $(VENV)/.installed: pyproject.toml $(OTHER_PYTHON) | $(PY)
-	$(PY) -m pip install --quiet --disable-pip-version-check -e .
+	$(PY) -m pip install --quiet --disable-pip-version-check $(LOCK) -e .
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml $(OTHER_PYTHON) | $(PY)
-	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(PY) -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[dev]'
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed ## convert a real CT of a head and say where the mesh is
@@ -54,7 +58,10 @@ demo: $(VENV)/.installed ## convert a real CT of a head and say where the mesh i
 	$(BIN)/dmc convert sample_data/dicom/head_ct demo/skull.ply -i 300 --border closed --report demo/skull.json --force
 	@echo "the mesh is demo/skull.ply, its report demo/skull.json; any mesh viewer opens the mesh"
 
-setup: $(VENV)/.installed-dev ## create the environment with all that development needs
+setup: $(VENV)/.installed-dev ## create the environment with all that development needs; LOCKED=1: in the versions of locks/
+
+lock: $(VENV)/.installed-dev ## write down the versions that are installed
+	$(PY) -m pip freeze --exclude-editable --disable-pip-version-check > $(LOCK_FILE)
 
 format: $(VENV)/.installed-dev ## format the code and apply the safe fixes
 	$(BIN)/ruff format

@@ -8,7 +8,6 @@ is the least of its rounds. The goal is the start plus 1.5 times the decompressi
 """
 
 import argparse
-import json
 import os
 import subprocess
 import sys
@@ -16,7 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from cases import CASES, ROOT
+from cases import CASES
+from history import record
 
 from dmc_cli.volume.volume import Volume
 from dmc_cli.volume_io.volume_file import write_volume
@@ -77,7 +77,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--out", help="name of the result file, a .json in benchmarks/results")
+    parser.add_argument("--out", help="name of the history, a .jsonl in benchmarks/results")
     options = parser.parse_args()
     case = next(case for case in CASES if case.name.startswith("head CT"))
     volume = case.load()
@@ -94,9 +94,7 @@ def main() -> None:
     verdict = "met" if least["convert"] <= goal else "missed"
     print(f"  {'goal':<14} {goal:.2f}  (start + {FACTOR} x decompression): {verdict}")
     if options.out:
-        path = ROOT / "benchmarks" / "results" / f"{options.out}.json"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps({"seconds": found, "goal": goal}, indent=2) + "\n")
+        record(options.out, {"seconds": found, "goal": goal})
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ opening every file and reading it into new memory, one after the other. The goal
 
 import argparse
 import io
-import json
 import tempfile
 import time
 import zipfile
@@ -17,7 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pydicom
-from cases import ROOT, SHARED
+from cases import SHARED
+from history import record
 from pydicom.uid import generate_uid
 
 from dmc_cli.settings import ReadSettings
@@ -65,7 +65,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--out", help="name of the result file, a .json in benchmarks/results")
+    parser.add_argument("--out", help="name of the history, a .jsonl in benchmarks/results")
     options = parser.parse_args()
     archive = SHARED / "dicom_vhf_head.zip"
     if not archive.exists():
@@ -95,9 +95,7 @@ def main() -> None:
     verdict = "met" if megabytes / least["dmc"] >= GOAL else "missed"
     print(f"  goal           {megabytes / GOAL:.3f} s  {GOAL:5.0f} MB/s: {verdict}")
     if options.out:
-        path = ROOT / "benchmarks" / "results" / f"{options.out}.json"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps({"seconds": found, "megabytes": megabytes}, indent=2) + "\n")
+        record(options.out, {"seconds": found, "megabytes": megabytes})
 
 
 if __name__ == "__main__":

@@ -4,18 +4,18 @@
 
 Surface, halfedges, colouring, simplification (both patterns, safe rules, vertices back on the surface,
 colours kept proper) and normals, in one run on two threads with kernels warm. Rounds are interleaved; each
-figure is the least of its rounds. The goal is a ratio of 1. Writes benchmarks/results/NAME.md and .json.
+figure is the least of its rounds. The goal is a ratio of 1. Adds a line to benchmarks/results/NAME.jsonl and
+writes NAME.md anew.
 """
 
 import argparse
-import json
 import time
 import warnings
 
 import peers
 import warp as wp
-from cases import CASES, ROOT
-from surface import machine
+from cases import CASES
+from history import record
 
 from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
 from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
@@ -109,14 +109,7 @@ def main() -> None:
     text = table(results, device.name)
     print(text)
     if options.out:
-        facts = machine()
-        where = ROOT / "benchmarks" / "results"
-        where.mkdir(exist_ok=True)
-        head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
-        (where / f"{options.out}.md").write_text(
-            f"# Simplified meshes beside flying edges\n\n{head}\n\n{text}\n"
-        )
-        (where / f"{options.out}.json").write_text(json.dumps(facts | {"results": results}, indent=2) + "\n")
+        record(options.out, {"results": results}, "Simplified meshes beside flying edges", text)
 
 
 if __name__ == "__main__":

@@ -3,25 +3,18 @@
     python benchmarks/surface.py [--device cpu] [--threads 2] [--rounds 7] [--fast] [--out NAME]
 
 Rounds are interleaved, so that a machine that slows down slows all down, and short runs are repeated for
-`LEAST_SECONDS`; each figure is the least of its rounds. Writes benchmarks/results/NAME.md and .json.
+`LEAST_SECONDS`; each figure is the least of its rounds. Adds a line to benchmarks/results/NAME.jsonl and
+writes NAME.md anew.
 """
 
 import argparse
-import json
-import os
-import platform
-import subprocess
 import time
 import warnings
-from datetime import date
-from pathlib import Path
 
-import numpy as np
 import peers
-import skimage
-import vtk
 import warp as wp
-from cases import CASES, ROOT
+from cases import CASES
+from history import record
 
 from dmc_cli.contouring import extract_surface, upload_volume
 from dmc_cli.field.field import stored_isovalue
@@ -72,24 +65,6 @@ def measure(volume, isovalue: float, device, rounds: int, fast: bool) -> dict:
     return {"quads": counts["quads"], "seconds": least, "ratios": ratios, "all_seconds": times}
 
 
-def machine() -> dict:
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    models = [line.split(":")[1].strip() for line in lines if "model name" in line]
-    model = models[0] if models else platform.processor()
-    git = ["git", "rev-parse", "--short", "HEAD"]
-    commit = subprocess.run(git, capture_output=True, text=True, cwd=ROOT, check=False).stdout
-    return {
-        "date": date.today().isoformat(),
-        "processor": f"{model}, {os.cpu_count()} cores",
-        "commit": commit.strip(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "warp": wp.__version__,
-        "vtk": vtk.vtkVersion().GetVTKVersion(),
-        "scikit-image": skimage.__version__,
-    }
-
-
 def table(results: dict, device: str) -> str:
     lines = [
         "| volume | quads | dmc ms | " + " | ".join(f"{name} ms | ratio" for name in GOALS) + " |",
@@ -130,14 +105,7 @@ def main() -> None:
     text = table(results, f"{device.name}, {options.threads} thread(s)")
     print(text)
     if options.out:
-        facts = machine()
-        where = ROOT / "benchmarks" / "results"
-        where.mkdir(exist_ok=True)
-        head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
-        report = f"# Surface extraction beside its peers\n\n{head}\n\n{text}\n"
-        (where / f"{options.out}.md").write_text(report)
-        everything = json.dumps(facts | {"results": results}, indent=2)
-        (where / f"{options.out}.json").write_text(everything + "\n")
+        record(options.out, {"results": results}, "Surface extraction beside its peers", text)
 
 
 if __name__ == "__main__":

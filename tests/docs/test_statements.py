@@ -9,17 +9,18 @@ import pytest
 from dmc_cli import errors, settings
 from dmc_cli.cli.signals import Stopped
 from dmc_cli.files.atomic import part_of
-from dmc_cli.mesh_io.write import FORMATS
-from dmc_cli.volume_io.read import SUFFIXES
 from tests.docs.readme import README, ROOT
 
 TEXT = README.read_text("utf-8")
-PAGES = {name: (ROOT / name).read_text("utf-8") for name in ("docs/design.md", "docs/conventions.md")}
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
+    for path in sorted([*ROOT.glob("docs/**/*.md"), *ROOT.glob("*.md")])
+}
 STATUS = dict(re.findall(r"^\| ([\d, ]+) \| (.*) \|$", TEXT, re.MULTILINE))
 FILES = dict(re.findall(r"^\| (volumes|meshes|report) \| (.*) \|$", TEXT, re.MULTILINE))
 
 
-@pytest.mark.parametrize("text", [TEXT, *PAGES.values()], ids=["README.md", *PAGES])
+@pytest.mark.parametrize("text", PAGES.values(), ids=PAGES)
 def test_the_files_that_are_named_exist(text):
     known = {path.relative_to(ROOT).as_posix() for path in ROOT.glob("[dtb]*/**/*.py")}
     for name in set(re.findall(r"`([\w/]+\.py)", text)):
@@ -32,16 +33,6 @@ def test_every_status_is_told_and_no_other_one():
     signals = ", ".join(str(Stopped(number).exit_status) for number in (2, 15))
     assert set(STATUS) == raised | {signals}
     assert "an output is an input" in STATUS["2"]
-
-
-def test_the_formats_that_are_told_are_those_that_there_are():
-    volumes = FILES["volumes"]
-    for suffix in re.findall(r"\.[a-z]+(?:\.gz)?", volumes):
-        assert suffix in {*SUFFIXES, ".hdr", ".img"}, suffix
-    words = {"meta": "MetaImage", "numpy": ".npy", "dicom": "DICOM", "nifti": "NIfTI", "tiff": "TIFF"}
-    for name in get_args(settings.InputFormat):
-        assert words.get(name, name).lower() in volumes.lower(), name
-    assert all(name.upper() in FILES["meshes"] for name in FORMATS)
 
 
 def test_the_pythons_that_are_told_are_those_that_are_installed_on():

@@ -1,0 +1,42 @@
+"""The history of the benchmarks: a line of JSON for each run, the newest last, and a table of the newest."""
+
+import json
+import os
+import platform
+import subprocess
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from cases import ROOT
+
+RESULTS = ROOT / "benchmarks" / "results"
+PACKAGES = ("numpy", "warp-lang", "vtk", "scikit-image")
+
+
+def machine() -> dict:
+    """Return the day, the commit, the processor and the versions that a figure belongs to."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    models = [line.split(":")[1].strip() for line in lines if "model name" in line]
+    model = models[0] if models else platform.processor()
+    git = ["git", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(git, capture_output=True, text=True, cwd=ROOT, check=False).stdout
+    return {
+        "date": date.today().isoformat(),
+        "processor": f"{model}, {os.cpu_count()} cores",
+        "commit": commit.strip(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in PACKAGES},
+    }
+
+
+def record(name: str, found: dict[str, Any], title: str = "", table: str = "") -> None:
+    """Append a run to the history of its name; replace the table if there is one."""
+    facts = machine()
+    RESULTS.mkdir(exist_ok=True)
+    with (RESULTS / f"{name}.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(facts | found) + "\n")
+    if table:
+        head = "\n".join(f"- {key}: {value}" for key, value in facts.items())
+        (RESULTS / f"{name}.md").write_text(f"# {title}\n\n{head}\n\n{table}\n", encoding="utf-8")
