@@ -65,10 +65,11 @@ def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
         surface.vertex_local,
     ]
     if device.is_cpu and surface.depths.shape[0] == 0:
-        blocks = -(-surface.vertices.shape[0] // LANES)
+        blocks, grain = -(-surface.vertices.shape[0] // LANES), 2 * ITEMS_A_CHUNK // LANES
         left = device.empty(blocks, wp.int32)
-        device.launch(normal_block_kernel, blocks, inputs, [normals, left], 2 * ITEMS_A_CHUNK // LANES)
-        device.launch(normals_left_kernel, blocks, [*inputs, left], [normals], 2 * ITEMS_A_CHUNK // LANES)
+        device.launch(normal_block_kernel, blocks, inputs, [normals, left], grain)
+        # what is left lies close together: small chunks share it evenly
+        device.launch(normals_left_kernel, blocks, [*inputs, left], [normals], grain, longest=grain)
     else:
         device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_CHUNK)
     return normals

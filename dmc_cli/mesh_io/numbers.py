@@ -1,5 +1,6 @@
 """Read numbers out of text, many at a time."""
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,8 +40,10 @@ def parse_numbers(path: str, text: bytes) -> Array:
     if not text or text.isspace():
         return np.zeros(0)
     try:
-        return np.fromstring(text, sep=" ")
-    except ValueError:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # how NumPy before 2.3 tells the same
+            return np.fromstring(text, sep=" ")
+    except (ValueError, DeprecationWarning):
         word = next((w for w in text.split() if not _is_number(w)), b"")
         shown = word[:40].decode("ascii", "replace")
         raise MeshFileError(f"{path}: {shown!r} was found where a number was expected") from None

@@ -136,7 +136,7 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
         ("inputs = 'a'\nisovalue = " + "[" * 100_000, "is no TOML file: .*(nested|recursion)"),
         (
             "inputs = 'a'\nisovalue = 1\nrelax." + "a." * 2000 + "a = 1",
-            "relax is .*; expected a text or a number",
+            "relax is .*; expected a text or a number|is no TOML file",
         ),
         ("inputs = 'a'\nisovalue = 0x" + "f" * 9000, "digits.*; expected a shorter number"),
         ("#" + "x" * (4 << 20), "is longer than 4 MiB"),

@@ -4,6 +4,7 @@ import builtins
 import errno
 import io
 import os
+import pathlib
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,8 @@ def break_file(monkeypatch):
 
     monkeypatch.setattr(io, "open", opened)
     monkeypatch.setattr(builtins, "open", opened)
+    if hasattr(pathlib, "_NormalAccessor"):  # through which Python 3.10 opens paths
+        monkeypatch.setattr(pathlib._NormalAccessor, "open", staticmethod(opened))
     return lambda path, good: broken.update({os.path.realpath(path): good})
 
 
