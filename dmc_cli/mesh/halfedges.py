@@ -26,8 +26,7 @@ class Halfedges:
         quads: int32 vec4 (Q,), vertex numbers: the origins of halfedges 4q to 4q + 3.
         twin: int32 (4Q,), -1 on a boundary.
         vertex_halfedge: int32 (V,), a halfedge that starts at the vertex; on a boundary the one without a
-        twin,
-            so that twin-of-previous walks the whole fan.
+            twin, so that twin-of-previous walks the whole fan.
         valence: int32 (V,), mesh edges at the vertex: one an outgoing halfedge, one a twinless incoming one.
         defect: uint8 (Q,), 1 if a side has no twin, or joins two vertices that more than two quads join.
         words: The quads' ranks, as `rank_quads` returns them; None once quads were removed.

@@ -5,7 +5,7 @@ Help texts, messages and the README's table are made from this list.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any
 
 from dmc_cli.settings import OutputFormat
@@ -46,8 +46,7 @@ FORMATS: dict[OutputFormat, MeshFormat] = {
 
 def function(place: str) -> Callable[..., Any]:
     """Import and return the function at a place of `MeshFormat`."""
-    module, _, name = place.partition(":")
-    found: Callable[..., Any] = getattr(import_module(f"dmc_cli.mesh_io.{module}"), name)
+    found: Callable[..., Any] = resolve_name(f"dmc_cli.mesh_io.{place}")
     return found
 
 

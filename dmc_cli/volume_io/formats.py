@@ -6,7 +6,7 @@ theirs is read, so that `dmc --help` stays light.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any
 
 
@@ -68,8 +68,7 @@ FORMATS = {
 
 def reader(place: str) -> Callable[..., Any]:
     """Import and return the function at a place of `VolumeFormat`."""
-    module, _, name = place.partition(":")
-    function: Callable[..., Any] = getattr(import_module(f"dmc_cli.volume_io.{module}"), name)
+    function: Callable[..., Any] = resolve_name(f"dmc_cli.volume_io.{place}")
     return function
 
 
