@@ -5,7 +5,6 @@ move a terminal's cursor or set its title, letters that turn the order of the ot
 characters where a name is no UTF-8.
 """
 
-import json
 import unicodedata
 from typing import Any
 
@@ -25,6 +24,8 @@ def printable(text: str, keep: str = "\n\t") -> str:
 
 def json_text(value: Any, indent: int | None = None) -> str:
     """Return a value as JSON that reads well and can be printed and encoded, whatever its texts hold."""
+    import json
+
     text = json.dumps(value, indent=indent, ensure_ascii=False, allow_nan=False)
     if text.isprintable():
         return text

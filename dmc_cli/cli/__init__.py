@@ -1,7 +1,8 @@
 """The command line: the only place that knows click, the terminal and the exit status.
 
-One file a command. A command turns its options into settings, calls the library and prints what
-came back; what takes long to import is imported inside it, so that `dmc --help` answers at once.
+One file a command, which is imported when the command is run or its help is asked for. A command turns
+its options into settings, calls the library and prints what came back; what takes long to import is imported
+inside it. So `dmc --help` answers at once.
 """
 
 import gc
@@ -12,14 +13,15 @@ from typing import NoReturn
 
 import click
 
-from dmc_cli.cli import batch, completion, convert, doctor, info, measure, reproduce, synth
 from dmc_cli.cli.group import DmcGroup, Failure
+from dmc_cli.cli.lazy import LazyCommand
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 from dmc_cli.cli.terminal import open_closed_streams
+from dmc_cli.version import VERSION
 
 
 @click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
-@click.version_option(package_name="dmc-cli", prog_name="dmc")
+@click.version_option(VERSION, prog_name="dmc")
 def dmc() -> None:
     """From a scan to a quad mesh in one command.
 
@@ -33,17 +35,20 @@ def dmc() -> None:
     """
 
 
-for command in (
-    convert.convert,
-    info.info,
-    synth.synth,
-    measure.measure,
-    reproduce.reproduce,
-    batch.batch,
-    doctor.doctor,
-    completion.completion,
-):
-    dmc.add_command(command)
+_COMMANDS = {
+    "convert": "Turn a volume into a quad mesh.",
+    "info": "Tell what a volume is.",
+    "synth": "Write a synthetic volume.",
+    "measure": "Measure a mesh file.",
+    "reproduce": "Make the papers' tables again.",
+    "batch": "Convert many inputs in one run.",
+    "doctor": "Tell versions, devices, codecs and the kernel cache.",
+    "completion": "Print a shell's completion script.",
+}
+"""The commands in the order of the documents, and what `dmc --help` says of each."""
+
+for command, short_help in _COMMANDS.items():
+    dmc.add_command(LazyCommand(command, short_help))
 
 
 _OBJECTS_BETWEEN_COLLECTIONS = 100_000

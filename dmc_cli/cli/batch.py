@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dmc_cli.app.batch import Outcome
 
 
-@click.command(cls=SectionedCommand, short_help="Convert many inputs in one run.")
+@click.command(cls=SectionedCommand)
 @click.argument("inputs", nargs=-1, required=True, shell_complete=complete_files)
 @click.option(
     "-o",

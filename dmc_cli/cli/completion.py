@@ -61,11 +61,14 @@ class Zsh(ZshComplete):
 
 SHELLS: dict[str, type[ShellComplete]] = {"bash": Bash, "zsh": Zsh, "fish": FishComplete}
 
-for shell_class in SHELLS.values():
-    add_completion_class(shell_class)
+
+def register_shells() -> None:
+    """Have click answer our scripts."""
+    for shell in SHELLS.values():
+        add_completion_class(shell)
 
 
-@click.command(cls=SectionedCommand, short_help="Print a shell's completion script.")
+@click.command(cls=SectionedCommand)
 @click.argument("shell", type=click.Choice(tuple(SHELLS)))
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:

@@ -5,14 +5,14 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
+from dmc_cli.cli.isovalue import missing_isovalue
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import echo_summary
-from dmc_cli.errors import SettingsError
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
 
 
-@click.command(cls=SectionedCommand, short_help="Turn a volume into a quad mesh.")
+@click.command(cls=SectionedCommand)
 @options.input_argument
 @options.output_argument
 @options.surface_options
@@ -56,15 +56,3 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
         result = pipeline.convert(settings, progress, ahead)
     if not quiet:
         echo_summary(result.report)
-
-
-def missing_isovalue(input: str, settings: ReadSettings) -> SettingsError:
-    """Name the values that there are to choose from."""
-    from dmc_cli.volume.mapping import intact
-    from dmc_cli.volume_io.read import read_volume
-
-    volume = read_volume(input, settings)
-    with intact(volume.values, input):
-        ends = volume.value_range()
-    found = "no finite value" if ends is None else f"values from {ends[0]:g} to {ends[1]:g}"
-    return SettingsError(f"no isovalue was given; {input} has {found}; choose one in that range with -i")

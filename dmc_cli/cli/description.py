@@ -11,12 +11,13 @@ from dmc_cli.errors import AmbiguousVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
+from dmc_cli.version import VERSION
 from dmc_cli.volume.mapping import intact
 from dmc_cli.volume.volume import Volume
 from dmc_cli.volume_io.read import list_volumes, read_volume
 
 _PACKAGES = (
-    "dmc-cli", "warp-lang", "numpy", "pydicom", "meshio", "isal", "orjson", "click", "rich",
+    "warp-lang", "numpy", "pydicom", "meshio", "isal", "orjson", "click", "rich",
 )  # fmt: skip
 
 
@@ -75,7 +76,7 @@ def diagnose() -> dict[str, Any]:
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
         "python": f"{platform.python_version()} ({sys.executable})",
         "cpu_cores": usable_cores(),
-        "packages": {name: _version(name) for name in _PACKAGES},
+        "packages": {"dmc-cli": VERSION} | {name: _version(name) for name in _PACKAGES},
         "devices": _devices(),
         "codecs": _codecs(),
         "kernel_cache": _kernel_cache(),

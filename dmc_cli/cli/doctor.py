@@ -10,7 +10,7 @@ from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.printable import json_text
 
 
-@click.command(cls=SectionedCommand, short_help="Tell versions, devices, codecs and the kernel cache.")
+@click.command(cls=SectionedCommand)
 @click.option("--warm-up", is_flag=True, help="Compile all kernels now, for the CPU and the first GPU.")
 @options.json_option
 @options.verbosity_options

@@ -4,16 +4,14 @@ import errno
 import os
 import re
 import sys
-import traceback
 from typing import Any
 
 import click
 
+from dmc_cli.cli.lazy import LazyCommand
 from dmc_cli.cli.signals import Stopped
 from dmc_cli.cli.terminal import escape_streams
 from dmc_cli.errors import DeviceError, DmcError, WriteError
-from dmc_cli.files.atomic import write_error
-from dmc_cli.settings import STREAM
 from dmc_cli.system import check_address_space, lacks_memory
 
 VERBOSE = "dmc_cli.verbose"
@@ -44,6 +42,10 @@ class DmcGroup(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run as click does, once nothing unprintable can be printed any more."""
         escape_streams()
+        if COMPLETE in os.environ:
+            from dmc_cli.cli.completion import register_shells
+
+            register_shells()
         return super().main(*args, **{"complete_var": COMPLETE} | extra)
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
@@ -52,6 +54,13 @@ class DmcGroup(click.Group):
             return super().make_context(*args, **{"color": True} | extra)
         except OSError as error:  # while help or the version is printed
             raise _stdout_failure(error) from error
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the first word names, and import it."""
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, command.load() if isinstance(command, LazyCommand) else command, rest
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a bug of ours passes through and ends with status 1."""
@@ -62,6 +71,8 @@ class DmcGroup(click.Group):
             if error.exit_status == DmcError.exit_status:
                 raise
             if ctx.meta.get(VERBOSE, 0) >= _SHOW_CAUSE:
+                import traceback
+
                 click.echo("".join(traceback.format_exception(error)), err=True, nl=False)
             if isinstance(error, WriteError):
                 _forget_broken_stdout()
@@ -90,6 +101,9 @@ def _stdout_failure(error: OSError) -> Failure:
     """Return the failure that an error of standard output means; raise any other one again."""
     if error.errno not in _STDOUT_ERRORS:
         raise error
+    from dmc_cli.files.atomic import write_error
+    from dmc_cli.settings import STREAM
+
     _forget_broken_stdout()
     return Failure(str(write_error(STREAM, error)), WriteError.exit_status)
 

@@ -13,7 +13,7 @@ from dmc_cli.printable import json_text
 from dmc_cli.settings import ReadSettings
 
 
-@click.command(cls=SectionedCommand, short_help="Tell what a volume is.")
+@click.command(cls=SectionedCommand)
 @options.input_argument
 @options.read_options
 @options.noise_options

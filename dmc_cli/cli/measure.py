@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
-from dmc_cli.cli.convert import missing_isovalue
+from dmc_cli.cli.isovalue import missing_isovalue
 from dmc_cli.cli.parameters import complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
@@ -15,7 +15,7 @@ from dmc_cli.printable import json_text
 from dmc_cli.settings import MeasureSettings, ReadSettings
 
 
-@click.command(cls=SectionedCommand, short_help="Measure a mesh file.")
+@click.command(cls=SectionedCommand)
 @click.argument("mesh", shell_complete=complete_files)
 @options.setting(
     MeasureSettings,

@@ -3,28 +3,30 @@
 import math
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
-Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem[Any]]]
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+Completer = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def complete_files(
     _ctx: click.Context, _parameter: click.Parameter, incomplete: str
-) -> list[CompletionItem[Any]]:
+) -> "list[CompletionItem[Any]]":
     """Leave it to the shell to complete the name of a file or folder."""
+    from click.shell_completion import CompletionItem
+
     return [CompletionItem(incomplete, type="file")]
 
 
 def complete_words(*words: str) -> Completer:
     """Make what completes one of some words, where others are taken as well."""
 
-    def complete(
-        _ctx: click.Context, _parameter: click.Parameter, incomplete: str
-    ) -> list[CompletionItem[Any]]:
-        return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+    def complete(_ctx: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
+        return [word for word in words if word.startswith(incomplete)]
 
     return complete
 
@@ -94,8 +96,10 @@ class ChoiceList(click.ParamType[Any]):
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem[Any]]:
+    ) -> "list[CompletionItem[Any]]":
         """Complete the last word of the list."""
+        from click.shell_completion import CompletionItem
+
         before, comma, last = incomplete.rpartition(",")
-        left = [choice for choice in self.choices if choice not in before.split(",")]
-        return [CompletionItem(before + comma + choice) for choice in left if choice.startswith(last)]
+        others = [choice for choice in self.choices if choice not in before.split(",")]
+        return [CompletionItem(before + comma + choice) for choice in others if choice.startswith(last)]

@@ -13,7 +13,7 @@ from dmc_cli.printable import json_text
 from dmc_cli.settings import PaperTable, ReproduceSettings
 
 
-@click.command(cls=SectionedCommand, short_help="Make the papers' tables again.")
+@click.command(cls=SectionedCommand)
 @options.setting(
     ReproduceSettings,
     "table",

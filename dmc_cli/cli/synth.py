@@ -11,7 +11,7 @@ from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.settings import ReadSettings, SyntheticField, SynthSettings
 
 
-@click.command(cls=SectionedCommand, short_help="Write a synthetic volume.")
+@click.command(cls=SectionedCommand)
 @click.argument("field", type=click.Choice(get_args(SyntheticField)))
 @options.output_argument
 @options.setting(

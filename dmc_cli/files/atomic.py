@@ -10,19 +10,17 @@ devices are written directly.
 """
 
 import errno
-import hashlib
-import io
 import os
-import secrets
 import stat
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO
 
 from dmc_cli.errors import WriteError
+from dmc_cli.files.whole_writes import whole_writes
 from dmc_cli.settings import STREAM
 from dmc_cli.stop import check_stop
 
@@ -153,41 +151,6 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
         raise write_error(path, error) from error
 
 
-def whole_writes(stream: BinaryIO) -> BinaryIO:
-    """Return a standard stream that writes all bytes or raises.
-
-    One without a buffer, which `python -u` makes, writes as many as there is room for, and raises nothing.
-    """
-    raw: object = stream
-    return cast(BinaryIO, _WholeWrites(raw)) if isinstance(raw, io.RawIOBase) else stream
-
-
-class _WholeWrites(io.BufferedIOBase):
-    """Writes all bytes to a stream without a buffer, which stays open, and keeps none back."""
-
-    def __init__(self, raw: io.RawIOBase) -> None:
-        self._raw = raw
-
-    def writable(self) -> bool:
-        """Return whether bytes can be written: always."""
-        return True
-
-    def fileno(self) -> int:
-        """Return the descriptor of the stream."""
-        return self._raw.fileno()
-
-    def write(self, data: Any) -> int:
-        """Write all bytes, and return how many they are."""
-        rest = memoryview(data).cast("B")
-        size = len(rest)
-        while rest:
-            written = self._raw.write(rest)
-            if written is None:
-                raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
-            rest = rest[written:]
-        return size
-
-
 def part_of(target: Path) -> Path:
     """Return the temporary file in which a file, links followed, grows."""
     name = f".{target.name}.dmc-part"
@@ -198,6 +161,8 @@ def part_of(target: Path) -> Path:
 
 def _digest(target: Path) -> str:
     """Return what stands for a name that is too long to be made longer."""
+    import hashlib
+
     return hashlib.sha256(os.fsencode(target.name)).hexdigest()[:32]
 
 
@@ -255,6 +220,8 @@ def _open_part(target: Path, path: str) -> tuple[int, Path]:
             raise
         os.close(descriptor)
         if not is_ours:
+            import secrets
+
             part = target.with_name(f".{_digest(target)}-{secrets.token_hex(8)}.dmc-part")
 
 

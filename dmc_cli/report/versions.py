@@ -1,10 +1,11 @@
 """Collect the versions that a result depends on."""
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 import warp as wp
+
+from dmc_cli.version import VERSION
 
 
 def collect_versions(device_name: str) -> dict[str, str]:
@@ -14,19 +15,12 @@ def collect_versions(device_name: str) -> dict[str, str]:
         device_name: Warp's name of the device: cpu, cuda:0, ...
     """
     return {
-        "dmc_cli": _own_version(),
+        "dmc_cli": VERSION,
         "warp": str(wp.config.version),
         "numpy": np.__version__,
         "python": platform.python_version(),
         "device": _describe_device(device_name),
     }
-
-
-def _own_version() -> str:
-    try:
-        return version("dmc-cli")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def _describe_device(name: str) -> str:

@@ -21,7 +21,7 @@ def plan(tmp_path, monkeypatch):
         for name, text in files.items():
             (tmp_path / name.replace("__", "/")).parent.mkdir(exist_ok=True)
             (tmp_path / name.replace("__", "/")).with_suffix(".toml").write_text(text)
-        command = dmc.commands["batch"]
+        command = dmc.commands["batch"].load()
         with command.make_context("batch", [str(word) for word in words]) as ctx:
             values = {name: value for name, value in ctx.params.items() if name not in ("inputs", "jobs")}
             del values["quiet"], values["verbose"]
@@ -172,7 +172,7 @@ SCALARS = [
 
 
 def test_no_option_takes_what_no_words_could_give(plan):
-    options = {p.name: p for p in dmc.commands["batch"].params if p.name not in NOT_IN_FILES}
+    options = {p.name: p for p in dmc.commands["batch"].load().params if p.name not in NOT_IN_FILES}
     for name, option in options.items():
         for value in SCALARS:
             if getattr(option, "is_flag", False) and value == "true":

@@ -75,11 +75,11 @@ def completions(command, parameter, incomplete):
     [
         pytest.param(name, parameter, id=f"{name}-{parameter.name}")
         for name, command in dmc.commands.items()
-        for parameter in command.params
+        for parameter in command.load().params
     ],
 )
 def test_every_parameter_completes_what_it_takes(name, parameter):
-    found = completions(dmc.commands[name], parameter, "")
+    found = completions(dmc.commands[name].load(), parameter, "")
     if parameter.name in NAMES:
         assert found == [("file", "")]
     elif isinstance(parameter.type, click.Choice):
@@ -90,7 +90,7 @@ def test_every_parameter_completes_what_it_takes(name, parameter):
 
 
 def parameter_of(name, option):
-    return next(parameter for parameter in dmc.commands[name].params if parameter.name == option)
+    return next(parameter for parameter in dmc.commands[name].load().params if parameter.name == option)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def parameter_of(name, option):
     ],
 )
 def test_words_are_completed(option, incomplete, words):
-    found = completions(dmc.commands["convert"], parameter_of("convert", option), incomplete)
+    found = completions(dmc.commands["convert"].load(), parameter_of("convert", option), incomplete)
     assert [value for _, value in found] == words
 
 

@@ -10,7 +10,7 @@ LAST_COUNTS = {"device", "threads", "memory", "jobs"}
 OPTIONS = [
     pytest.param(command, option, id=f"{command}{option.opts[-1]}")
     for command in dmc.commands
-    for option in dmc.commands[command].params
+    for option in dmc.commands[command].load().params
     if isinstance(option, click.Option) and not (option.is_flag or option.count or option.multiple)
 ]
 
@@ -20,7 +20,7 @@ def test_only_options_that_change_no_result_may_be_given_twice(command, option):
     value = option.type.choices[0] if isinstance(option.type, click.Choice) else "1"
     message = ""
     try:
-        dmc.commands[command].make_context(command, [option.opts[-1], value] * 2)
+        dmc.commands[command].load().make_context(command, [option.opts[-1], value] * 2)
     except click.UsageError as error:
         message = error.message
     assert ("was given 2 times; expected once; " in message) == (option.name not in LAST_COUNTS)

@@ -33,7 +33,7 @@ PAIRS = [
 
 
 def parameters(command):
-    return {parameter.name: parameter for parameter in dmc.commands[command].params}
+    return {parameter.name: parameter for parameter in dmc.commands[command].load().params}
 
 
 @pytest.mark.parametrize(

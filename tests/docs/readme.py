@@ -92,8 +92,9 @@ def named(title, suffixes):
 def option_table(command):
     """Return the options of a command as a Markdown table, in the order of its help."""
     lines = ["| option | default | what it does |", "| --- | --- | --- |"]
-    context = click.Context(dmc.commands[command], info_name=command)
-    for option in dmc.commands[command].params:
+    loaded = dmc.commands[command].load()
+    context = click.Context(loaded, info_name=command)
+    for option in loaded.params:
         if isinstance(option, click.Option):
             names, words = option.get_help_record(context)
             what = " ".join(words.partition("[default:")[0].split())

@@ -11,7 +11,7 @@ from tests.docs.readme import ROOT, output_of
 
 
 def examples(command):
-    text = dmc.commands[command].help
+    text = dmc.commands[command].load().help
     return re.findall(r"^\s+(dmc .*)$", text.partition("Examples:")[2], re.MULTILINE)
 
 
@@ -29,7 +29,9 @@ def test_examples_keep_their_lines(command, run):
 
 @pytest.mark.parametrize("command", dmc.commands)
 def test_every_option_has_help(command):
-    assert all(option.help for option in dmc.commands[command].params if isinstance(option, click.Option))
+    assert all(
+        option.help for option in dmc.commands[command].load().params if isinstance(option, click.Option)
+    )
 
 
 @pytest.mark.parametrize("command", dmc.commands)
@@ -37,7 +39,8 @@ def test_the_examples_have_options_and_words_that_there_are(command, monkeypatch
     monkeypatch.chdir(ROOT)
     for example in examples(command):
         _, name, *words = shlex.split(example)
-        with dmc.commands[name].make_context(name, words, parent=click.Context(dmc, info_name="dmc")):
+        parent = click.Context(dmc, info_name="dmc")
+        with dmc.commands[name].load().make_context(name, words, parent=parent):
             pass
 
 

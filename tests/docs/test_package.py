@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import dmc_cli
-from tests.docs.readme import README
+from dmc_cli.version import VERSION
+from tests.docs.readme import README, ROOT
 
 MAP = re.findall(r"^    (\w+) +\S", dmc_cli.__doc__, re.MULTILINE)
 STAGES = re.findall(r"^\| \[\w+\]\(dmc_cli/(\w+)", README.read_text("utf-8"), re.MULTILINE)
@@ -44,6 +45,10 @@ def test_all_is_sorted_and_what_type_checkers_see():
     homes = {alias.name: node.module for node in block.body for alias in node.names}
     assert homes == {name: f"dmc_cli.{home}" for name, home in dmc_cli._HOMES.items()}
     assert sorted(homes) == dmc_cli.__all__
+
+
+def test_the_version_is_the_one_to_cite():
+    assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
 
 
 def test_other_names_are_not_there():

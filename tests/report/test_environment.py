@@ -1,11 +1,11 @@
-"""What a report tells of the machine, on a GPU and without one, and of a package that is not installed."""
+"""What a report tells of the machine, on a GPU and without one, and of the program."""
 
-from importlib.metadata import PackageNotFoundError
 from types import SimpleNamespace
 
 import pytest
 
 from dmc_cli.report import memory, versions
+from dmc_cli.version import VERSION
 
 
 @pytest.fixture
@@ -34,11 +34,5 @@ def test_a_gpu_is_told_by_its_model(pool):
     assert versions.collect_versions("cuda:1")["device"] == "cuda:1 (NVIDIA H100)"
 
 
-def test_a_package_that_is_not_installed_has_no_version(monkeypatch):
-    def none(name):
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr(versions, "version", none)
-    assert versions.collect_versions("cpu")["dmc_cli"] == "unknown"
-    monkeypatch.setattr(versions, "version", lambda name: f"version of {name}")
-    assert versions.collect_versions("cpu")["dmc_cli"] == "version of dmc-cli"
+def test_the_version_is_the_package_s_own():
+    assert versions.collect_versions("cpu")["dmc_cli"] == VERSION
