@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from dmc_cli.app.measure_file import measure_file
     from dmc_cli.contouring import Surface, extract_surface, upload_volume
     from dmc_cli.errors import DmcError
+    from dmc_cli.mesh_io.mesh_file import MeshFile
+    from dmc_cli.mesh_io.read import read_mesh
+    from dmc_cli.mesh_io.write import write_mesh
     from dmc_cli.runtime.device import select_device
     from dmc_cli.settings import (
         ConvertSettings,
@@ -58,6 +61,7 @@ _HOMES = {
     "ConvertSettings": "settings",
     "DmcError": "errors",
     "MeasureSettings": "settings",
+    "MeshFile": "mesh_io.mesh_file",
     "MeshSettings": "settings",
     "OutputSettings": "settings",
     "ReadSettings": "settings",
@@ -67,9 +71,11 @@ _HOMES = {
     "convert": "app.convert",
     "extract_surface": "contouring",
     "measure_file": "app.measure_file",
+    "read_mesh": "mesh_io.read",
     "read_volume": "volume_io.read",
     "select_device": "runtime.device",
     "upload_volume": "contouring",
+    "write_mesh": "mesh_io.write",
 }
 """The module that each public name comes from."""
 
@@ -78,6 +84,7 @@ __all__ = [
     "ConvertSettings",
     "DmcError",
     "MeasureSettings",
+    "MeshFile",
     "MeshSettings",
     "OutputSettings",
     "ReadSettings",
@@ -87,9 +94,11 @@ __all__ = [
     "convert",
     "extract_surface",
     "measure_file",
+    "read_mesh",
     "read_volume",
     "select_device",
     "upload_volume",
+    "write_mesh",
 ]
 
 

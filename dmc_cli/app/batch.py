@@ -176,7 +176,7 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
     return Outcome(
         **facts,
         status=0,
-        vertices=len(result.mesh.vertices),
-        quads=len(result.mesh.quads),
+        vertices=len(result.mesh.points),
+        quads=result.mesh.quad_count,
         warnings=tuple(result.report["warnings"]),
     )

@@ -135,8 +135,8 @@ def _make_mesh(
 
         check_mesh(surface, connected.halfedges, normals, report, settings)
     mesh = MeshFile(
-        vertices=surface.vertices.numpy(),
-        quads=surface.quads.numpy(),
+        points=surface.vertices.numpy(),
+        faces=surface.quads.numpy(),
         normals=None if normals is None or not output.normals else normals.numpy(),
         space=space,
     )

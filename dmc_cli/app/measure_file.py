@@ -21,7 +21,7 @@ from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.rounding import file_rounding, rounding_warning
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.measures.twins import find_twins
-from dmc_cli.mesh_io.mesh_input import MeshInput
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
@@ -69,7 +69,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
 
 
 def measure_mesh(
-    device: Device, mesh: MeshInput, path: str = "", reference: VolumeReference | None = None
+    device: Device, mesh: MeshFile, path: str = "", reference: VolumeReference | None = None
 ) -> dict[str, Any]:
     """Return the report on a mesh file: schema, warnings, mesh, topology, quality, deviation, versions.
 
@@ -112,7 +112,7 @@ def measure_mesh(
     }
 
 
-def _compared(device: Device, mesh: MeshInput, reference: VolumeReference) -> tuple[Deviation, list[str]]:
+def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[str]]:
     """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told."""
     told = []
     cells, locals, outside = locate_points(mesh, reference.volume)
@@ -125,7 +125,7 @@ def _compared(device: Device, mesh: MeshInput, reference: VolumeReference) -> tu
     return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative), told
 
 
-def locate_points(mesh: MeshInput, volume: Volume) -> tuple[Array, Array, int]:
+def locate_points(mesh: MeshFile, volume: Volume) -> tuple[Array, Array, int]:
     """Return each point's cell in the grid with a closed border, its place there, and how many are outside.
 
     Returns:

@@ -19,8 +19,9 @@ class MeshFormat:
         title: Its name.
         suffix: The one that means it.
         encode: From a `MeshFile` to chunks of bytes.
-        read: From a path to a `MeshInput`.
+        read: From a path to a `MeshFile`.
         holds_normals: Whether there is a place for normals.
+        holds_values: Whether there is one for values of vertices and faces.
         is_binary: Whether it is binary unless `--ascii` asks for text.
     """
 
@@ -29,12 +30,18 @@ class MeshFormat:
     encode: str
     read: str
     holds_normals: bool = True
+    holds_values: bool = False
     is_binary: bool = False
 
 
 FORMATS: dict[OutputFormat, MeshFormat] = {
     "ply": MeshFormat(
-        title="PLY", suffix=".ply", encode="ply:encode_ply", read="read_ply:read_ply", is_binary=True
+        title="PLY",
+        suffix=".ply",
+        encode="ply:encode_ply",
+        read="read_ply:read_ply",
+        holds_values=True,
+        is_binary=True,
     ),
     "obj": MeshFormat(title="OBJ", suffix=".obj", encode="obj:encode_obj", read="read_obj:read_obj"),
     "off": MeshFormat(

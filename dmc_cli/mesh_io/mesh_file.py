@@ -1,66 +1,132 @@
-"""Hold what goes into a mesh file, whatever its format."""
+"""Hold a mesh as files have it, read or to be written: the one type of meshes on the host.
 
-from dataclasses import dataclass
-from typing import Any, Literal
+Faces have three or four corners, in rows of four. Whatever a vertex or a face has beside its place is a value
+with a name; formats that cannot hold values say so when they are written.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
+from dmc_cli.volume.volume import Space
 
+Array = np.ndarray[Any, np.dtype[Any]]
+FloatArray = np.ndarray[Any, np.dtype[np.float32]] | np.ndarray[Any, np.dtype[np.float64]]
 Float32Array = np.ndarray[Any, np.dtype[np.float32]]
 Int32Array = np.ndarray[Any, np.dtype[np.int32]]
 
+NO_CORNER = -1
+"""The fourth corner of a triangle."""
 
-@dataclass(frozen=True, kw_only=True)
+LABELS = "labels"
+"""The name of the face value that holds the labels on both sides of a face, (F, 2) int32."""
+
+VALUE_TYPES = tuple(np.dtype(name) for name in ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"))
+"""What values may be: the types that PLY has."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MeshFile:
-    """A quad mesh in the coordinates of its file.
+    """A mesh of quads, triangles or both, in the coordinates of its file.
 
     Attributes:
-        vertices: Positions, shape (V, 3), millimetres in `space`; all finite.
-        quads: Corners of each quad, shape (Q, 4), vertex indices from 0, anticlockwise seen from
-            where the normal points.
-        normals: Unit normals of the vertices, shape (V, 3), or None.
+        points: Positions, (V, 3) float32 or float64, millimetres in `space`, of a size that float32 holds;
+            files get float32.
+        faces: Corners of each face, (F, 4) int32, vertex indices from 0, anticlockwise seen from where the
+            normal points; a triangle has `NO_CORNER` as its fourth.
+        normals: Unit normals of the vertices, (V, 3) float32, or None.
         space: The axes that the coordinates are in; none where the input told no orientation, and
             for grid coordinates.
+        vertex_values: Values of the vertices by their names, (V,) or (V, n), n at least 2, of one of
+            `VALUE_TYPES`; NaN and infinity are values, too.
+        face_values: Values of the faces likewise, one row a face; the pair of labels is `LABELS`.
+        triangle_count: Number of faces with three corners.
     """
 
-    vertices: Float32Array
-    quads: Int32Array
+    points: FloatArray
+    faces: Int32Array
     normals: Float32Array | None = None
-    space: Literal["RAS", "LPS", "none"] = "none"
+    space: Space = "none"
+    vertex_values: Mapping[str, Array] = field(default_factory=dict)
+    face_values: Mapping[str, Array] = field(default_factory=dict)
+    triangle_count: int = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse what no format could hold; a stage before this one is at fault."""
-        _check_rows("vertices", self.vertices, 3, np.float32)
-        _check_rows("quads", self.quads, 4, np.int32)
-        _check_finite("vertices", self.vertices)
-        count = len(self.vertices)
-        if self.quads.size and not (self.quads.min() >= 0 and self.quads.max() < count):
-            bad = int(np.flatnonzero(((self.quads < 0) | (self.quads >= count)).any(axis=1))[0])
-            raise MeshInvariantError(
-                f"quad {bad} names a vertex outside 0 to {count - 1}; please report this"
-            )
+        _check_rows("points", self.points, 3, np.float32, np.float64)
+        _check_rows("faces", self.faces, 4, np.int32)
+        _check_finite("points", self.points)
+        count = len(self.points)
+        object.__setattr__(self, "triangle_count", _count_triangles(self.faces, count))
         if self.normals is not None:
             _check_rows("normals", self.normals, 3, np.float32)
             _check_finite("normals", self.normals)
             if len(self.normals) != count:
-                raise MeshInvariantError(
-                    f"{len(self.normals)} normals for {count} vertices; please report this"
-                )
+                raise _broken(f"{len(self.normals)} normals for {count} vertices")
+        _check_values("vertex", self.vertex_values, count)
+        _check_values("face", self.face_values, len(self.faces))
+
+    @property
+    def quad_count(self) -> int:
+        """Number of faces with four corners."""
+        return len(self.faces) - self.triangle_count
 
 
-def _check_rows(name: str, array: np.ndarray[Any, Any], columns: int, dtype: type[np.generic]) -> None:
-    """Raise unless the array is a table of so many columns of this type."""
-    if array.ndim != 2 or array.shape[1] != columns or array.dtype != dtype:
-        raise MeshInvariantError(
-            f"{name} are {array.dtype} of shape {array.shape}; expected {np.dtype(dtype)} of shape "
-            f"(n, {columns}); please report this"
+def _broken(message: str) -> MeshInvariantError:
+    return MeshInvariantError(f"{message}; please report this")
+
+
+def _check_rows(name: str, array: Array, columns: int, *dtypes: type[np.generic]) -> None:
+    """Raise unless the array is a table of so many columns of one of these types."""
+    if array.ndim != 2 or array.shape[1] != columns or array.dtype not in dtypes:
+        expected = " or ".join(str(np.dtype(dtype)) for dtype in dtypes)
+        raise _broken(
+            f"{name} are {array.dtype} of shape {array.shape}; expected {expected} of shape (n, {columns})"
         )
 
 
-def _check_finite(name: str, array: Float32Array) -> None:
-    """Raise on the first row with NaN or infinity: no mesh format can hold them."""
-    finite = np.isfinite(array)
-    if not finite.all():
-        bad = int(np.flatnonzero(~finite.all(axis=1))[0])
-        raise MeshInvariantError(f"row {bad} of the {name} is not finite: {array[bad]}; please report this")
+def fits_float32(array: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return which numbers are finite once they are rounded to float32."""
+    with np.errstate(over="ignore"):
+        return np.isfinite(array.astype(np.float32, copy=False))
+
+
+def _check_finite(name: str, array: FloatArray) -> None:
+    """Raise on the first row with a number that is none in float32: no mesh format can hold it."""
+    fits = fits_float32(array)
+    if not fits.all():
+        bad = int(np.flatnonzero(~fits.all(axis=1))[0])
+        raise _broken(f"row {bad} of the {name} is not finite in float32: {array[bad]}")
+
+
+def _count_triangles(faces: Int32Array, count: int) -> int:
+    """Return the number of faces with three corners; raise on the first that names no vertex."""
+    if not faces.size:
+        return 0
+    lowest, highest = faces.min(), faces.max()
+    if lowest >= 0 and highest < count:
+        return 0
+    is_triangle = faces[:, 3] == NO_CORNER
+    outside = (faces < 0) | (faces >= count)
+    outside[is_triangle, 3] = False
+    if outside.any():
+        bad = int(np.flatnonzero(outside.any(axis=1))[0])
+        raise _broken(f"face {bad} names a vertex outside 0 to {count - 1}: {faces[bad].tolist()}")
+    return int(np.count_nonzero(is_triangle))
+
+
+def _check_values(kind: str, values: Mapping[str, Array], count: int) -> None:
+    """Raise unless values have names that files can hold, a row an item, and a type that PLY has."""
+    for name, array in values.items():
+        if not name.isascii() or name.split() != [name]:
+            raise _broken(f"a {kind} value is called {name!r}; expected one word in ASCII")
+        is_table = array.ndim == 1 or (array.ndim == 2 and array.shape[1] > 1)
+        if not is_table or len(array) != count or array.dtype not in VALUE_TYPES:
+            known = ", ".join(map(str, VALUE_TYPES))
+            raise _broken(
+                f"the {kind} value {name} is {array.dtype} of shape {array.shape}; expected ({count},) or"
+                f" ({count}, n), n at least 2, of {known}"
+            )

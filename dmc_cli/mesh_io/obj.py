@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.text import chunks_of, float_lines, quad_lines
+from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 
 def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
@@ -11,10 +13,10 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
     yield b"# written by dmc\n"
     if mesh.space != "none":
         yield f"# SPACE={mesh.space}\n".encode("ascii")
-    for rows in chunks_of(mesh.vertices):
+    for rows in chunks_of(mesh.points, np.float32):
         yield float_lines(rows, b"v ")
     if mesh.normals is not None:
         for rows in chunks_of(mesh.normals):
             yield float_lines(rows, b"vn ")
-    for quads in chunks_of(mesh.quads):
-        yield quad_lines(quads, b"f", first=1, repeat=1 if mesh.normals is None else 2)
+    for faces in chunks_of(mesh.faces):
+        yield face_lines(faces, b"f", first=1, repeat=1 if mesh.normals is None else 2)

@@ -1,32 +1,40 @@
 """PLY, the Stanford polygon format: binary little endian, or ASCII.
 
-The face list is named `vertex_indices`, the one name that all readers know. The space stands in the
-comment that 3D Slicer reads.
+The face list is named `vertex_indices`, the one name that all readers know; values of vertices and faces are
+further properties. The space stands in the comment that 3D Slicer reads.
 """
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
-from dmc_cli.mesh_io.mesh_file import Float32Array, MeshFile
-from dmc_cli.mesh_io.text import chunks_of, float_lines, quad_lines
+from dmc_cli.errors import MeshInvariantError
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.ply_properties import CORNERS, NORMAL, POINT, property_names, type_name
+from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, join_lines, number_lines
 
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 4)])
+Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
-    """Yield the bytes of a PLY file, with normals where the mesh has them."""
+    """Yield the bytes of a PLY file, with normals and values where the mesh has them.
+
+    Raises:
+        MeshInvariantError: Two properties of an element would have one name.
+    """
     yield _header(mesh, "ascii" if ascii else "binary_little_endian")
-    for rows in _vertex_rows(mesh):
-        yield float_lines(rows) if ascii else rows.astype("<f4", copy=False).tobytes()
-    for quads in chunks_of(mesh.quads):
+    for places, *values in zip(_places(mesh), *map(chunks_of, mesh.vertex_values.values()), strict=True):
         if ascii:
-            yield quad_lines(quads, b"4")
+            yield join_lines([float_lines(places), *map(number_lines, values)])
         else:
-            faces = np.empty(len(quads), _FACE)
-            faces["count"] = 4
-            faces["corners"] = quads
-            yield faces.tobytes()
+            yield _vertex_rows(places, values)
+    for faces, *values in zip(*map(chunks_of, (mesh.faces, *mesh.face_values.values())), strict=True):
+        if ascii:
+            yield join_lines([face_lines(faces), *map(number_lines, values)])
+        else:
+            yield _face_rows(faces, values, mesh.triangle_count > 0)
 
 
 def _header(mesh: MeshFile, encoding: str) -> bytes:
@@ -34,19 +42,63 @@ def _header(mesh: MeshFile, encoding: str) -> bytes:
     lines = ["ply", f"format {encoding} 1.0", "comment written by dmc"]
     if mesh.space != "none":
         lines.append(f"comment SPACE={mesh.space}")
-    lines.append(f"element vertex {len(mesh.vertices)}")
-    names = ("x", "y", "z") if mesh.normals is None else ("x", "y", "z", "nx", "ny", "nz")
-    lines.extend(f"property float {name}" for name in names)
-    lines.append(f"element face {len(mesh.quads)}")
-    lines.append("property list uchar int vertex_indices")
+    lines.append(f"element vertex {len(mesh.points)}")
+    names = POINT if mesh.normals is None else POINT + NORMAL
+    lines += _properties([("float", name) for name in names], mesh.vertex_values)
+    lines.append(f"element face {len(mesh.faces)}")
+    lines += _properties([("list uchar int", CORNERS)], mesh.face_values)
     lines.append("end_header\n")
     return "\n".join(lines).encode("ascii")
 
 
-def _vertex_rows(mesh: MeshFile) -> Iterator[Float32Array]:
-    """Yield position and normal side by side, in chunks."""
+def _properties(properties: list[tuple[str, str]], values: Mapping[str, Array]) -> list[str]:
+    """Return the lines of an element's properties: types and names that are given, then those of values."""
+    properties = properties + [
+        (type_name(array), name) for value, array in values.items() for name in property_names(value, array)
+    ]
+    name, count = Counter(name for _, name in properties).most_common(1)[0]
+    if count > 1:
+        raise MeshInvariantError(
+            f"the values {', '.join(values)} would make {count} properties called {name}; please report this"
+        )
+    return [f"property {kind} {name}" for kind, name in properties]
+
+
+def _places(mesh: MeshFile) -> Iterator[Array]:
+    """Yield position and normal side by side, in chunks, float32."""
+    points = chunks_of(mesh.points, np.float32)
     if mesh.normals is None:
-        yield from chunks_of(mesh.vertices)
-        return
-    for position, normal in zip(chunks_of(mesh.vertices), chunks_of(mesh.normals), strict=True):
-        yield np.hstack((position, normal))
+        return points
+    return map(np.hstack, zip(points, chunks_of(mesh.normals), strict=True))
+
+
+def _fields(columns: list[Array]) -> list[tuple[str, str, tuple[int, ...]]]:
+    """Return the layout of columns, little endian, packed."""
+    return [(str(i), c.dtype.newbyteorder("<").str, c.shape[1:]) for i, c in enumerate(columns)]
+
+
+def _vertex_rows(places: Array, values: list[Array]) -> bytes:
+    """Return what belongs to each vertex side by side."""
+    if not values:
+        return places.astype("<f4", copy=False).tobytes()
+    columns = [places, *values]
+    rows = np.empty(len(places), _fields(columns))
+    for i, column in enumerate(columns):
+        rows[str(i)] = column
+    return rows.tobytes()
+
+
+def _face_rows(faces: Array, values: list[Array], has_triangles: bool) -> bytes:
+    """Return how many corners each face has, the corners, without the fourth of triangles, and the values."""
+    rows = np.empty(len(faces), [("count", "u1"), ("corners", "<i4", 4), *_fields(values)])
+    rows["count"] = 4
+    rows["corners"] = faces
+    for i, value in enumerate(values):
+        rows[str(i)] = value
+    if not has_triangles:
+        return rows.tobytes()
+    is_triangle = faces[:, 3] < 0
+    rows["count"][is_triangle] = 3
+    kept = np.ones((len(rows), rows.itemsize), bool)
+    kept[is_triangle, 13:17] = False  # a byte, then four corners of four
+    return rows.view(np.uint8).reshape(kept.shape)[kept].tobytes()

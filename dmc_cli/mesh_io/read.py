@@ -8,11 +8,12 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
-from dmc_cli.mesh_io.mesh_input import MeshInput, make_mesh
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.volume_io.layout import exists
 
 
-def read_mesh(path: str | Path) -> MeshInput:
+def read_mesh(path: str | Path) -> MeshFile:
     """Read a mesh of quads and triangles.
 
     Args:
@@ -33,13 +34,13 @@ def read_mesh(path: str | Path) -> MeshInput:
     return mesh
 
 
-def _reader(suffix: str) -> Callable[[Path], MeshInput]:
+def _reader(suffix: str) -> Callable[[Path], MeshFile]:
     """Return our reader of files with a suffix, or meshio."""
     ours = next((known for known in FORMATS.values() if known.suffix == suffix), None)
     return _read_with_meshio if ours is None else function(ours.read)
 
 
-def _read_with_meshio(path: Path) -> MeshInput:
+def _read_with_meshio(path: Path) -> MeshFile:
     """Read the triangles and quads of any other format."""
     import warnings
 

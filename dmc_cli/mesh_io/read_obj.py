@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshFileError
-from dmc_cli.mesh_io.mesh_input import MeshInput, find_space, make_mesh
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines
+from dmc_cli.mesh_io.parsed import find_space, make_mesh
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -16,7 +17,7 @@ CHUNK = 1 << 24
 """Characters of face lines that are cleaned at a time: the work takes sixteen times as much memory."""
 
 
-def read_obj(path: Path) -> MeshInput:
+def read_obj(path: Path) -> MeshFile:
     """Read the points and faces of an OBJ file; normals, textures, groups and lines are passed over.
 
     Raises:

@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.mesh_input import MeshInput, find_space, make_mesh
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import parse_lines
+from dmc_cli.mesh_io.parsed import find_space, make_mesh
 
 HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
 
 
-def read_off(path: Path) -> MeshInput:
+def read_off(path: Path) -> MeshFile:
     """Read the points and faces of a text OFF file; normals and colours are passed over.
 
     Raises:

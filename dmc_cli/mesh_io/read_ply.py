@@ -12,16 +12,12 @@ from typing import Any, NoReturn
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.mesh_input import MeshInput, find_space, make_mesh
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import parse_numbers
+from dmc_cli.mesh_io.parsed import find_space, make_mesh
+from dmc_cli.mesh_io.ply_properties import TYPES
 
 Array = np.ndarray[Any, np.dtype[Any]]
-
-TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
-    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
-    "double": "f8", "float64": "f8",
-}  # fmt: skip
 
 ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -59,7 +55,7 @@ class Element:
         return np.dtype(fields)
 
 
-def read_ply(path: Path) -> MeshInput:
+def read_ply(path: Path) -> MeshFile:
     """Read the points and faces of a PLY file; other elements and properties are passed over.
 
     Raises:

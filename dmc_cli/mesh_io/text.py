@@ -1,17 +1,20 @@
 """Write tables of numbers as lines of text, fast: an OBJ of 6 million quads takes seconds.
 
 Floats are written by orjson, which knows the shortest decimal that reads back as the same float32;
-its JSON is then rewritten with a few passes over the bytes. Indices of quads are written once for
+its JSON is then rewritten with a few passes over the bytes. Indices of faces are written once for
 each vertex that is near and then gathered, because every vertex stands in about four quads.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import chain, zip_longest
 from typing import Any
 
 import numpy as np
 import orjson
 
 from dmc_cli.mesh_io.mesh_file import Float32Array, Int32Array
+
+Array = np.ndarray[Any, np.dtype[Any]]
 
 CHUNK_ROWS = 1 << 15
 """Rows turned to text at once: some MB of text; larger gains nothing and takes more memory."""
@@ -24,10 +27,10 @@ _PADDING = 0
 """A byte that no text holds; it fills the tokens of shorter numbers and is deleted at the end."""
 
 
-def chunks_of(array: np.ndarray[Any, Any]) -> Iterator[np.ndarray[Any, Any]]:
-    """Yield the rows of an array in contiguous chunks, none for an empty array."""
+def chunks_of(array: Array, dtype: type[np.generic] | None = None) -> Iterator[Array]:
+    """Yield the rows of an array in contiguous chunks of this type or its own, none for an empty array."""
     for start in range(0, len(array), CHUNK_ROWS):
-        yield np.ascontiguousarray(array[start : start + CHUNK_ROWS])
+        yield np.ascontiguousarray(array[start : start + CHUNK_ROWS], dtype=dtype)
 
 
 def float_lines(rows: Float32Array, prefix: bytes = b"") -> bytes:
@@ -42,28 +45,66 @@ def float_lines(rows: Float32Array, prefix: bytes = b"") -> bytes:
     return b"".join((prefix, text, b"\n"))
 
 
-def quad_lines(quads: Int32Array, prefix: bytes, *, first: int = 0, repeat: int = 1) -> bytes:
-    """Write each quad as a line: the prefix, then its four vertex indices, each after a space.
+def number_lines(rows: Array) -> bytes:
+    """Write each row as a line, of numbers of any type; no number and infinity are nan, inf and -inf.
 
     Args:
-        quads: Vertex indices from 0, shape (n, 4), n at least 1.
-        prefix: What every line begins with.
+        rows: Shape (n,) or (n, columns), n at least 1, contiguous.
+    """
+    rows = rows.reshape(len(rows), -1)
+    lines = float_lines(rows)
+    is_odd = ~np.isfinite(rows)
+    if not is_odd.any():
+        return lines
+    odd = rows[is_odd]  # null in JSON
+    words = np.where(np.isnan(odd), b"nan", np.where(odd > 0, b"inf", b"-inf")).tolist()
+    return b"".join(chain.from_iterable(zip_longest(lines.split(b"null"), words, fillvalue=b"")))
+
+
+def join_lines(texts: Sequence[bytes]) -> bytes:
+    """Join texts of as many lines line by line, with a space between."""
+    if len(texts) == 1:
+        return texts[0]
+    characters = [np.frombuffer(text, np.uint8) for text in texts]
+    ends = np.stack([np.flatnonzero(text == ord("\n")) + 1 for text in characters], axis=1)
+    lengths = np.diff(ends, axis=0, prepend=0)
+    joined_ends = np.cumsum(lengths).reshape(lengths.shape)
+    joined = np.empty(joined_ends[-1, -1], np.uint8)
+    for i, text in enumerate(characters):
+        moved = np.repeat(joined_ends[:, i] - ends[:, i], lengths[:, i])
+        joined[np.arange(len(text)) + moved] = text
+    joined[joined_ends[:, :-1] - 1] = ord(" ")
+    return joined.tobytes()
+
+
+def face_lines(faces: Int32Array, prefix: bytes | None = None, *, first: int = 0, repeat: int = 1) -> bytes:
+    """Write each face as a line: a word, then its three or four vertex indices, each after a space.
+
+    Args:
+        faces: Vertex indices from 0, shape (n, 4), n at least 1; a triangle's fourth is -1.
+        prefix: What every line begins with; without it, the number of the face's corners.
         first: The index of the file's first vertex, 0 or 1.
         repeat: How often an index is written, joined by `//`: twice where a vertex's normal has
             the same index.
     """
-    highest = int(quads.max())
+    highest = int(faces.max())
     is_there = np.zeros((highest >> GROUP_BITS) + 1, bool)
-    groups = quads >> GROUP_BITS
+    groups = faces >> GROUP_BITS  # that of no corner is the last one, which is there
     is_there[groups] = True
     places = np.cumsum(is_there, dtype=np.int32) - 1
     indices = (np.flatnonzero(is_there)[:, None] << GROUP_BITS) + np.arange(1 << GROUP_BITS)
     tokens = _index_tokens(indices[indices <= highest] + first, repeat)
     width = tokens.dtype.itemsize
-    lines = np.empty((len(quads), len(prefix) + 4 * width + 1), np.uint8)
-    lines[:, : len(prefix)] = np.frombuffer(prefix, np.uint8)
-    where = (places[groups] << GROUP_BITS) + (quads & ((1 << GROUP_BITS) - 1))
-    lines[:, len(prefix) : -1] = tokens[where].view(np.uint8)
+    word = b"4" if prefix is None else prefix
+    lines = np.empty((len(faces), len(word) + 4 * width + 1), np.uint8)
+    lines[:, : len(word)] = np.frombuffer(word, np.uint8)
+    where = (places[groups] << GROUP_BITS) + (faces & ((1 << GROUP_BITS) - 1))
+    is_triangle = faces[:, 3] < 0
+    where[is_triangle, 3] = 0
+    lines[:, len(word) : -1] = tokens[where].view(np.uint8)
+    lines[is_triangle, -1 - width : -1] = _PADDING
+    if prefix is None:
+        lines[is_triangle, 0] = ord("3")
     lines[:, -1] = ord("\n")
     return lines.tobytes().replace(bytes([_PADDING]), b"")
 

@@ -1,11 +1,12 @@
 """Write a mesh to a file of any format: the one way to write."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.files.atomic import write_output
-from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
+from dmc_cli.mesh_io.formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.settings import STREAM, OutputFormat
 
@@ -65,7 +66,13 @@ def write_mesh(
     """
     name = choose_format(path, output_format)
     size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii), force=force)
-    warnings = []
-    if mesh.normals is not None and not FORMATS[name].holds_normals:
-        warnings.append(f"{FORMATS[name].title} files hold no normals: they were left out")
-    return WrittenFile(path, name, size, tuple(warnings))
+    return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))
+
+
+def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[str]:
+    """Yield a sentence on each thing that the format cannot hold."""
+    if mesh.normals is not None and not mesh_format.holds_normals:
+        yield f"{mesh_format.title} files hold no normals: they were left out"
+    names = [*mesh.vertex_values, *mesh.face_values]
+    if names and not mesh_format.holds_values:
+        yield f"{mesh_format.title} files hold no values of vertices and faces; left out: {', '.join(names)}"

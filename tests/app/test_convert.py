@@ -60,7 +60,7 @@ def test_normals_are_made_for_the_file_that_asks_for_them(convert, tmp_path):
     with np.load(dump) as tables:
         np.testing.assert_allclose(np.linalg.norm(tables["normals"], axis=1), 1, atol=1e-5)
     full = convert(force=True)
-    assert full.mesh.normals.shape == full.mesh.vertices.shape
+    assert full.mesh.normals.shape == full.mesh.points.shape
     assert "normals" not in convert(normals=False, force=True).report["timings_ms"]
 
 
@@ -183,7 +183,7 @@ def test_grid_coordinates_of_uneven_slices_are_even(convert, tmp_path):
             surface=SurfaceSettings(isovalue=100.0),
             output=OutputSettings(path=str(tmp_path / f"{space}.ply"), space=space),
         )
-        heights[space] = pipeline.convert(settings, ahead=Read()).mesh.vertices[:, 2].max()
+        heights[space] = pipeline.convert(settings, ahead=Read()).mesh.points[:, 2].max()
     assert heights["voxel"] < 4 < heights["native"]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from dmc_cli.app.measure_file import VolumeReference, measure_mesh
 from dmc_cli.contouring import extract_surface, upload_volume
-from dmc_cli.mesh_io.mesh_input import MeshInput
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
@@ -28,7 +28,7 @@ def mesh_of(volume, isovalue, border="open", space=None, inside="above"):
     settings = SurfaceSettings(isovalue=isovalue, border=border, inside=inside)
     surface = extract_surface(upload_volume(volume, DEVICE), settings)
     points, faces = surface.vertices.numpy().astype(float), surface.quads.numpy()
-    return MeshInput(points=points, faces=faces, space=space or volume.space)
+    return MeshFile(points=points, faces=faces, space=space or volume.space)
 
 
 def test_a_mesh_is_on_the_surface_of_its_volume():
@@ -54,7 +54,7 @@ def test_a_mesh_that_the_border_cuts_is_on_the_surface_too(border):
 def test_axes_of_mesh_and_volume_may_differ():
     volume = ball(space="RAS")
     mesh = mesh_of(volume, 5.0)
-    turned = MeshInput(points=mesh.points * (-1, -1, 1), faces=mesh.faces, space="LPS")
+    turned = MeshFile(points=mesh.points * (-1, -1, 1), faces=mesh.faces, space="LPS")
     found = measure_mesh(DEVICE, turned, "a.ply", VolumeReference(volume=volume, isovalue=5.0))
     assert found["deviation"]["max_relative"] < 1e-6
 
@@ -62,7 +62,7 @@ def test_axes_of_mesh_and_volume_may_differ():
 def test_a_moved_mesh_deviates_by_as_much():
     volume = ball()
     mesh = mesh_of(volume, 5.0)
-    moved = MeshInput(points=np.add(mesh.points, (0.05, 0, 0)), faces=mesh.faces, space="RAS")
+    moved = MeshFile(points=np.add(mesh.points, (0.05, 0, 0)), faces=mesh.faces, space="RAS")
     found = measure_mesh(DEVICE, moved, "a.ply", VolumeReference(volume=volume, isovalue=5.0))
     assert found["deviation"]["max_mm"] == pytest.approx(0.05, rel=0.1)
     assert found["deviation"]["mean_mm"] < found["deviation"]["rms"]
@@ -112,7 +112,7 @@ def test_the_other_side_of_a_closed_border_is_another_surface():
 def test_points_outside_the_volume_are_told():
     volume = ball()
     mesh = mesh_of(volume, 5.0)
-    far = MeshInput(points=np.add(mesh.points, (1000, 0, 0)), faces=mesh.faces)
+    far = MeshFile(points=np.add(mesh.points, (1000, 0, 0)), faces=mesh.faces)
     found = measure_mesh(DEVICE, far, "a.ply", VolumeReference(volume=volume, isovalue=5.0))
     assert found["warnings"] == [
         f"{len(mesh.points)} vertices lie outside the volume; they are measured at its border"
@@ -121,7 +121,7 @@ def test_points_outside_the_volume_are_told():
 
 def test_without_a_volume_there_is_no_deviation():
     points, faces = shapes.house()
-    found = measure_mesh(DEVICE, MeshInput(points=points, faces=faces), "house.obj")
+    found = measure_mesh(DEVICE, MeshFile(points=points, faces=faces), "house.obj")
     assert found["deviation"] is None
     assert (found["mesh"]["quads"], found["mesh"]["triangles"]) == (5, 4)
     assert found["mesh"]["volume"] == pytest.approx(1 + 0.5 / 3)

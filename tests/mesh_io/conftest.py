@@ -12,8 +12,8 @@ def cube():
     corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], np.float32)
     quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     return MeshFile(
-        vertices=corners,
-        quads=np.array(quads, np.int32),
+        points=corners,
+        faces=np.array(quads, np.int32),
         normals=(corners / np.sqrt(np.float32(3))).astype(np.float32),
         space="RAS",
     )
@@ -28,4 +28,4 @@ def grid():
     first = (i[:-1, :-1] * 41 + j[:-1, :-1]).ravel()
     quads = np.stack([first, first + 41, first + 42, first + 1], axis=1).astype(np.int32)
     normals = np.tile(np.array([[0.6, -0.0, 0.8]], np.float32), (len(vertices), 1))
-    return MeshFile(vertices=vertices, quads=quads, normals=normals, space="LPS")
+    return MeshFile(points=vertices, faces=quads, normals=normals, space="LPS")

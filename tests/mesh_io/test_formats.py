@@ -13,8 +13,8 @@ def test_what_is_written_is_read_again(name, cube, tmp_path):
     path = str(tmp_path / f"a{FORMATS[name].suffix}")
     assert write_mesh(path, cube).format == name
     found = read_mesh(path)
-    np.testing.assert_array_equal(found.points, cube.vertices)
-    np.testing.assert_array_equal(found.faces, cube.quads)
+    np.testing.assert_array_equal(found.points, cube.points)
+    np.testing.assert_array_equal(found.faces, cube.faces)
 
 
 def test_no_suffix_means_two_formats():

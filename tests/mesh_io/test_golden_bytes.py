@@ -36,7 +36,7 @@ def written(tmp_path, mesh, name, **options):
 
 def test_ply_is_binary_little_endian(tmp_path, cube):
     data = written(tmp_path, cube, "cube.ply")
-    body = np.hstack((cube.vertices, cube.normals)).astype("<f4").tobytes()
+    body = np.hstack((cube.points, cube.normals)).astype("<f4").tobytes()
     body += b"".join(struct.pack("<B4i", 4, *map(int, quad.split())) for quad in QUADS)
     assert data == PLY_HEADER.format("binary_little_endian").encode() + body
 
@@ -74,7 +74,7 @@ def test_off_reports_that_normals_are_left_out(tmp_path, cube):
 
 @pytest.mark.parametrize("name", ["none.ply", "none.obj", "none.off"])
 def test_an_empty_mesh_is_a_valid_file(tmp_path, name):
-    empty = MeshFile(vertices=np.zeros((0, 3), np.float32), quads=np.zeros((0, 4), np.int32))
+    empty = MeshFile(points=np.zeros((0, 3), np.float32), faces=np.zeros((0, 4), np.int32))
     data = written(tmp_path, empty, name)
     assert data.startswith({"ply": b"ply\n", "obj": b"# written", "off": b"OFF\n0 0 0\n"}[name[-3:]])
 

@@ -32,8 +32,8 @@ def test_vtk_reads_the_same_quads(request, tmp_path, name, shape):
     mesh = request.getfixturevalue(shape)
     data = vtk_mesh(written(tmp_path, mesh, name))
     cells = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 4)
-    np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()).astype(np.float32), mesh.vertices)
-    np.testing.assert_array_equal(cells, mesh.quads)
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()).astype(np.float32), mesh.points)
+    np.testing.assert_array_equal(cells, mesh.faces)
 
 
 @pytest.mark.parametrize("name", ["mesh.ply", "mesh.ascii.ply", "mesh.obj"])
@@ -49,8 +49,8 @@ def test_vtk_reads_the_same_normals(tmp_path, grid, name):
 def test_meshio_reads_the_same_quads(request, tmp_path, name, shape):
     mesh = request.getfixturevalue(shape)
     data = meshio.read(written(tmp_path, mesh, name))
-    np.testing.assert_array_equal(data.points.astype(np.float32), mesh.vertices)
-    np.testing.assert_array_equal(data.cells_dict["quad"], mesh.quads)
+    np.testing.assert_array_equal(data.points.astype(np.float32), mesh.points)
+    np.testing.assert_array_equal(data.cells_dict["quad"], mesh.faces)
     assert list(data.cells_dict) == ["quad"]
 
 

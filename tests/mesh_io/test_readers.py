@@ -33,7 +33,7 @@ def test_our_own_files_read_back(tmp_path, name, with_normals):
     points, quads = shapes.torus(9, 7)
     points = points.astype(np.float32)
     encode, ascii = ENCODERS[name]
-    mesh = MeshFile(vertices=points, quads=quads, normals=points if with_normals else None, space="LPS")
+    mesh = MeshFile(points=points, faces=quads, normals=points if with_normals else None, space="LPS")
     (tmp_path / name).write_bytes(b"".join(encode(mesh, ascii=ascii)))
     found = read_mesh(tmp_path / name)
     assert np.array_equal(found.points.astype(np.float32), points)
@@ -282,6 +282,16 @@ def test_a_damaged_file_is_refused_with_what_was_found(tmp_path, name, text, fou
 def test_an_unsupported_file_is_refused(tmp_path, name, text, found):
     with pytest.raises(UnsupportedFormatError, match=found):
         read_mesh(save(tmp_path, name, text))
+
+
+@pytest.mark.parametrize("name", ENCODERS)
+def test_the_largest_float32_is_read_again(tmp_path, name):
+    """Its shortest decimal is a larger double."""
+    points = np.full((4, 3), np.finfo(np.float32).max, np.float32)
+    encode, ascii = ENCODERS[name]
+    mesh = MeshFile(points=points, faces=np.array([[0, 1, 2, 3]], np.int32))
+    (tmp_path / name).write_bytes(b"".join(encode(mesh, ascii=ascii)))
+    assert np.array_equal(read_mesh(tmp_path / name).points.astype(np.float32), points)
 
 
 def test_a_missing_file_is_named(tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis.extra.numpy import arrays
 
 from dmc_cli.mesh_io import text
-from dmc_cli.mesh_io.text import chunks_of, float_lines, quad_lines
+from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 finite_rows = arrays(
     np.float32,
@@ -37,7 +37,7 @@ def test_no_shorter_decimal_reads_back(rows):
 @given(arrays(np.int32, st.tuples(st.integers(1, 9), st.just(4)), elements=st.integers(0, 20_000)))
 def test_indices_of_any_length_are_written_plainly(quads):
     expected = "".join("4 " + " ".join(map(str, quad)) + "\n" for quad in quads.tolist())
-    assert quad_lines(quads, b"4").decode() == expected
+    assert face_lines(quads).decode() == expected
 
 
 @pytest.mark.parametrize("repeat", [1, 2])
@@ -48,7 +48,7 @@ def test_indices_far_apart_take_no_more_memory_than_near_ones(repeat):
     peaks = []
     for quads in (near, far):
         tracemalloc.start()
-        lines = [quad_lines(rows, b"f", first=1, repeat=repeat) for rows in chunks_of(quads)]
+        lines = [face_lines(rows, b"f", first=1, repeat=repeat) for rows in chunks_of(quads)]
         peaks.append(tracemalloc.get_traced_memory()[1] - sum(map(len, lines)))
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]
@@ -78,4 +78,4 @@ def test_floats_of_one_column_are_a_number_a_line():
 def test_indices_from_one_with_their_normal(top):
     quads = np.array([[top - 3, top - 2, top - 1, top]], np.int32)
     words = " ".join(f"{index + 1}//{index + 1}" for index in quads[0].tolist())
-    assert quad_lines(quads, b"f", first=1, repeat=2).decode() == f"f {words}\n"
+    assert face_lines(quads, b"f", first=1, repeat=2).decode() == f"f {words}\n"

@@ -1,41 +1,18 @@
-"""Hold a mesh as a file has it: points, and faces of three or four corners."""
+"""Make a mesh of what a file had, once that is checked."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
 from dmc_cli.volume.checks import FARTHEST_MM
+from dmc_cli.volume.volume import Space
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-MeshSpace = Literal["RAS", "LPS", "none"]
 
-
-@dataclass(frozen=True, kw_only=True)
-class MeshInput:
-    """A mesh that was read.
-
-    Attributes:
-        points: Positions, (V, 3) float64, as the file has them.
-        faces: Corners, (F, 4) int32, in the file's order; a triangle has -1 as its fourth corner.
-        space: The axes that the file's comment names, else none.
-    """
-
-    points: Array
-    faces: Array
-    space: MeshSpace = "none"
-
-    @property
-    def triangle_count(self) -> int:
-        """Faces with three corners."""
-        return int(np.count_nonzero(self.faces[:, 3] < 0))
-
-
-def make_mesh(
-    path: str, points: Array, counts: Array, corners: Array, space: MeshSpace = "none"
-) -> MeshInput:
+def make_mesh(path: str, points: Array, counts: Array, corners: Array, space: Space = "none") -> MeshFile:
     """Return a mesh after checking it.
 
     Args:
@@ -56,7 +33,7 @@ def make_mesh(
             " triangulate larger faces"
         )
     points = np.ascontiguousarray(points, dtype=np.float64)
-    bad = np.flatnonzero(~(np.abs(points) <= FARTHEST_MM).all(axis=1))  # a NaN is none
+    bad = np.flatnonzero(~fits_float32(points).all(axis=1))
     if bad.size:
         raise MeshFileError(
             f"{path}: vertex {bad[0]} is at {points[bad[0]].tolist()}; expected finite numbers up to"
@@ -68,10 +45,10 @@ def make_mesh(
             f"{path}: a face names vertex {int(corners[outside[0]])}; expected 0 to {len(points) - 1},"
             f" since the file has {len(points)} vertices"
         )
-    return MeshInput(points=points, faces=_rows_of_four(counts, corners), space=space)
+    return MeshFile(points=points, faces=_rows_of_four(counts, corners), space=space)
 
 
-def find_space(comments: bytes) -> MeshSpace:
+def find_space(comments: bytes) -> Space:
     """Return the axes that comments of a mesh file name, as 3D Slicer writes and reads them."""
     if b"SPACE=RAS" in comments:
         return "RAS"
@@ -79,11 +56,11 @@ def find_space(comments: bytes) -> MeshSpace:
 
 
 def _rows_of_four(counts: Array, corners: Array) -> Array:
-    """Return the faces as rows of four, -1 after the corners of a triangle."""
+    """Return the faces as rows of four, `NO_CORNER` after the corners of a triangle."""
     if (counts == 4).all():
         return corners.astype(np.int32).reshape(-1, 4)
     starts = np.cumsum(counts) - counts
-    faces = np.full((len(counts), 4), -1, dtype=np.int32)
+    faces = np.full((len(counts), 4), NO_CORNER, dtype=np.int32)
     for c in range(3):
         faces[:, c] = corners[starts + c]
     is_quad = counts == 4
