@@ -23,7 +23,7 @@ UNLIMITED = 1 << 60
 
 @dataclass(frozen=True, order=True)
 class Available:
-    """Bytes that can still be had, and what limits them; no words where it is the machine's memory."""
+    """Bytes that can still be had, and what limits them; an empty text where it is the machine's memory."""
 
     size: int
     limit: str = ""
@@ -99,8 +99,8 @@ def _groups(proc: Path) -> tuple[tuple[Path, str], ...]:
 def _mounts(lines: list[str], kind: str) -> Iterator[tuple[str, Path]]:
     """Yield the group that is at the root of each mount of a kind, and where it is mounted."""
     for line in lines:
-        left, _, right = line.partition(" - ")
-        fields, source = left.split(), right.split()
+        before, _, after = line.partition(" - ")
+        fields, source = before.split(), after.split()
         if len(fields) < 5 or len(source) < 3 or source[0] != kind:
             continue
         if kind == "cgroup2" or "memory" in source[2].split(","):

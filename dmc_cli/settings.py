@@ -191,7 +191,7 @@ class MeshSettings:
         if self.simplify not in ("none", "all"):
             raise SettingsError(
                 f"remesh is {self.remesh}, but simplify is {self.simplify!r}; expected 'all', which remeshing"
-                " implies, or no word of it"
+                " implies, or leave it out"
             )
         object.__setattr__(self, "simplify", "all")
 

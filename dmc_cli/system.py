@@ -54,7 +54,7 @@ def lacks_memory(error: BaseException) -> bool:
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
         return True
     return isinstance(error, (ImportError, OSError, RuntimeError)) and any(
-        words in str(error).lower() for words in _NO_MEMORY
+        phrase in str(error).lower() for phrase in _NO_MEMORY
     )
 
 

@@ -131,11 +131,11 @@ def list_mask_kernel(
     block = first + wp.tid()
     slot = starts[block]
     for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
-        left = mask[w]
-        while left != wp.uint32(0):
-            listed_out[slot] = 32 * w + bit_index(left)
+        remaining = mask[w]
+        while remaining != wp.uint32(0):
+            listed_out[slot] = 32 * w + bit_index(remaining)
             slot += wp.int64(1)
-            left &= left - wp.uint32(1)
+            remaining &= remaining - wp.uint32(1)
 
 
 @wp.kernel
@@ -167,11 +167,11 @@ def keep_masked_kernel(
     block = first + wp.tid()
     slot = wp.int32(starts[block])
     for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
-        left = mask[w]
-        while left != wp.uint32(0):
-            kept_out[slot] = items[32 * w + bit_index(left)]
+        remaining = mask[w]
+        while remaining != wp.uint32(0):
+            kept_out[slot] = items[32 * w + bit_index(remaining)]
             slot += 1
-            left &= left - wp.uint32(1)
+            remaining &= remaining - wp.uint32(1)
 
 
 @wp.kernel

@@ -101,16 +101,16 @@ def _converted(table: dict[str, Any], path: Path, ctx: click.Context) -> Iterato
         if (option.multiple or option.nargs == -1) and not isinstance(value, list):
             value = [value]  # noqa: PLW2901 - one value stands for a list of one
         try:
-            yield key, option.type_cast_value(ctx, _words(option, value))
+            yield key, option.type_cast_value(ctx, _arguments(option, value))
         except click.BadParameter as error:
             raise SettingsError(f"{path}: {key} is {_shown(value)}; {error.message}") from error
 
 
-def _words(option: click.Parameter, value: Any) -> Any:
-    """Return a value of a TOML file as the words that would give it on the command line, a flag's as it is.
+def _arguments(option: click.Parameter, value: Any) -> Any:
+    """Return a value of a TOML file as the arguments that would give it, a flag's as it is.
 
     Raises:
-        BadParameter: No words could give it.
+        BadParameter: No arguments could give it.
     """
     if isinstance(option, click.Option) and option.is_flag:
         if not isinstance(value, bool):
@@ -118,11 +118,11 @@ def _words(option: click.Parameter, value: Any) -> Any:
         return value
     takes_several = option.multiple or option.nargs == -1 or isinstance(option.type, (Triple, ChoiceList))
     if takes_several and isinstance(value, list):
-        return [_word(item) for item in value]
-    return _word(value)
+        return [_argument(item) for item in value]
+    return _argument(value)
 
 
-def _word(value: Any) -> str:
+def _argument(value: Any) -> str:
     """Return a text as it is and a number as it is written."""
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise click.BadParameter("expected a text or a number")

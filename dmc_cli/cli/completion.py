@@ -36,23 +36,23 @@ complete -o nosort -F %(complete_func)s %(prog_name)s
 
 
 class Bash(BashComplete):
-    """Completion for bash, which counts `=` and `:` as words; the line tells which words are meant."""
+    """Completion for bash, which splits arguments at `=` and `:`; the line tells what is meant."""
 
     source_template = _BASH
 
     def get_completion_args(self) -> tuple[list[str], str]:
-        """Return the words before the one that is completed, and that one as far as it is there."""
+        """Return the arguments before the one that is completed, and that one as far as it is there."""
         line = os.environ.get("COMP_LINE")
         if not line:
             before, incomplete = super().get_completion_args()
-            return [word for word in before if word != "="], incomplete
-        words = split_arg_string(line)[1:]
-        is_begun = bool(words) and (not line[-1].isspace() or words[-1][-1:].isspace())
-        return (words[:-1], words[-1]) if is_begun else (words, "")
+            return [argument for argument in before if argument != "="], incomplete
+        arguments = split_arg_string(line)[1:]
+        is_begun = bool(arguments) and (not line[-1].isspace() or arguments[-1][-1:].isspace())
+        return (arguments[:-1], arguments[-1]) if is_begun else (arguments, "")
 
 
 class Zsh(ZshComplete):
-    """Completion for zsh, which counts `--option=` as a part of the word: only what follows is completed."""
+    """Completion for zsh, which counts `--option=` as one argument: only what follows is completed."""
 
     source_template = ZshComplete.source_template.replace(
         "    for type key", "    [[ $PREFIX == --*=* ]] && compset -P '*='\n    for type key", 1

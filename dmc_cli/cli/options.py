@@ -1,7 +1,7 @@
 """The options that commands share: each made once from the settings field that it fills.
 
-Name, default and choices come from the field in `settings.py`; only the help text and the words
-around it stand here.
+Name, default and choices come from the field in `settings.py`; only the help text and the heading
+stand here.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 import click
 
 from dmc_cli.cli.group import VERBOSE
-from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_words
+from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_values
 from dmc_cli.cli.sections import SectionedOption
 from dmc_cli.mesh_io import formats as mesh_formats
 from dmc_cli.settings import (
@@ -75,7 +75,7 @@ def stack(*decorators: Decorator) -> Decorator:
 
 
 def _choices(annotation: Any) -> tuple[str, ...]:
-    """The words of a Literal, or of the Literal in an optional one; none for other types."""
+    """Return the values of a Literal, or of the Literal in an optional one; none for other types."""
     for part in (annotation, *get_args(annotation)):
         if get_origin(part) is Literal:
             return get_args(part)
@@ -90,7 +90,7 @@ def _remember(ctx: click.Context, _parameter: click.Parameter, value: int) -> in
 def _complete_types(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> Any:
     from dmc_cli.volume_io.raw import RAW_TYPES
 
-    return complete_words(*RAW_TYPES)(ctx, parameter, incomplete)
+    return complete_values(*RAW_TYPES)(ctx, parameter, incomplete)
 
 
 input_argument = click.argument("input", shell_complete=complete_files)
@@ -331,7 +331,7 @@ device_option = setting(
     "device",
     section="Run",
     metavar="DEVICE",
-    shell_complete=complete_words("auto", "cpu", "cuda"),
+    shell_complete=complete_values("auto", "cpu", "cuda"),
     again=None,
     help="auto (CUDA where usable), cpu, cuda or cuda:N.",
 )

@@ -1,4 +1,4 @@
-"""Turn the words of the command line into values: triples, sizes in bytes, lists of choices."""
+"""Convert arguments of the command line to values: triples, sizes in bytes, lists of choices."""
 
 import math
 import re
@@ -22,11 +22,11 @@ def complete_files(
     return [CompletionItem(incomplete, type="file")]
 
 
-def complete_words(*words: str) -> Completer:
-    """Make what completes one of some words, where others are taken as well."""
+def complete_values(*values: str) -> Completer:
+    """Return the completion of an option that has some values by name and takes others as well."""
 
     def complete(_ctx: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
-        return [word for word in words if word.startswith(incomplete)]
+        return [value for value in values if value.startswith(incomplete)]
 
     return complete
 
@@ -46,13 +46,13 @@ class Triple(click.ParamType[Any]):
         """Split and convert; the default and TOML files give the items themselves."""
         if isinstance(value, (tuple, list)):
             value = ",".join(str(item) for item in value)
-        words = value.split(",")
+        parts = value.split(",")
         kind = "integers" if self.number is int else "numbers"
         expected = f"expected three {kind} with commas between, as in 64,64,93"
-        if len(words) != 3:
-            self.fail(f"{value!r} has {len(words)} part(s); {expected}", param, ctx)
+        if len(parts) != 3:
+            self.fail(f"{value!r} has {len(parts)} part(s); {expected}", param, ctx)
         try:
-            return tuple(self.number(word) for word in words)
+            return tuple(self.number(part) for part in parts)
         except ValueError:
             self.fail(f"{value!r}: {expected}", param, ctx)
 
@@ -74,7 +74,7 @@ class Size(click.ParamType[Any]):
 
 
 class ChoiceList(click.ParamType[Any]):
-    """Words of a fixed set with commas between."""
+    """Names of a fixed set with commas between."""
 
     name = "LIST"
 
@@ -88,16 +88,16 @@ class ChoiceList(click.ParamType[Any]):
         """Split, check, and drop repetitions; the default and TOML files give a list."""
         if isinstance(value, (tuple, list)):
             value = ",".join(value)
-        words = [word.strip() for word in value.split(",") if word.strip()]
-        for word in words:
-            if word not in self.choices:
-                self.fail(f"{word!r} is not one of {', '.join(self.choices)}", param, ctx)
-        return tuple(dict.fromkeys(words))
+        names = [part.strip() for part in value.split(",") if part.strip()]
+        for name in names:
+            if name not in self.choices:
+                self.fail(f"{name!r} is not one of {', '.join(self.choices)}", param, ctx)
+        return tuple(dict.fromkeys(names))
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> "list[CompletionItem[Any]]":
-        """Complete the last word of the list."""
+        """Complete the last name of the list."""
         from click.shell_completion import CompletionItem
 
         before, comma, last = incomplete.rpartition(",")

@@ -90,8 +90,8 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
     dicom = len(description["series"]) > 1 or any(entry["uid"] for entry in description["series"])
     for entry in description["series"] if dicom else ():
         size = " x ".join(str(count) for count in entry["size"])
-        words = [f"{entry['number']:<4}", entry["modality"], size, entry["description"], entry["uid"]]
-        yield "  " + "  ".join(word for word in words if word)
+        parts = [f"{entry['number']:<4}", entry["modality"], size, entry["description"], entry["uid"]]
+        yield "  " + "  ".join(part for part in parts if part)
     for warning in description.get("warnings", []):
         yield f"warning   {warning}"
 
@@ -147,14 +147,14 @@ def _space_name(space: str) -> str:
 def _topology_line(topology: dict[str, Any]) -> str:
     manifold = not topology["non_manifold_edges"] and not topology["non_manifold_vertices"]
     loops = topology["boundary_loops"]
-    words = [
+    parts = [
         "manifold" if manifold else "not manifold",
         f"open ({loops} boundary loop(s))" if loops else "closed",
         f"{topology['components']} component(s)",
     ]
     if topology.get("genus") is not None:
-        words.append(f"genus {topology['genus']:g}")
-    return ", ".join(words)
+        parts.append(f"genus {topology['genus']:g}")
+    return ", ".join(parts)
 
 
 def _time_line(timings: dict[str, float]) -> str:

@@ -49,7 +49,7 @@ class BlockCells:
     """
 )
 def load_cells(cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32) -> DoubleLanes:
-    """Return the numbers of `size` cells from `start` on, the last one again for the lanes that are left."""
+    """Return the numbers of `size` cells from `start` on, the last one again for the lanes that remain."""
     ...
 
 
@@ -88,7 +88,7 @@ def whole_part(a: wp.float64, inverse: wp.float64) -> wp.int32:
 def find_block_cells(
     grid: Grid, cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32
 ) -> BlockCells:
-    """Return the cells of the `size` vertices from `start` on; lanes that are left have the last one's."""
+    """Return the cells of the `size` vertices from `start` on; lanes that remain have the last one's."""
     found = BlockCells()
     b = grid.border
     nx = grid.nx - 2 * b
@@ -144,5 +144,5 @@ def find_block_cells(
     """
 )
 def load_points(points: wp.array(dtype=wp.vec3), start: wp.int32, size: wp.int32) -> PointLanes:
-    """Return `size` points from `start` on, the last one again for the lanes that are left."""
+    """Return `size` points from `start` on, the last one again for the lanes that remain."""
     ...

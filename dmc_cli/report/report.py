@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # their kernels are only imported by runs that measure
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
 
-HASH_BLOCK = 1 << 22
+HASHED_AT_ONCE = 1 << 22
 """Bytes read at a time for the input's checksum."""
 
 
@@ -159,8 +159,8 @@ def _sha256(volume: Volume) -> str | None:
         return None
     digest = hashlib.sha256()
     with volume.files[0].open("rb") as file:
-        while block := file.read(HASH_BLOCK):
-            digest.update(block)
+        while piece := file.read(HASHED_AT_ONCE):
+            digest.update(piece)
     return digest.hexdigest()
 
 

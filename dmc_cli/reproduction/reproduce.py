@@ -157,7 +157,7 @@ def _line(row: Row) -> str:
 
 
 def _columns(data: str, mesh: str, quantity: str, paper: str, found: str, difference: str) -> str:
-    """Return the words of a line in their columns."""
+    """Return the entries of a line in their columns."""
     return f"  {data:<14} {mesh:<15} {quantity:<27} {paper:>10} {found:>12} {difference:>11}"
 
 

@@ -23,7 +23,7 @@ MOST_KEPT = 1 << 30
 """Bytes kept at most."""
 
 SMALL_WHOLE = 1 << 25
-"""Bytes, in use and kept, that are never too much: to fetch small blocks anew costs more than it saves."""
+"""Bytes, in use and kept, that are never too much: to fetch small buffers anew costs more than it saves."""
 
 SPARE_SHARE = 16
 """What is in use and kept may be more than what was in use at most by one part in so many."""
@@ -41,7 +41,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_LOCK.acquire, after_in_parent=_LOCK.release, after_in_child=_LOCK.release)
 
 
-class Block:
+class Buffer:
     """Memory and where it begins, which takes NumPy as long to tell as a small kernel runs."""
 
     __slots__ = ("address", "memory")
@@ -52,39 +52,39 @@ class Block:
 
 
 class Lease:
-    """A block of memory that goes back when this object does."""
+    """A buffer of memory that goes back when this object does."""
 
-    __slots__ = ("_returned", "block")
+    __slots__ = ("_returned", "buffer")
 
-    def __init__(self, block: Block, returned: deque[Block]) -> None:
-        self.block = block
+    def __init__(self, buffer: Buffer, returned: deque[Buffer]) -> None:
+        self.buffer = buffer
         self._returned = returned
 
     def __del__(self) -> None:
-        self._returned.append(self.block)  # only this, which is atomic: it may run anywhere, in any thread
+        self._returned.append(self.buffer)  # only this, which is atomic: it may run anywhere, in any thread
 
 
 class HostMemory:
-    """The blocks that are kept, by their size, those that came back last at the end."""
+    """The buffers that are kept, by their size, those that came back last at the end."""
 
     def __init__(self) -> None:
-        self._returned: deque[Block] = deque()
-        self._kept: dict[int, list[Block]] = {}
+        self._returned: deque[Buffer] = deque()
+        self._kept: dict[int, list[Buffer]] = {}
         self._total = 0
         self._in_use = 0
         self._most_in_use = 0
 
     def take(self, size: int) -> Lease:
-        """Return an owner of at least `size` uninitialised bytes, its `block`."""
+        """Return an owner of at least `size` uninitialised bytes, its `buffer`."""
         if size < SMALLEST_KEPT:
-            return Lease(Block(size), deque())
-        rounded = block_size(size)
+            return Lease(Buffer(size), deque())
+        rounded = buffer_size(size)
         with _LOCK:
             self._collect()
-            block = self._kept_block(rounded) or self._new_block(rounded)
+            buffer = self._kept_buffer(rounded) or self._new_buffer(rounded)
             self._in_use += rounded
             self._most_in_use = max(self._most_in_use, self._in_use)
-        return Lease(block, self._returned)
+        return Lease(buffer, self._returned)
 
     def let_go(self) -> None:
         """Keep nothing of what came back so far."""
@@ -95,42 +95,42 @@ class HostMemory:
     def _collect(self) -> None:
         """Keep what came back since."""
         while self._returned:
-            block = self._returned.popleft()
-            size = len(block.memory)
-            blocks = self._kept.pop(size, [])
-            blocks.append(block)
-            self._kept[size] = blocks  # at the end
+            buffer = self._returned.popleft()
+            size = len(buffer.memory)
+            buffers = self._kept.pop(size, [])
+            buffers.append(buffer)
+            self._kept[size] = buffers  # at the end
             self._total += size
             self._in_use -= size
         self._keep_at_most(MOST_KEPT)
 
-    def _kept_block(self, size: int) -> Block | None:
-        """Return a block of this size if one is kept."""
-        blocks = self._kept.get(size)
-        if not blocks:
+    def _kept_buffer(self, size: int) -> Buffer | None:
+        """Return a buffer of this size if one is kept."""
+        buffers = self._kept.get(size)
+        if not buffers:
             return None
         self._total -= size
-        return blocks.pop()
+        return buffers.pop()
 
-    def _new_block(self, size: int) -> Block:
+    def _new_buffer(self, size: int) -> Buffer:
         """Return new memory, after letting go of so much that the whole is not too large with it."""
         in_use = self._in_use + size
         most = max(in_use, self._most_in_use)
         self._keep_at_most(max(most + most // SPARE_SHARE, SMALL_WHOLE) - in_use)
         try:
-            return Block(size)
+            return Buffer(size)
         except MemoryError:
             self._keep_at_most(0)
-            return Block(size)
+            return Buffer(size)
 
     def _keep_at_most(self, limit: int) -> None:
         """Let go of what came back first until no more than so many bytes are kept."""
         while self._total > limit:
             size = next(iter(self._kept))
-            blocks = self._kept[size]
-            while self._total > limit and blocks:
-                self._total -= len(blocks.pop().memory)
-            if not blocks:
+            buffers = self._kept[size]
+            while self._total > limit and buffers:
+                self._total -= len(buffers.pop().memory)
+            if not buffers:
                 del self._kept[size]
 
 
@@ -152,7 +152,7 @@ def mapped(size: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return np.frombuffer(mapping, np.uint8)
 
 
-def block_size(size: int) -> int:
-    """Return the size of block for `size` bytes: up to an eighth more, so that near sizes share blocks."""
+def buffer_size(size: int) -> int:
+    """Return the size of buffer for `size` bytes: up to an eighth more, so that near sizes share buffers."""
     step = 1 << max(size.bit_length() - 4, 0)
     return -(-size // step) * step

@@ -143,7 +143,7 @@ class Device:
         if not self.is_cpu:
             return wp.empty(shape, dtype=dtype, device=self.name)
         lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))
-        return _host_array(lease.block.address, lease, shape, dtype)
+        return _host_array(lease.buffer.address, lease, shape, dtype)
 
     def let_go(self) -> None:
         """Give the system back what is kept of arrays that are gone: what follows needs other sizes."""
@@ -154,8 +154,8 @@ class Device:
         if not self.is_cpu:
             return wp.zeros(shape, dtype=dtype, device=self.name)
         size = prod(_dims(shape)) * size_of(dtype)
-        block = mapped(size) if size >= SMALLEST_MAPPED else np.zeros(size, np.uint8)
-        return _host_array(block.ctypes.data, block, shape, dtype)
+        buffer = mapped(size) if size >= SMALLEST_MAPPED else np.zeros(size, np.uint8)
+        return _host_array(buffer.ctypes.data, buffer, shape, dtype)
 
     def clear_around(self, array: Any, start: int, end: int) -> None:
         """Set all items but `start` to `end` - 1 of an array to zero."""

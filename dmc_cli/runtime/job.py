@@ -6,7 +6,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.runtime import job_slots as words
+from dmc_cli.runtime import job_slots
 from dmc_cli.runtime.compiled_kernel import CompiledKernel
 from dmc_cli.stop import check_stop
 
@@ -15,10 +15,10 @@ class SlotKernels:
     """The compiled kernels of `job_slots.py`."""
 
     def __init__(self, board: Any) -> None:
-        self.open = CompiledKernel(words.open_kernel, [board, 0])
-        self.lead = CompiledKernel(words.lead_kernel, [board, 0, True])
-        self.drop = CompiledKernel(words.drop_kernel, [board, 0])
-        self.help = CompiledKernel(words.help_kernel, [board, 0, 0])
+        self.open = CompiledKernel(job_slots.open_kernel, [board, 0])
+        self.lead = CompiledKernel(job_slots.lead_kernel, [board, 0, True])
+        self.drop = CompiledKernel(job_slots.drop_kernel, [board, 0])
+        self.help = CompiledKernel(job_slots.help_kernel, [board, 0, 0])
 
 
 class JobSlot:
@@ -32,8 +32,10 @@ class JobSlot:
     def __init__(self, board: Any, number: int, kernels: SlotKernels) -> None:
         self.workers = 0
         self.is_begun = False
-        start = board.ptr + wp.types.type_size_in_bytes(wp.int64) * (words.FIRST_SLOT + words.SLOT * number)
-        self._words = (ctypes.c_int64 * words.SLOT).from_address(start)
+        start = board.ptr + wp.types.type_size_in_bytes(wp.int64) * (
+            job_slots.FIRST_SLOT + job_slots.SLOT * number
+        )
+        self._entries = (ctypes.c_int64 * job_slots.SLOT).from_address(start)
         self._board = board
         self._held: tuple[Any, ...] = ()  # what the job needs to stay in memory
         self._open = kernels.open.prepared([board, number])
@@ -48,12 +50,12 @@ class JobSlot:
         packed = compiled.pack(arguments)
         chunks = -(-dim // chunk)
         whole, last = compiled.bounds(chunk), compiled.bounds(dim - chunk * (chunks - 1))
-        job = self._words
-        job[words.ENTRY], job[words.CHUNK], job[words.CHUNKS] = compiled.address, chunk, chunks
-        job[words.ARGUMENTS], job[words.SIZE] = ctypes.addressof(packed), ctypes.sizeof(packed)
-        job[words.WHOLE], job[words.LAST] = ctypes.addressof(whole), ctypes.addressof(last)
-        job[words.PART_COUNT] = min(threads, words.MOST_PARTS)
-        job[words.WORKERS] = threads - 1
+        job = self._entries
+        job[job_slots.ENTRY], job[job_slots.CHUNK], job[job_slots.CHUNKS] = compiled.address, chunk, chunks
+        job[job_slots.ARGUMENTS], job[job_slots.SIZE] = ctypes.addressof(packed), ctypes.sizeof(packed)
+        job[job_slots.WHOLE], job[job_slots.LAST] = ctypes.addressof(whole), ctypes.addressof(last)
+        job[job_slots.PART_COUNT] = min(threads, job_slots.MOST_PARTS)
+        job[job_slots.WORKERS] = threads - 1
         self._held = (packed, whole, last, arguments)
         self.workers = min(threads, chunks) - 1
 
@@ -82,7 +84,7 @@ class JobSlot:
         """Lead the job to its end, unless a signal's handler raises or the thread is asked to stop."""
         try:
             lead()
-            while not self._words[words.DONE]:
+            while not self._entries[job_slots.DONE]:
                 check_stop()
                 self._lead()
         except BaseException:

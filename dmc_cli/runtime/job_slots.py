@@ -6,7 +6,7 @@ out after; who finds no chunk left closes the job; and the thread that launched 
 out, so nobody looks at a job that is over. Each thread first takes the chunks of its own part, where the
 launch before left its data in the processor's cache, then those of the others' parts.
 
-Warp's language has no atomic words on CPU and cannot call an address, so these few steps are C++.
+Warp's language has no atomic integers of 64 bits on CPU and cannot call an address: these few steps are C++.
 """
 
 import warp as wp
@@ -14,7 +14,7 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 LINE = 8
-"""Words of a cache line: what different threads write is as far apart."""
+"""Entries, 64 bits each, of a cache line: what different threads write is as far apart."""
 
 MOST_PARTS = 64
 """Parts that a job's chunks are divided into at most; with more threads, some share a part."""
@@ -23,8 +23,8 @@ MOST_SLOTS = 64
 """Threads that launch at the same time and get help; others work alone."""
 
 OPEN, INSIDE, JOB, PARTS = 0, LINE, 2 * LINE, 4 * LINE
-"""Words of a slot: whether its job is open; how many workers are signed in; the job; the parts of its chunks,
-a line each: the next chunk of the part, and its end."""
+"""Entries of a slot: whether its job is open; how many workers are signed in; the job; the parts of its
+chunks, a line each: the next chunk of the part, and its end."""
 
 ENTRY, ARGUMENTS, SIZE, CHUNK, CHUNKS, WHOLE, LAST, PART_COUNT, WORKERS, DONE = range(JOB, JOB + 10)
 """The job: addresses of the kernel's compiled function and of its arguments; their bytes; kernel threads a
@@ -32,25 +32,25 @@ chunk; chunks; addresses of the launch bounds of a chunk and of the last one; pa
 whether it is done."""
 
 SLOT = PARTS + LINE * MOST_PARTS
-"""Words of a slot."""
+"""Entries of a slot."""
 
 STOPPED, SLOT_COUNT, YIELD, CLOCK, CLOCK_ID, FIRST_SLOT = 0, LINE, LINE + 1, LINE + 2, LINE + 3, 2 * LINE
-"""Words of the board: whether workers shall end; how many slots are in use; addresses of the system's
+"""Entries of the board: whether workers shall end; how many slots are in use; addresses of the system's
 functions that let another thread have the processor and that tell the time, and the number of the clock, or
 -1 for a function that returns milliseconds; the slots."""
 
 BOARD = FIRST_SLOT + SLOT * MOST_SLOTS
-"""Words of the board."""
+"""Entries of the board."""
 
 BUSY_TURNS = 200
-"""Looks at a word, some ten microseconds, before the processor is offered to others at each."""
+"""Looks at an entry, some ten microseconds, before the processor is offered to others at each."""
 
 LONGEST_LEAD = 50
 """Milliseconds after which a thread that leads a job looks after the interpreter's signals."""
 
 
 def _on_cpu(body: str, otherwise: str = "") -> str:
-    """Return C++ that is there on a CPU alone: `common` are the board's words, `words` the slot's."""
+    """Return C++ that is there on a CPU alone: `common` are the board's entries, `words` the slot's."""
     return f"""
     #if defined(__clang__) && !defined(__CUDA_ARCH__)
         long long* common = (long long*)board.data;
@@ -250,10 +250,10 @@ def drop_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32):
 
 @wp.kernel
 def help_kernel(board: wp.array(dtype=wp.int64), own: wp.int32, patience: wp.int32):
-    """Help with every job, its part `own` first, until there has been none for `patience` turns."""
-    turn = int(0)
+    """Help with every job, its part `own` first, until `patience` looks at all slots found none."""
+    looks = int(0)
     slot = int(0)
-    while turn < patience and not is_stopped(board, slot):
+    while looks < patience and not is_stopped(board, slot):
         count = slot_count(board, slot)
         for _n in range(count):
             slot = wp.where(slot + 1 < count, slot + 1, 0)
@@ -261,7 +261,7 @@ def help_kernel(board: wp.array(dtype=wp.int64), own: wp.int32, patience: wp.int
                 take_chunks(board, slot, own)
                 close_job(board, slot)
                 sign_out(board, slot)
-                turn = -1
-        if turn >= 0:
-            rest(board, slot, turn)
-        turn += 1
+                looks = -1
+        if looks >= 0:
+            rest(board, slot, looks)
+        looks += 1

@@ -37,8 +37,8 @@ LONGEST_CHUNK = 64
 """Grains a chunk at most: milliseconds, so that nobody has to wait long for its end."""
 
 PATIENCE = 6000
-"""Turns that a worker waits for the next launch before it sleeps: two milliseconds where nobody else wants
-the processor."""
+"""Looks at all slots, without a job in any, after which a worker sleeps: two milliseconds where nobody else
+wants the processor."""
 
 SHORT, LONG = 0.02, 0.1
 """Seconds between which the pieces of a launch by Warp itself are kept."""
@@ -251,13 +251,13 @@ def launch_by_warp(kernel: Any, dim: int, arguments: Sequence[Any], size: int) -
 
 def make_board() -> Any:
     """Return a board without jobs."""
-    words = np.zeros(job_slots.BOARD + job_slots.LINE, np.int64)
-    start = -words.ctypes.data // words.itemsize % job_slots.LINE  # the first cache line's
-    words = words[start : start + job_slots.BOARD]
-    words[job_slots.YIELD] = _address_of_yield()
-    words[job_slots.CLOCK], words[job_slots.CLOCK_ID] = _clock()
-    board = wp.array(ptr=words.ctypes.data, dtype=wp.int64, shape=words.shape, device="cpu", copy=False)
-    board._source = words
+    entries = np.zeros(job_slots.BOARD + job_slots.LINE, np.int64)
+    start = -entries.ctypes.data // entries.itemsize % job_slots.LINE  # the first cache line's
+    entries = entries[start : start + job_slots.BOARD]
+    entries[job_slots.YIELD] = _address_of_yield()
+    entries[job_slots.CLOCK], entries[job_slots.CLOCK_ID] = _clock()
+    board = wp.array(ptr=entries.ctypes.data, dtype=wp.int64, shape=entries.shape, device="cpu", copy=False)
+    board._source = entries
     return board
 
 

@@ -54,7 +54,7 @@ def pattern_files(
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", pattern):
         raise DamagedVolumeError(wrong)
     try:
-        first, last, step = (int(word) for word in span)
+        first, last, step = (int(token) for token in span)
     except ValueError as error:
         raise DamagedVolumeError(wrong) from error
     if step == 0 or not 0 <= (last - first) // step < MAX_FILES:

@@ -159,9 +159,9 @@ def _text_chunks(file: BinaryIO, dtype: np.dtype[Any]) -> Iterator[bytes]:
         text, rest = text[: cut + 1], text[cut + 1 :]
         if len(rest) > 64:
             raise ValueError("a number of more than 64 characters")
-        yield np.array([number(word) for word in text.split()], dtype).tobytes()
+        yield np.array([number(token) for token in text.split()], dtype).tobytes()
     if rest:
-        yield np.array([number(word) for word in rest.split()], dtype).tobytes()
+        yield np.array([number(token) for token in rest.split()], dtype).tobytes()
 
 
 def _hex_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:

@@ -63,7 +63,7 @@ FORMATS = {
     ),
     "raw": VolumeFormat(title="raw", suffixes=(".raw", ".raw.gz"), layout="raw:raw_layout"),
 }
-"""The formats by the words that `--input-format` has for them."""
+"""The formats by their names for `--input-format`."""
 
 
 def reader(place: str) -> Callable[..., Any]:
@@ -81,4 +81,4 @@ def format_of_suffix(name: str) -> str | None:
     """Return the format that a file's name means by the longest suffix of it that is known, or None."""
     fitting = [suffix for suffix in known_suffixes() if name.lower().endswith(suffix)]
     longest = max(fitting, key=len, default=None)
-    return next((word for word, known in FORMATS.items() if longest in known.suffixes), None)
+    return next((key for key, known in FORMATS.items() if longest in known.suffixes), None)

@@ -136,7 +136,7 @@ def _numbers(
     if key is None:
         return default or []
     try:
-        numbers = [float(word) for word in fields[key].split()]
+        numbers = [float(token) for token in fields[key].split()]
         if not numbers or not all(math.isfinite(n) for n in numbers):
             raise ValueError
     except ValueError as error:
@@ -211,19 +211,19 @@ def _data_files(
     allow_outside: bool,
 ) -> tuple[Path, ...]:
     """The files with the values, in order; the file itself where they are attached."""
-    words = fields["ElementDataFile"].split()
-    if not words:
+    tokens = fields["ElementDataFile"].split()
+    if not tokens:
         raise DamagedVolumeError(
             f"{name}: an empty ElementDataFile found; expected LOCAL, a file, a pattern or LIST"
         )
-    if words[0].upper() == "LOCAL":
+    if tokens[0].upper() == "LOCAL":
         return (path,)
-    if words[0] == "LIST":
-        if words[1:2] not in ([], [str(dimension - 1)], [f"{dimension - 1}D"]):
+    if tokens[0] == "LIST":
+        if tokens[1:2] not in ([], [str(dimension - 1)], [f"{dimension - 1}D"]):
             raise UnsupportedFormatError(
-                f"{name}: ElementDataFile = {' '.join(words)[:60]} found; expected a list of slices"
+                f"{name}: ElementDataFile = {' '.join(tokens)[:60]} found; expected a list of slices"
             )
         return listed_files(path, trailing, name, allow_outside)
-    if "%" in words[0] and len(words) == 4:
-        return pattern_files(path, words[0], words[1:4], name, allow_outside)
+    if "%" in tokens[0] and len(tokens) == 4:
+        return pattern_files(path, tokens[0], tokens[1:4], name, allow_outside)
     return (named_file(path, fields["ElementDataFile"], name, allow_outside),)

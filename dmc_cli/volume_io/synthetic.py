@@ -83,13 +83,13 @@ def parse_synthetic(name: str) -> tuple[str, int]:
     Raises:
         SettingsError: Another form, or an unknown field.
     """
-    words = name.split(":")
-    if len(words) != 3 or words[1] not in FIELD_NAMES or not (words[2].isascii() and words[2].isdecimal()):
+    parts = name.split(":")
+    if len(parts) != 3 or parts[1] not in FIELD_NAMES or not (parts[2].isascii() and parts[2].isdecimal()):
         raise SettingsError(
             f"{name}: found no synthetic field; expected synth:FIELD:N with N nodes an axis and FIELD one of "
             f"{', '.join(FIELD_NAMES)}, for example synth:iwp:128"
         )
-    return words[1], int(words[2][:9])
+    return parts[1], int(parts[2][:9])
 
 
 def synthetic_volume(name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:

@@ -81,15 +81,15 @@ def _raw_header(_volume: Volume) -> bytes:
 
 def _nrrd_header(volume: Volume) -> bytes:
     """Write an NRRD header; of the space its dimension is told."""
-    directions = " ".join(f"({_words(volume.affine[:3, axis], ',')})" for axis in range(3))
+    directions = " ".join(f"({_joined(volume.affine[:3, axis], ',')})" for axis in range(3))
     lines = [
         "NRRD0005",
         "type: float",
         "dimension: 3",
         "space dimension: 3",
-        f"sizes: {_words(volume.shape)}",
+        f"sizes: {_joined(volume.shape)}",
         f"space directions: {directions}",
-        f"space origin: ({_words(volume.affine[:3, 3], ',')})",
+        f"space origin: ({_joined(volume.affine[:3, 3], ',')})",
         "endian: little",
         "encoding: raw\n\n",
     ]
@@ -104,10 +104,10 @@ def _meta_header(volume: Volume) -> bytes:
         "BinaryData = True",
         "BinaryDataByteOrderMSB = False",
         "CompressedData = False",
-        f"TransformMatrix = {_words(np.eye(3).ravel())}",
-        f"Offset = {_words(volume.affine[:3, 3])}",
-        f"ElementSpacing = {_words(volume.spacing)}",
-        f"DimSize = {_words(volume.shape)}",
+        f"TransformMatrix = {_joined(np.eye(3).ravel())}",
+        f"Offset = {_joined(volume.affine[:3, 3])}",
+        f"ElementSpacing = {_joined(volume.spacing)}",
+        f"DimSize = {_joined(volume.shape)}",
         "ElementType = MET_FLOAT",
         "ElementDataFile = LOCAL\n",
     ]
@@ -129,7 +129,7 @@ def _nifti_header(volume: Volume) -> bytes:
     return bytes(header)
 
 
-def _words(numbers: Any, separator: str = " ") -> str:
+def _joined(numbers: Any, separator: str = " ") -> str:
     """Write numbers with the shortest decimals that read back the same."""
     return separator.join(repr(number) for number in np.asarray(numbers).tolist())
 

@@ -144,7 +144,7 @@ def test_what_memory_held_before_never_shows(name, border, monkeypatch):
 
         def take_filled(self, size, content=content):
             lease = take(self, size)
-            lease.block.memory[:] = content
+            lease.buffer.memory[:] = content
             return lease
 
         monkeypatch.setattr(HostMemory, "take", take_filled)

@@ -171,10 +171,10 @@ def flip_faces_kernel(
     for face_class in range(first_class, first_class + classes):
         axis = face_class / 2
         for start in range(begin, wp.min(begin + span, suspects_inout.shape[0]), 32):
-            left = marked(suspects_inout, start, wp.min(span, 32), 1 << axis)
-            while left != wp.uint32(0):  # hardly ever
-                s = start + bit_index(left)
-                left &= left - wp.uint32(1)
+            remaining = marked(suspects_inout, start, wp.min(span, 32), 1 << axis)
+            while remaining != wp.uint32(0):  # hardly ever
+                s = start + bit_index(remaining)
+                remaining &= remaining - wp.uint32(1)
                 other = bad_neighbour(grid, bits, special, s, axis, face_class % 2, polygons_inout)
                 if other >= 0:
                     suspects_inout[s] = suspects_inout[s] | wp.uint8(FLIPPED << axis)

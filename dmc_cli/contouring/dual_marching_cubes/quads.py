@@ -220,10 +220,10 @@ def connect_with_care(
     first = q
     for axis in range(3):
         of_axis = edges[axis]
-        left = of_axis & ~plain
-        while left != wp.uint32(0):
-            b = bit_index(left)
-            left &= left - wp.uint32(1)
+        remaining = of_axis & ~plain
+        while remaining != wp.uint32(0):
+            b = bit_index(remaining)
+            remaining &= remaining - wp.uint32(1)
             quad = wp.vec4i()
             for c in range(4):
                 edge = QUAD_EDGES[4 * axis + c]
@@ -259,9 +259,9 @@ def connect_quads_kernel(
     edges = quad_edges(grid, bits, at)
     plain = surely_ordinary(grid, bits, at)
     forward = bits.inside_line[at]  # the normal away from the inside is along the axis
-    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
+    reversal = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     for lane in range(LANES):
-        forward[lane] ^= turn
+        forward[lane] ^= reversal
     store_plain_quads(
         edges, forward, bits.ordinary_line, bits.rank, at, n, grid.words, grid.layer, q, quads_out
     )

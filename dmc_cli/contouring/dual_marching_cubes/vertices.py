@@ -15,7 +15,7 @@ from dmc_cli.bits.bit_lists import LIST_BITS, ON_GPU
 from dmc_cli.bits.words import LANES, VECTOR_FLAGS, Words
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST
-from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_left_vertices_kernel
+from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_remaining_vertices_kernel
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_simd import place_block_kernel
 from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, place_paper_vertices_kernel
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
@@ -101,18 +101,18 @@ def _place_exactly(
     inputs = [context[0], polygons.special, ordinary]
     outputs = [vertices.cell, vertices.local]
     device.begin(list_special_vertices_kernel, special, inputs, outputs, FLAGS_A_CHUNK)
-    left = vertices.fallbacks  # at first whether some are left in a block
+    remaining = vertices.fallbacks  # at first whether some in a block have no place yet
     if device.is_cpu:
         inputs = [*context, ordinary, vertices.cell]
-        outputs = [vertices.local, vertices.position, left]
-        device.begin(place_block_kernel, left.shape[0], inputs, outputs, BLOCKS_A_CHUNK)
+        outputs = [vertices.local, vertices.position, remaining]
+        device.begin(place_block_kernel, remaining.shape[0], inputs, outputs, BLOCKS_A_CHUNK)
     else:
-        left.fill_(1)
+        remaining.fill_(1)
         vertices.local.fill_(wp.vec3(-1.0, -1.0, -1.0))
-    threads = -(-left.shape[0] // device.span)
+    threads = -(-remaining.shape[0] // device.span)
     inputs = [*context, size, ordinary, polygons.special, special, vertices.cell, device.span]
-    outputs = [vertices.local, vertices.position, left]
-    device.begin(place_left_vertices_kernel, threads, inputs, outputs, 1)
+    outputs = [vertices.local, vertices.position, remaining]
+    device.begin(place_remaining_vertices_kernel, threads, inputs, outputs, 1)
 
 
 def count_fallbacks(vertices: Vertices, device: Device) -> int:

@@ -68,11 +68,11 @@ def texts(dataset: Any, tag: int) -> list[str]:
             value = value.decode("utf-8")
         except UnicodeDecodeError:
             value = value.decode("latin-1")
-        return [word.strip(" \0") for word in value.split("\\")] if value else []
+        return [item.strip(" \0") for item in value.split("\\")] if value else []
     if value is None:
         return []
     if isinstance(value, (list, tuple)) or type(value).__name__ == "MultiValue":
-        return [str(word).strip() for word in value]
+        return [str(item).strip() for item in value]
     return [str(value).strip()]
 
 
@@ -91,7 +91,7 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
             order = "<" if element.is_little_endian else ">"
             found = [float(v[0]) for v in struct.iter_unpack(order + kind, element.value)]
         else:
-            found = [float(word) for word in texts(dataset, tag)]
+            found = [float(text) for text in texts(dataset, tag)]
     except (ValueError, OverflowError, struct.error) as error:
         raise DamagedVolumeError(
             f"element {tag:08x} holds {element.value!r:.60}; expected numbers"

@@ -119,9 +119,9 @@ def _unoriented(
 
 def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:
     """An axis' number in a field, or NaN where there is none."""
-    words = per_axis(fields.get(key, ""))
+    entries = per_axis(fields.get(key, ""))
     try:
-        return float(words[axis]) if axis < len(words) else math.nan
+        return float(entries[axis]) if axis < len(entries) else math.nan
     except ValueError as error:
         raise DamagedVolumeError(
             f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"

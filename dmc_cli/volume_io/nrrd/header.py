@@ -53,7 +53,7 @@ def read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
 def numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any]:
     """The numbers of a field."""
     try:
-        return [kind(word) for word in fields[key].split()]
+        return [kind(token) for token in fields[key].split()]
     except ValueError as error:
         raise DamagedVolumeError(
             f"{name}: {key} {fields[key][:60]!r} found in the header; expected numbers"
@@ -61,14 +61,14 @@ def numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any
 
 
 def per_axis(text: str) -> list[str]:
-    """The entries of a field with one entry an axis: words, "quoted words" or (vectors, in, brackets)."""
+    """The entries of a field with one entry an axis: texts, "quoted texts" or (vectors, in, brackets)."""
     return re.findall(r'"[^"]*"|\([^)]*\)|[^\s()"]+', text)
 
 
 def vector(text: str, name: str) -> list[float]:
     """The numbers of a vector (in,brackets)."""
     try:
-        return [float(word) for word in text.strip("()").split(",")]
+        return [float(token) for token in text.strip("()").split(",")]
     except ValueError as error:
         raise DamagedVolumeError(
             f"{name}: vector {text[:60]!r} found in the header; expected (number,number,number)"

@@ -204,18 +204,18 @@ def _data_files(
     """The files with the values, in order; the file itself where they are attached."""
     if "data file" not in fields:
         return (path,)
-    words = fields["data file"].split()
-    if not words:
+    tokens = fields["data file"].split()
+    if not tokens:
         raise DamagedVolumeError(
             f"{name}: an empty data file field found; expected a file, a pattern or LIST"
         )
-    if words[0] == "LIST":
-        subdim = words[1] if len(words) > 1 else str(dimension - 1)
+    if tokens[0] == "LIST":
+        subdim = tokens[1] if len(tokens) > 1 else str(dimension - 1)
         if subdim not in (str(dimension - 1), str(dimension)):
             raise UnsupportedFormatError(
                 f"{name}: data file LIST {subdim} found; expected slices of {dimension - 1} axes"
             )
         return listed_files(path, trailing, name, allow_outside)
-    if "%" in words[0] and len(words) in (4, 5):
-        return pattern_files(path, words[0], words[1:4], name, allow_outside)
+    if "%" in tokens[0] and len(tokens) in (4, 5):
+        return pattern_files(path, tokens[0], tokens[1:4], name, allow_outside)
     return (named_file(path, fields["data file"], name, allow_outside),)

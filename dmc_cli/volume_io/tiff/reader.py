@@ -51,7 +51,7 @@ def tiff_files(folder: Path) -> list[Path]:
     """The TIFF files of a folder in the order of the numbers in their names."""
 
     def key(path: Path) -> list[tuple[int, str]]:
-        return [(int(word), "") if word.isdecimal() else (-1, word) for word in re.split(r"(\d+)", path.name)]
+        return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name)]
 
     return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=key)
 

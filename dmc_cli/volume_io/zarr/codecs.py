@@ -24,7 +24,7 @@ Step = Callable[[Buffer, int], Buffer]
 STREAMS = ("zlib", "gzip", "bz2", "lzma")
 """Packers that Python and isal undo."""
 
-BLOCKS = ("blosc", "zstd", "lz4")
+UNPACKED_WHOLE = ("blosc", "zstd", "lz4")
 """Packers of numcodecs, whose chunks tell how much they unpack to."""
 
 FILTERS = (
@@ -33,7 +33,7 @@ FILTERS = (
 )
 """Codecs of numcodecs that change values or append a checksum; none unpacks to more than `GROWTH` times."""
 
-KNOWN = (*STREAMS, *BLOCKS, *FILTERS, "crc32c")
+KNOWN = (*STREAMS, *UNPACKED_WHOLE, *FILTERS, "crc32c")
 
 MOST_STEPS = 8
 """More codecs one after the other than anybody uses."""
@@ -122,10 +122,10 @@ def _by_numcodecs(codec: str, told: dict[str, Any]) -> Step:
     """Return a step that numcodecs takes."""
     import numcodecs
 
-    if codec in BLOCKS:
+    if codec in UNPACKED_WHOLE:
         # what packed them is told by the chunks themselves
         decode = numcodecs.get_codec({"id": codec}).decode
-        return partial(_block, codec, decode)
+        return partial(_unpack_whole, codec, decode)
     for key, value in told.items():
         if (
             "type" in key
@@ -141,7 +141,7 @@ def _flat(content: Buffer) -> np.ndarray[Any, np.dtype[Any]]:
     return np.frombuffer(memoryview(content).cast("B"), np.uint8)
 
 
-def _block(codec: str, decode: Callable[[Any], Any], content: Buffer, most: int) -> Buffer:
+def _unpack_whole(codec: str, decode: Callable[[Any], Any], content: Buffer, most: int) -> Buffer:
     """Unpack what tells its size, unless that is too large."""
     flat = memoryview(content).cast("B")
     if told_size(codec, flat) > most:

@@ -80,10 +80,10 @@ class ZarrArray:
         """Return the place in the grid of a file's name below the array's folder; None for any other file."""
         if not key.startswith(self.prefix):
             return None
-        words = key[len(self.prefix) :].split(self.separator)
-        if len(words) != len(self.shape) or not all(re.fullmatch(r"0|[1-9][0-9]{0,11}", w) for w in words):
+        parts = key[len(self.prefix) :].split(self.separator)
+        if len(parts) != len(self.shape) or not all(re.fullmatch(r"0|[1-9][0-9]{0,11}", p) for p in parts):
             return None
-        place = tuple(int(word) for word in words)
+        place = tuple(int(part) for part in parts)
         return place if all(i < n for i, n in zip(place, self.grid, strict=True)) else None
 
 

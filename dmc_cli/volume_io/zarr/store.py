@@ -114,10 +114,10 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
             )
         level = images[0]["datasets"][0]
         spacing, origin = _placed(images[0], level)
-        words = [word for word in str(level["path"]).split("/") if word not in ("", ".")]
-        if ".." in words or any("\\" in word for word in words):
+        parts = [part for part in str(level["path"]).split("/") if part not in ("", ".")]
+        if ".." in parts or any("\\" in part for part in parts):
             raise VolumeError(f"{name}: level {level['path']!r} leads out of the store; expected one in it")
-        folder = path.joinpath(*words)
+        folder = path.joinpath(*parts)
         array = read_node(folder, bounds, name)
         if not isinstance(array, ZarrArray):
             raise DamagedVolumeError(

@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from dmc_cli.contouring import extract_surface, upload_volume
-from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_left_vertices_kernel
+from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_remaining_vertices_kernel
 from dmc_cli.field.grid import kernel_matrix
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings
@@ -27,6 +27,6 @@ def test_blocks_place_what_single_threads_place(border, dtype):
     inputs = [surface.grid.struct(), surface.field, kernel_matrix(surface.affine), 1]
     inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.vertex_cell, 1]
     outputs = [local, position, wp.full(count, 1, dtype=wp.uint8, device="cpu")]
-    device.launch(place_left_vertices_kernel, count, inputs, outputs)
+    device.launch(place_remaining_vertices_kernel, count, inputs, outputs)
     np.testing.assert_array_equal(local.numpy(), surface.vertex_local.numpy())
     np.testing.assert_array_equal(position.numpy(), surface.vertices.numpy())

@@ -218,21 +218,21 @@ def find_with_care(
     w = n - row * grid.words
     k = row / grid.ny
     word = words[row, w]
-    left = word[axis] & ~plain
-    while left != wp.uint32(0):
-        b = bit_index(left)
-        left &= left - wp.uint32(1)
+    remaining = word[axis] & ~plain
+    while remaining != wp.uint32(0):
+        b = bit_index(remaining)
+        remaining &= remaining - wp.uint32(1)
         q = quad_in(word, axis, b)
         node = wp.vec3i(32 * w + b, row - k * grid.ny, k)
-        turn = wp.where(has_bit(forward, b), 0, 3)
+        reversal = wp.where(has_bit(forward, b), 0, 3)
         t = wp.vec4i(UNSURE, UNSURE, UNSURE, UNSURE)
         if has_bit(inner, b):
             t = twins_out[q]
         for side in range(4):
-            if t[side ^ turn] == UNSURE:
+            if t[side ^ reversal] == UNSURE:
                 face = face_on_side(grid, bits, special, axis, node, side)
                 h = halfedge_at(grid, words, is_reversed, face, joined_place(face, side ^ 1))
-                t[side ^ turn] = h
+                t[side ^ reversal] = h
                 if h < 0 or is_nonmanifold(grid, words, quads, is_reversed, face, side ^ 1):
                     defects_out[q] = wp.uint8(1)
         twins_out[q] = t
@@ -264,7 +264,7 @@ def find_twins_kernel(
     for other in range(q, end):
         defects_out[other] = wp.uint8(0)
     plain = surely_ordinary(grid, bits, before_line(grid) + start)
-    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
+    reversal = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     for n in range(start, wp.min(start + LANES, grid.layer * grid.nz)):
         row = n / grid.words
         w = n - row * grid.words
@@ -272,7 +272,7 @@ def find_twins_kernel(
         some = word[0] | word[1] | word[2]
         if some != wp.uint32(0):
             q = wp.int32(word[3])
-            forward = bits.inside[row, w] ^ turn
+            forward = bits.inside[row, w] ^ reversal
             inner = inner_nodes(grid, has_nodata, row, w)
             known = plain[n - start] | inner
             store_plain_twins(words, n, grid.words, grid.layer, known, forward, q, twins_out)

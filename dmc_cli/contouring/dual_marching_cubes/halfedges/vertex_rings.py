@@ -72,7 +72,7 @@ def ring_ordinary_kernel(
     block = first + wp.tid()
     if starts[block] == starts[block + 1]:
         return
-    turn = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
+    reversal = wp.where(is_reversed == 1, ALL_BITS, wp.uint32(0))
     at = before_line(grid) + block * LANES
     ordinary = bits.ordinary_line[at]
     inside = bits.inside_line[at]
@@ -89,10 +89,10 @@ def ring_ordinary_kernel(
                 grid.layer,
                 ordinary[lane],
                 v,
-                inside[lane] ^ turn,
-                inside_y[lane] ^ turn,
-                inside_z[lane] ^ turn,
-                inside_yz[lane] ^ turn,
+                inside[lane] ^ reversal,
+                inside_y[lane] ^ reversal,
+                inside_z[lane] ^ reversal,
+                inside_yz[lane] ^ reversal,
                 halfedge_out,
                 valence_out,
             )
@@ -146,10 +146,10 @@ def ring_special_kernel(
     for n in range(count):
         valence = int(0)
         leaving = int(-1)
-        left = edges_labelled(special.vertices[s], n)
-        while left != wp.uint32(0):
-            h = halfedge_from_cell(grid, bits, words, is_reversed, cell, bit_index(left))
-            left &= left - wp.uint32(1)
+        remaining = edges_labelled(special.vertices[s], n)
+        while remaining != wp.uint32(0):
+            h = halfedge_from_cell(grid, bits, words, is_reversed, cell, bit_index(remaining))
+            remaining &= remaining - wp.uint32(1)
             valence += 1
             entering = (h & ~3) | ((h + 3) & 3)
             if twin[entering] < 0:

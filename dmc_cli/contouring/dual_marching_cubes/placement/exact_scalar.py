@@ -1,6 +1,6 @@
 """Place vertices exactly on the surface, one by one (`--placement exact`).
 
-On CPU `blocks` has placed nearly all before; what it left is placed here. On a GPU all are.
+On CPU `exact_simd` has placed nearly all before; those that remain are placed here. On a GPU all are.
 """
 
 import warp as wp
@@ -22,7 +22,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 
 @wp.kernel
-def place_left_vertices_kernel(
+def place_remaining_vertices_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
@@ -37,19 +37,19 @@ def place_left_vertices_kernel(
     # In/out:
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
-    left_inout: wp.array(dtype=wp.uint8),
+    remaining_inout: wp.array(dtype=wp.uint8),
 ):
     """Place the vertices that have no place yet: local coordinates below 0.
 
-    One thread `span` blocks of `size`: `left` says which have any, and then how many of each took a fallback,
-    or `LOST` if one is not in its cell.
-    The fans of one polygon share its position: each vertex is placed from the whole polygon's edges.
+    One thread `span` blocks of `size`: `remaining` says which have any, and then how many of each took a
+    fallback, or `LOST` if one is not in its cell. The fans of one polygon share its position: each vertex is
+    placed from the whole polygon's edges.
     """
     start = span * (first + wp.tid())
-    left = marked(left_inout, start, span, ANY)
-    while left != wp.uint32(0):
-        block = start + bit_index(left)
-        left &= left - wp.uint32(1)
+    remaining = marked(remaining_inout, start, span, ANY)
+    while remaining != wp.uint32(0):
+        block = start + bit_index(remaining)
+        remaining &= remaining - wp.uint32(1)
         fallbacks = int(0)
         is_lost = bool(False)
         for v in range(block * size, wp.min((block + 1) * size, cells.shape[0])):
@@ -73,4 +73,4 @@ def place_left_vertices_kernel(
                 position_inout[v] = world_position(matrix, i, j, k, local)
                 fallbacks += int(p[3])
                 is_lost = is_lost or not is_in_cell(local)
-        left_inout[block] = wp.uint8(wp.where(is_lost, LOST, fallbacks))
+        remaining_inout[block] = wp.uint8(wp.where(is_lost, LOST, fallbacks))

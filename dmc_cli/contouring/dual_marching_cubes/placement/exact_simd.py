@@ -126,7 +126,7 @@ def place_block_kernel(
     local_inout: wp.array(dtype=wp.vec3),
     # Out:
     position_out: wp.array(dtype=wp.vec3),
-    left_out: wp.array(dtype=wp.uint8),
+    remaining_out: wp.array(dtype=wp.uint8),
 ):
     """Place a block of vertices where the axis of the steepest slope does. One thread a block."""
     block = first + wp.tid()
@@ -143,15 +143,15 @@ def place_block_kernel(
     vs = placed.v
     ws = placed.w
     has_nodata = field.has_nodata
-    left = int(0)
+    remaining = int(0)
     for lane in range(LANES):
         care = needs_care(has_nodata, grid, ci[lane], cj[lane], ck[lane])
-        is_left = wp.where(us[lane] < 0.0, 1, far[lane]) | wp.where(care, 1, 0)
-        us[lane] = wp.where(is_left == 1, -1.0, us[lane])
-        left |= is_left
+        remains = wp.where(us[lane] < 0.0, 1, far[lane]) | wp.where(care, 1, 0)
+        us[lane] = wp.where(remains == 1, -1.0, us[lane])
+        remaining |= remains
     xs = world_lanes(wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]), ci, cj, ck, us, vs, ws)
     ys = world_lanes(wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]), ci, cj, ck, us, vs, ws)
     zs = world_lanes(wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]), ci, cj, ck, us, vs, ws)
     store_points(us, vs, ws, start, size, local_inout)
     store_points(xs, ys, zs, start, size, position_out)
-    left_out[block] = wp.uint8(left)
+    remaining_out[block] = wp.uint8(remaining)
