@@ -69,6 +69,22 @@ def parse_lines(path: str, text: Array) -> NumberLines:
     return NumberLines(values, counts[counts > 0])
 
 
+def whole_numbers(path: str, values: Array) -> Array:
+    """Return numbers of a file that have to be whole, as integers.
+
+    Raises:
+        MeshFileError: One is not.
+    """
+    if values.dtype.kind != "f":
+        return values
+    with np.errstate(invalid="ignore"):
+        whole = values.astype(np.int64)
+    odd = np.flatnonzero(whole != values)
+    if odd.size:
+        raise MeshFileError(f"{path}: {values[odd[0]]:g} was found where a whole number was expected")
+    return whole
+
+
 def _is_number(word: bytes) -> bool:
     try:
         float(word)

@@ -6,25 +6,29 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
+from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.volume.checks import FARTHEST_MM
 from dmc_cli.volume.volume import Space
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def make_mesh(path: str, points: Array, counts: Array, corners: Array, space: Space = "none") -> MeshFile:
+def make_mesh(
+    path: str, points: Array, counts: Array, corners: Array, space: Space = "none", **more: Any
+) -> MeshFile:
     """Return a mesh after checking it.
 
     Args:
         path: The file, for messages.
         points: Positions, (V, 3).
         counts: Corners of each face, (F,).
-        corners: Vertices of all faces in a row, as many as `counts` adds up to.
+        corners: Vertices of all faces in a row, whole numbers, as many as `counts` adds up to.
         space: The axes that the file's comment names.
+        more: Normals and values, as `MeshFile` has them.
 
     Raises:
         UnsupportedFormatError: A face has neither three nor four corners.
-        MeshFileError: A face names a vertex that is not there, or a coordinate is no float32 number.
+        MeshFileError: A corner is no vertex that is there, or a coordinate is no float32 number.
     """
     odd = np.flatnonzero((counts < 3) | (counts > 4))
     if odd.size:
@@ -39,13 +43,14 @@ def make_mesh(path: str, points: Array, counts: Array, corners: Array, space: Sp
             f"{path}: vertex {bad[0]} is at {points[bad[0]].tolist()}; expected finite numbers up to"
             f" {FARTHEST_MM:.2g}, which float32 holds"
         )
+    corners = whole_numbers(path, corners)
     outside = np.flatnonzero((corners < 0) | (corners >= len(points)))
     if outside.size:
         raise MeshFileError(
             f"{path}: a face names vertex {int(corners[outside[0]])}; expected 0 to {len(points) - 1},"
             f" since the file has {len(points)} vertices"
         )
-    return MeshFile(points=points, faces=_rows_of_four(counts, corners), space=space)
+    return MeshFile(points=points, faces=_rows_of_four(counts, corners), space=space, **more)
 
 
 def find_space(comments: bytes) -> Space:

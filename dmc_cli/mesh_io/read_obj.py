@@ -8,7 +8,7 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines
+from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
 from dmc_cli.mesh_io.parsed import find_space, make_mesh
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -40,7 +40,7 @@ def read_obj(path: Path) -> MeshFile:
     points = vertices.values[vertices.starts[:, None] + np.arange(3)]
 
     faces = parse_lines(str(path), _without_references(_lines(text, starts, ends, is_face)))
-    corners = faces.values.astype(np.int64) - 1
+    corners = whole_numbers(str(path), faces.values) - 1
     if (corners < 0).any():
         seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
         corners = np.where(corners < -1, corners + 1 + seen, corners)

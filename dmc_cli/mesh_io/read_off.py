@@ -7,7 +7,7 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.numbers import parse_lines
+from dmc_cli.mesh_io.numbers import parse_lines, whole_numbers
 from dmc_cli.mesh_io.parsed import find_space, make_mesh
 
 HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
@@ -33,7 +33,12 @@ def read_off(path: Path) -> MeshFile:
     lines = parse_lines(str(path), np.frombuffer(text, dtype=np.uint8).copy())
     if not lines.counts.size or lines.counts[0] not in (2, 3):
         raise MeshFileError(f"{path}: the numbers of vertices and faces were expected after the word OFF")
-    vertex_count, face_count = lines.values[:2].astype(np.int64)
+    vertex_count, face_count = whole_numbers(str(path), lines.values[:2])
+    if vertex_count < 0 or face_count < 0:
+        raise MeshFileError(
+            f"{path}: {vertex_count} vertices and {face_count} faces were announced;"
+            " expected no negative number"
+        )
     expected = 1 + vertex_count + face_count
     if len(lines.counts) < expected:
         raise MeshFileError(
@@ -45,9 +50,9 @@ def read_off(path: Path) -> MeshFile:
     if (lines.counts[vertices] < 3).any():
         raise MeshFileError(f"{path}: a vertex with fewer than 3 coordinates was found; expected x y z")
     points = lines.values[starts[vertices, None] + np.arange(3)]
-    counts = lines.values[starts[faces]].astype(np.int64)
-    if (lines.counts[faces] < 1 + counts).any():
+    counts = whole_numbers(str(path), lines.values[starts[faces]])
+    if (counts < 0).any() or (lines.counts[faces] < 1 + counts).any():
         raise MeshFileError(f"{path}: a face with fewer corners than its first number tells was found")
     first = np.repeat(starts[faces] + 1 - (np.cumsum(counts) - counts), counts)
-    corners = lines.values[first + np.arange(counts.sum())].astype(np.int64)
+    corners = lines.values[first + np.arange(counts.sum())]
     return make_mesh(str(path), points, counts, corners, find_space(comments))

@@ -170,6 +170,15 @@ def binary_ply(order, faces):
     return PLY_HEAD.format(format=name, faces=len(faces)).encode() + body
 
 
+def check_values(mesh):
+    """What a file of `PLY_HEAD` brings beside points and corners."""
+    assert {name: (v.dtype, v.tolist()) for name, v in mesh.vertex_values.items()} == {"red": ("u1", [7] * 4)}
+    assert {name: (v.dtype, set(v.tolist()), len(v)) for name, v in mesh.face_values.items()} == {
+        "flag": ("u1", {9}, len(mesh.faces)),
+        "weight": ("f4", {0.5}, len(mesh.faces)),
+    }
+
+
 FACES = [[0, 1, 2], [0, 1, 2, 3], [3, 2, 1, 0], *[[1, 2, 3]] * 300, [0, 2, 3, 1]]
 
 
@@ -179,6 +188,7 @@ def test_a_binary_ply_with_more_in_it_is_read(tmp_path, order):
     assert found.faces.tolist() == [f if len(f) == 4 else [*f, -1] for f in FACES]
     assert found.points[1].tolist() == [1, 2, 3]
     assert found.space == "RAS"
+    check_values(found)
 
 
 def test_a_text_ply_with_more_in_it_is_read(tmp_path):
@@ -188,6 +198,7 @@ def test_a_text_ply_with_more_in_it_is_read(tmp_path):
     found = read_mesh(save(tmp_path, "a.ply", text))
     assert found.faces.tolist() == [f if len(f) == 4 else [*f, -1] for f in FACES]
     assert found.points[3].tolist() == [3, 4, 5]
+    check_values(found)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -205,6 +216,13 @@ def test_faces_in_runs_of_any_length_are_read(tmp_path, order, seed):
         content = PLY_HEAD.format(format="ascii", faces=len(faces)) + "\n".join(lines)
     found = read_mesh(save(tmp_path, "a.ply", content))
     assert found.faces.tolist() == [f if len(f) == 4 else [*f, -1] for f in faces]
+
+
+def head(properties="x y z", vertices=1, faces=1):
+    """The header of a PLY file in text."""
+    lines = [f"element vertex {vertices}", *(f"property float {name}" for name in properties.split())]
+    lines += [f"element face {faces}", "property list uchar int vertex_indices", "end_header", ""]
+    return "\n".join(["ply", "format ascii 1.0", *lines])
 
 
 @pytest.mark.parametrize("keep", [0, 2, 60, 200, -1, -7, -2000, -7000])
@@ -254,6 +272,21 @@ def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
         ("a.ply", "ply\nformat ascii 1.0\n", "a header from ply to end_header was expected"),
         ("a.ply", "x\nformat ascii 1.0\nend_header\n", "a header from ply to end_header was expected"),
         ("a.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex was found"),
+        ("a.off", "OFF\n-1 1 0\n0 0 0\n3 0 0 0\n", "-1 vertices and 1 faces were announced"),
+        ("a.off", "OFF\n1 -1 0\n0 0 0\n3 0 0 0\n", "1 vertices and -1 faces were announced"),
+        ("a.off", "OFF\nnan 1 0\n0 0 0\n3 0 0 0\n", "nan was found where a whole number"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n-3 0 0 0\n", "a face with fewer corners"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0.5 0\n", "0.5 was found where a whole number"),
+        ("a.obj", "v 0 0 0\nf 1 nan 1\n", "nan was found where a whole number"),
+        ("a.obj", "v 0 0 0\nf 1 1e300 1\n", r"1e\+300 was found where a whole number"),
+        ("a.ply", head(vertices=-1) + "0 0 0 3 0 0 0", "the line 'element vertex -1'"),
+        ("a.ply", head(properties="x x y z"), "the element vertex has 2 properties called x; expected one"),
+        ("a.ply", head(properties="") + "3 0 0 0", "the vertices have no property x"),
+        ("a.ply", head() + "0 0 0 3 0 0.5 0", "0.5 was found where a whole number"),
+        ("a.ply", head() + "0 0 0 3 0 nan 0", "nan was found where a whole number"),
+        ("a.ply", head() + "0 0 0 2.5 0 0 0", "the file ends within the element face"),
+        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 nan 0 0 0", "the file ends within the element face"),
+        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 3.5 0 0 0", "the file ends within the element face"),
         ("a.stl", "solid nothing", "meshio cannot read it|no faces were found"),
     ],
 )
@@ -297,6 +330,17 @@ def test_the_largest_float32_is_read_again(tmp_path, name):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(MeshFileError, match=r"nowhere\.ply: no such file"):
         read_mesh(tmp_path / "nowhere.ply")
+
+
+def test_an_element_without_properties_takes_no_room(tmp_path):
+    text = head().replace("element face", "element nothing 99\nelement face")
+    assert len(read_mesh(save(tmp_path, "a.ply", text + "0 0 0 3 0 0 0")).faces) == 1
+
+
+def test_faces_without_corners_are_none(tmp_path):
+    text = head().replace("list uchar int vertex_indices", "uchar flags")
+    with pytest.raises(MeshFileError, match="1 vertices and no faces were found"):
+        read_mesh(save(tmp_path, "a.ply", text + "0 0 0 7"))
 
 
 @given(st.binary(max_size=300))
