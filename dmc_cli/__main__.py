@@ -1,4 +1,4 @@
-"""`python -m dmc_cli` and the command `dmc`."""
+"""Run the program, as `python -m dmc_cli` or as the command `dmc`."""
 
 import signal
 

@@ -1,4 +1,4 @@
-"""Every error that the package raises on purpose; imports nothing.
+"""Define every error that the package raises on purpose; imports nothing.
 
 DmcError(Exception)                     the common root; each class knows its exit status
 ├─ SettingsError(ValueError)         2  a setting is out of its range, or two contradict (output is input)

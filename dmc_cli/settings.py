@@ -1,4 +1,4 @@
-"""Every choice a user can make, with its default: they stand here and nowhere else.
+"""Define every choice that a user can make, with its default: here and nowhere else.
 
 The command line builds these dataclasses from its options (a test keeps both sides equal); the
 Python API takes them as they are. Settings are immutable and hold plain values only.
@@ -197,7 +197,7 @@ class MeshSettings:
 
     @property
     def is_changed(self) -> bool:
-        """Whether vertices or quads do not stay as the surface has them."""
+        """Return whether vertices or quads do not stay as the surface has them."""
         return self.simplify != "none" or self.relax > 0
 
 
@@ -244,7 +244,7 @@ class OutputSettings:
 
     @property
     def is_measured(self) -> bool:
-        """Whether the mesh's measures are needed: for a report, a requirement or a check."""
+        """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
         return self.report is not None or bool(self.require) or self.check
 
 
@@ -280,7 +280,7 @@ class ConvertSettings:
 
     @property
     def needs_halfedges(self) -> bool:
-        """Whether the quads' neighbours are needed: to change the mesh, to measure it or for the dump."""
+        """Return whether halfedges are needed: to change the mesh, to measure it or for the dump."""
         return self.mesh.is_changed or self.output.halfedges is not None or self.output.is_measured
 
 

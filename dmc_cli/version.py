@@ -1,3 +1,3 @@
-"""The version of the package, which is told here and nowhere else."""
+"""Tell the version of the package, here and nowhere else."""
 
 VERSION = "0.1.0"

@@ -1,4 +1,4 @@
-"""Sets of quads or vertices on the device: 32 to a word, listed and counted in the order of their numbers.
+"""Hold sets of quads or vertices on the device: 32 to a word, listed and counted in the order of numbers.
 
 A *mask* is uint32 (ceil(n / 32),); bit b of word w stands for item 32 w + b. A list of its members is made by
 count, scan and emit, so that it is the same on any device and for any number of threads.

@@ -1,4 +1,4 @@
-"""Words of 32 bits, sixteen at a time, and what lies in one of them.
+"""Take words of 32 bits sixteen at a time, and look at what lies in one of them.
 
 Loops over the lanes of a block have no branch, so that the compiler turns them into vector instructions.
 """

@@ -1,4 +1,4 @@
-"""`dmc batch`: many inputs and isovalues in one run."""
+"""Convert many inputs at many isovalues in one run: `dmc batch`."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""The TOML file of a batch: tables of options, each value as if it stood on the command line.
+"""Read the TOML file of a batch: tables of options, each value as if it stood on the command line.
 
 A TOML file holds the options of `dmc batch` under their long names, but those of the whole run, and `inputs`;
 its `[[items]]` are tables of the same keys that add to the common ones and go before them. An item without

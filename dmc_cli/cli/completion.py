@@ -1,4 +1,4 @@
-"""`dmc completion`: the script that lets a shell complete commands, options, their values and file names."""
+"""Print the script by which a shell completes commands, options and their values: `dmc completion`."""
 
 import os
 

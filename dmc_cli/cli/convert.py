@@ -1,4 +1,4 @@
-"""`dmc convert`: a volume to a quad mesh."""
+"""Convert a volume to a quad mesh: `dmc convert`."""
 
 from typing import Any
 

@@ -91,7 +91,7 @@ def _version(package: str) -> str | None:
 
 
 def _devices() -> list[dict[str, Any]]:
-    """All devices that Warp sees, the CPU first."""
+    """Return all devices that Warp sees, the CPU first."""
     import warp as wp
 
     from dmc_cli.runtime.device import initialize_warp
@@ -112,7 +112,7 @@ def _devices() -> list[dict[str, Any]]:
 
 
 def _codecs() -> dict[str, bool]:
-    """DICOM's compressed pixel data: which kinds the installed packages decode."""
+    """Tell which kinds of DICOM's compressed pixel data the installed packages decode."""
     from pydicom import uid
     from pydicom.pixels.decoders.base import get_decoder
 
@@ -128,7 +128,7 @@ def _codecs() -> dict[str, bool]:
 
 
 def _kernel_cache() -> dict[str, Any]:
-    """Where Warp keeps compiled kernels, and how much is there."""
+    """Return where Warp keeps compiled kernels, and how much is there."""
     import warp as wp
 
     folder = Path(wp.config.kernel_cache_dir or "")

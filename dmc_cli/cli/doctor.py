@@ -1,4 +1,4 @@
-"""`dmc doctor`: what this installation can do."""
+"""Tell what this installation can do: `dmc doctor`."""
 
 import click
 

@@ -1,4 +1,4 @@
-"""The group of all commands: the one place where errors become messages and exit status."""
+"""Group the commands: the one place where errors become messages and exit status."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""`dmc info`: what a volume is."""
+"""Tell what a volume is: `dmc info`."""
 
 from typing import Any
 

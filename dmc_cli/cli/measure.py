@@ -1,4 +1,4 @@
-"""`dmc measure`: topology, quality and deviation of a mesh file."""
+"""Measure a mesh file's topology, quality and deviation: `dmc measure`."""
 
 from typing import Any
 

@@ -1,7 +1,6 @@
-"""The options that commands share: each made once from the settings field that it fills.
+"""Make the options that commands share, each once from the settings field that it fills.
 
-Name, default and choices come from the field in `settings.py`; only the help text and the heading
-stand here.
+Name, default and choices come from the field in `settings.py`; only the help text and its heading are added.
 """
 
 from collections.abc import Callable

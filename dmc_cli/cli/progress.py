@@ -39,7 +39,7 @@ class LineProgress:
         self.note(f"{name}: {time.perf_counter() - start:.2f} s")
 
     def advance(self, fraction: float) -> None:
-        """Lines do not move."""
+        """Do nothing: lines do not move."""
 
     def note(self, text: str) -> None:
         """Print a line."""

@@ -1,4 +1,4 @@
-"""`dmc reproduce`: the papers' tables, ours beside them."""
+"""Print the papers' tables with ours beside them: `dmc reproduce`."""
 
 from typing import Any, get_args
 

@@ -1,4 +1,4 @@
-"""Help text with the options in sections, because convert has some forty of them; each is given once."""
+"""List options in sections of the help text, because convert has some forty of them; each is given once."""
 
 from collections import Counter
 from typing import Any

@@ -91,7 +91,7 @@ _handler = _Handler()
 
 
 def raise_on_signals() -> None:
-    """From now on SIGINT and SIGTERM raise `Stopped` in the main thread; a second one kills at once."""
+    """Let SIGINT and SIGTERM raise `Stopped` in the main thread from now on; a second one kills at once."""
     _handler.arm()
     sys.unraisablehook = _handler.raising_again(sys.unraisablehook)
 
@@ -104,7 +104,7 @@ def signals_held() -> Iterator[None]:
 
 
 def die_on_signals() -> None:
-    """From now on SIGINT and SIGTERM kill at once: there is nothing left to clean up."""
+    """Let SIGINT and SIGTERM kill at once from now on: nothing has to be cleaned up."""
     for number in _SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)

@@ -68,7 +68,7 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
 
 
 def volume_line(volume: dict[str, Any]) -> str:
-    """Size, type, spacing and space of a volume in one line."""
+    """Return the size, type, spacing and space of a volume in one line."""
     size = " x ".join(str(count) for count in volume["shape"])
     spacing = " x ".join(f"{length:.4g}" for length in volume["spacing_mm"])
     return f"{size} nodes of {volume['dtype']}, {spacing} mm, {_space_name(volume['space'])}"

@@ -1,4 +1,4 @@
-"""`dmc synth`: a synthetic volume as a file."""
+"""Write a synthetic volume to a file: `dmc synth`."""
 
 from typing import Any, get_args
 

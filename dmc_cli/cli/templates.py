@@ -1,4 +1,4 @@
-"""Names of a batch's outputs from templates: known fields in braces, and nothing that climbs out of a folder.
+"""Name a batch's outputs by templates: known fields in braces, and nothing that climbs out of a folder.
 
 A template is the user's own path with fields such as `{stem}`; what is filled in comes from the names of
 inputs, which anybody may have chosen. So a field is one part of a name and never `.`, `..` or a separator,

@@ -1,4 +1,4 @@
-"""Standard output and standard error, through which nothing goes that no terminal prints.
+"""Escape on standard output and standard error what no terminal prints.
 
 All text passes here: messages, summaries, tables, usage errors that repeat an argument, warnings of
 libraries, tracebacks. JSON has its own escapes (`printable.json_text`), bars their own codes (`unescaped`),
@@ -49,7 +49,7 @@ class PrintableStream:
 
 
 def escape_streams() -> None:
-    """From now on escape what is not printed on standard output and standard error.
+    """Escape from now on what is not printed on standard output and standard error.
 
     A stream that cannot hold a character shows its escape, too; one that says it is ASCII, as most do only
     because nobody told them a language, is written as UTF-8.

@@ -1,4 +1,4 @@
-"""The methods of contouring: a folder each, and a line here."""
+"""List the methods of contouring: a folder each, and a line here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The scalar field whose zero set is the surface: stored values less the stored isovalue.
+"""Hold the scalar field whose zero set is the surface: stored values less the stored isovalue.
 
 Values stay as they are stored; slope and intercept move the isovalue instead. The field is
 F = s (value - stored isovalue) with s = -1 for a negative slope, so inside is F >= 0 whatever the slope.
@@ -75,17 +75,17 @@ class DeviceVolume:
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
-        """The value type as NumPy names it."""
+        """Return the value type as NumPy names it."""
         return np.dtype(wp.dtype_to_numpy(self.values.dtype))
 
     @cached_property
     def kind(self) -> int:
-        """The tag of the value type."""
+        """Return the tag of the value type."""
         return KINDS[self.dtype.name]
 
     @cached_property
     def bytes(self) -> Any:
-        """The stored values as bytes [row, byte]: the same memory, kept alive by the view."""
+        """Return the stored values as bytes [row, byte]: the same memory, kept alive by the view."""
         values = self.values
         shape = (values.shape[0], values.shape[1] * self.dtype.itemsize)
         view = wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=self.device.name, copy=False)

@@ -1,4 +1,4 @@
-"""The grid: numbering of nodes, cells, edges and faces, and one bit a node.
+"""Number the nodes, cells, edges and faces of the grid, and place one bit a node.
 
 Conventions, used by every stage:
 
@@ -64,17 +64,17 @@ class GridShape:
 
     @property
     def words(self) -> int:
-        """Words of bits a row."""
+        """Return the words of bits a row."""
         return -(-self.nx // 32)
 
     @property
     def rows(self) -> int:
-        """Rows of nodes."""
+        """Return the number of rows of nodes."""
         return self.ny * self.nz
 
     @property
     def layer(self) -> int:
-        """Words a layer of rows."""
+        """Return the words of bits a layer of rows."""
         return self.ny * self.words
 
     def struct(self) -> Any:

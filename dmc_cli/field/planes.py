@@ -1,4 +1,4 @@
-"""A bit a node or a cell of the grid, and the line that the words of all rows lie in.
+"""Store a bit a node or a cell of the grid, the words of all rows in one line.
 
 Neighbours along y and z are at fixed distances in the line: `words` and `layer` of the grid. There is no test
 for the ends of rows and layers: a cell beyond them does not exist and is never active, so no edge beside it

@@ -1,4 +1,4 @@
-"""The trilinear interpolant in a cell (Grosso & Zint 2021, equation 2).
+"""Evaluate the trilinear interpolant in a cell (Grosso & Zint 2021, equation 2).
 
 Conventions: `f` holds F at the cell's eight corners; local coordinates are (u, v, w) in [0, 1]. Along each
 axis the interpolant is linear, so one step along an axis from any point finds its zero there exactly.

@@ -262,7 +262,7 @@ def _is_same_file(descriptor: int, path: Path) -> bool:
 
 
 def _is_device(path: str) -> bool:
-    """Whether this is a device or a pipe, which is written directly and cannot be replaced.
+    """Return whether this is a device or a pipe, which is written directly and cannot be replaced.
 
     The path is asked as it is: a link such as `/dev/fd/3` to a pipe without a name leads to no other path.
     """

@@ -37,7 +37,7 @@ def find_root(parents: wp.array[wp.int32], item: wp.int32) -> wp.int32:
 
 @wp.func
 def unite(parents: wp.array[wp.int32], a: wp.int32, b: wp.int32) -> wp.bool:
-    """Hook the larger root of two items below the smaller one; return whether they had two roots."""
+    """Put the larger root of two items below the smaller one; return whether they had two roots."""
     root_a = find_root(parents, a)
     root_b = find_root(parents, b)
     if root_a != root_b:

@@ -60,12 +60,12 @@ class Topology:
 
     @property
     def is_manifold(self) -> bool:
-        """Whether the mesh is an oriented 2-manifold, with or without a boundary."""
+        """Return whether the mesh is an oriented 2-manifold, with or without a boundary."""
         return not (self.non_manifold_edges or self.non_manifold_vertices or self.misoriented_edges)
 
     @property
     def is_closed(self) -> bool:
-        """Whether no edge is a boundary."""
+        """Return whether no edge is a boundary."""
         return self.boundary_edges == 0
 
 

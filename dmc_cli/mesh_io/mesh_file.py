@@ -71,7 +71,7 @@ class MeshFile:
 
     @property
     def quad_count(self) -> int:
-        """Number of faces with four corners."""
+        """Return the number of faces with four corners."""
         return len(self.faces) - self.triangle_count
 
 

@@ -27,7 +27,7 @@ class NumberLines:
 
     @property
     def starts(self) -> Array:
-        """Index in `values` of each line's first number."""
+        """Return the index in `values` of each line's first number."""
         return np.cumsum(self.counts) - self.counts
 
 

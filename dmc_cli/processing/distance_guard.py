@@ -36,7 +36,7 @@ class TrackedPoints:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Return how many there are."""
         return int(self.nearest_quad.shape[0])
 
 
@@ -192,7 +192,7 @@ def number_points_kernel(
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
 ):
-    """Number the points, to be sorted by their quads. One thread a point."""
+    """Write the points' numbers, to be sorted by their quads. One thread a point."""
     g = first + wp.tid()
     keys_out[g] = nearest_quad[g]
     items_out[g] = g

@@ -1,4 +1,4 @@
-"""Figures that Grosso & Zint 2021 print for data that anyone can make again, for `dmc reproduce`.
+"""List what Grosso & Zint 2021 print for data that anyone can make again, for `dmc reproduce`.
 
 Their data sets are the synthetic fields; rows on scans are left out, since the scans and most isovalues were
 never published. `dmc` is the mesh of dual marching cubes, `dmc_simplified` the one after 3-X-3-Y and 3-3-3-3.
@@ -24,7 +24,7 @@ class DataSet:
 
     @property
     def name(self) -> str:
-        """Name in the reports, for example iwp_512."""
+        """Return the name in the reports, for example iwp_512."""
         return f"{self.field}_{self.nodes}"
 
 

@@ -60,7 +60,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """Found less printed."""
+        """Return the figure that was found less the printed one."""
         return None if self.found is None else self.found - self.value.printed
 
 

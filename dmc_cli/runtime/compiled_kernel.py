@@ -54,7 +54,7 @@ class CompiledKernel:
 
     @property
     def source(self) -> str:
-        """The C++ that Warp made of the kernel's module."""
+        """Return the C++ that Warp made of the kernel's module."""
         binary = Path(self._module.binary_path)
         return binary.with_name(f"{binary.name.partition('.cpu')[0]}.cpp").read_text("utf-8")
 

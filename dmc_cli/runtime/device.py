@@ -49,12 +49,12 @@ class Device:
 
     @property
     def is_cpu(self) -> bool:
-        """Whether kernels run on the CPU."""
+        """Return whether kernels run on the CPU."""
         return self.name == "cpu"
 
     @property
     def span(self) -> int:
-        """Items that a thread of a kernel may go through: on CPU one takes ten nanoseconds to begin."""
+        """Return the items that a kernel's thread may go through: to start one takes 10 ns on CPU."""
         return 32 if self.is_cpu else 1
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A thread's place in the worker pool, where it lays one launch at a time for others to help with."""
+"""Lay one launch at a time where others help with it: a thread's place in the worker pool."""
 
 import ctypes
 from collections.abc import Callable, Sequence

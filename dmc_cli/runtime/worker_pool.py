@@ -156,7 +156,7 @@ class WorkerPool:
 
     @property
     def slot(self) -> JobSlot:
-        """The calling thread's."""
+        """Return the job slot of the calling thread."""
         try:
             slot: JobSlot = self._thread.slot
         except AttributeError:

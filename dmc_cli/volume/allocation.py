@@ -28,7 +28,7 @@ def forecasting(forecast: Forecast) -> Iterator[None]:
 
 
 def available_bytes() -> int | None:
-    """Memory that this process can still have, in bytes, or None where the system does not tell."""
+    """Return the bytes that this process can still have, or None where the system does not tell."""
     found = available_memory()
     return None if found is None else found.size
 
@@ -36,7 +36,7 @@ def available_bytes() -> int | None:
 def allocate_values(
     name: str, shape: tuple[int, int, int], dtype: np.dtype[Any] | type
 ) -> np.ndarray[Any, np.dtype[Any]]:
-    """An unset array in native byte order, shape (nz, ny, nx).
+    """Return an unset array in native byte order, shape (nz, ny, nx).
 
     Args:
         name: The input, for the message.

@@ -1,4 +1,4 @@
-"""The volume: stored values on a regular grid, and what they mean.
+"""Hold a volume: stored values on a regular grid, and what they mean.
 
 Conventions: a node is a grid sample; indices i, j, k run along x, y, z; the array is [k, j, i],
 x fastest. Values stay as they were stored: physical value = slope * stored value + intercept.
@@ -42,7 +42,7 @@ class VolumeEntry:
 
     @property
     def slices(self) -> int:
-        """Number of slices."""
+        """Return the number of slices."""
         return self.size[2]
 
 
@@ -110,18 +110,18 @@ class Volume:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Number of nodes along x, y, z."""
+        """Return the number of nodes along x, y, z."""
         nz, ny, nx = self.values.shape
         return nx, ny, nz
 
     @property
     def spacing(self) -> tuple[float, float, float]:
-        """Distance of neighbouring nodes along x, y, z in millimetres."""
+        """Return the distance of neighbouring nodes along x, y, z in millimetres."""
         x, y, z = np.linalg.norm(self.affine[:3, :3], axis=0)
         return float(x), float(y), float(z)
 
     def value_range(self) -> tuple[float, float] | None:
-        """Smallest and largest finite physical value that is data, or None where there is none."""
+        """Return the smallest and largest finite physical value that is data, or None where there is none."""
         low, high = _stored_range(self.values, self.padding)
         if low is None or high is None:
             return None
@@ -132,7 +132,7 @@ class Volume:
 def _stored_range(
     values: np.ndarray[Any, np.dtype[Any]], padding: tuple[float, float] | None
 ) -> tuple[float | None, float | None]:
-    """Smallest and largest stored value that is data, slice by slice to keep memory small."""
+    """Return the smallest and largest stored value that is data, slice by slice to keep memory small."""
     low: float | None = None
     high: float | None = None
     for plane in values:

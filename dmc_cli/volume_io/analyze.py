@@ -1,4 +1,4 @@
-"""Analyze 7.5 and its SPM variants: .hdr and .img (gzipped too); no space, with a warning.
+"""Read Analyze 7.5 and its SPM variants: .hdr and .img (gzipped too); no space, with a warning.
 
 The format tells no orientation: programs that use it disagree on left and right. SPM's scale factor
 is applied, as nibabel and SPM do.
@@ -26,7 +26,7 @@ NO_ORIENTATION = "Analyze files tell no orientation; axes and origin are the gri
 
 
 def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """The layout of the volume `settings.volume_index` of an Analyze pair.
+    """Return the layout of the volume `settings.volume_index` of an Analyze pair.
 
     Raises:
         UnsupportedFormatError: No Analyze header, or values that are not single real numbers.

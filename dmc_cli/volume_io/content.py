@@ -23,17 +23,17 @@ CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
 
 
 def format_of_content(path: Path, name: str) -> str | None:
-    """The format whose first bytes the file has, or None."""
+    """Return the format whose first bytes the file has, or None."""
     return format_of_start(first_bytes(path, name, 4096))
 
 
 def format_of_start(start: bytes) -> str | None:
-    """The format that begins so, or None."""
+    """Return the format that begins so, or None."""
     return next((found for found, test in CONTENTS if test(start)), None)
 
 
 def first_bytes(path: Path, name: str, count: int) -> bytes:
-    """The first `count` bytes of a file, unpacked where they are gzipped, or fewer where it ends.
+    """Return the first `count` bytes of a file, unpacked where they are gzipped, or fewer where it ends.
 
     Raises:
         DamagedVolumeError: What is gzipped there is damaged.

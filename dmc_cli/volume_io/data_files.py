@@ -12,7 +12,7 @@ MAX_FILES = 100_000
 
 
 def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path:
-    """The file that a header names, relative to the header's folder.
+    """Return the file that a header names, relative to the header's folder.
 
     Raises:
         VolumeError: It is not there, or outside the folder and `allow_outside` is not set.
@@ -25,7 +25,7 @@ def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path
 
 
 def listed_files(header: Path, lines: list[str], name: str, allow_outside: bool) -> tuple[Path, ...]:
-    """The files of a list, relative to the header's folder.
+    """Return the files of a list, relative to the header's folder.
 
     Raises:
         VolumeError: A file is not there, or outside the folder and `allow_outside` is not set.
@@ -41,7 +41,7 @@ def listed_files(header: Path, lines: list[str], name: str, allow_outside: bool)
 def pattern_files(
     header: Path, pattern: str, span: list[str], name: str, allow_outside: bool
 ) -> tuple[Path, ...]:
-    """The files of a printf pattern for the numbers first, last (included) and step.
+    """Return the files of a printf pattern for the numbers first, last (included) and step.
 
     Raises:
         VolumeError: A file is not there, or outside the folder and `allow_outside` is not set.

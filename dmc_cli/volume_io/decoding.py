@@ -99,7 +99,7 @@ def _raw_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def new_inflater(wbits: int) -> Any:
-    """A decompressor for one gzip (31) or zlib (15) stream; isal's takes half the time of Python's own."""
+    """Return a decompressor of isal for one gzip (31) or zlib (15) stream: twice as fast as Python's own."""
     return isal_zlib.decompressobj(wbits=wbits)
 
 
@@ -110,7 +110,7 @@ def _new_bunzipper(_: bytes) -> Any:
 
 
 def _gzip_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
-    """One or more gzip members, or one zlib stream; bytes behind the last are ignored."""
+    """Decompress gzip members or one zlib stream, piece by piece; bytes behind the last are ignored."""
     pending = file.read(CHUNK)
     first = True
     while pending and (first or pending.startswith(GZIP_MAGIC)):
@@ -131,7 +131,7 @@ def _gzip_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def _bzip2_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
-    """One or more bzip2 streams; bytes behind the last are ignored."""
+    """Decompress bzip2 streams, piece by piece; bytes behind the last are ignored."""
     pending = file.read(CHUNK)
     first = True
     while pending and (first or pending.startswith(b"BZh")):
@@ -150,7 +150,7 @@ def _bzip2_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def _text_chunks(file: BinaryIO, dtype: np.dtype[Any]) -> Iterator[bytes]:
-    """Decimal numbers between white space or commas, converted to `dtype`."""
+    """Parse decimal numbers between white space or commas, and yield them as bytes of `dtype`."""
     number: Callable[[str], Any] = float if dtype.kind == "f" else int
     rest = ""
     while piece := file.read(CHUNK // 4):
@@ -165,7 +165,7 @@ def _text_chunks(file: BinaryIO, dtype: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def _hex_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
-    """Two hexadecimal digits a byte; white space anywhere."""
+    """Parse hexadecimal digits, two a byte, with white space anywhere."""
     rest = b""
     while piece := file.read(CHUNK):
         digits = rest + b"".join(piece.split())

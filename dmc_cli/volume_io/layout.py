@@ -98,12 +98,12 @@ class Layout:
 
     @property
     def volume_bytes(self) -> int:
-        """Bytes of one volume with all its components."""
+        """Return the bytes of one volume with all its components."""
         return math.prod(self.shape) * self.components * self.dtype.itemsize
 
 
 def exists(path: Path) -> bool:
-    """Whether there is something at a path; False for one that the system does not even take."""
+    """Return whether there is something at a path; False for one that the system does not even take."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -111,7 +111,7 @@ def exists(path: Path) -> bool:
 
 
 def check_file(path: Path, name: str) -> int:
-    """Size in bytes of a regular, readable, non-empty file.
+    """Return the size in bytes of a regular, readable, non-empty file.
 
     Raises:
         VolumeError: There is no such file, it cannot be read, or it is no regular file.
@@ -170,7 +170,7 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
 def chosen_spacing(
     told: Triple | None, settings: ReadSettings, what: str = "the file"
 ) -> tuple[Triple, tuple[str, ...]]:
-    """Spacing in millimetres, and warnings: what the header told, else the settings', else 1."""
+    """Return the spacing in millimetres, and warnings: what the header told, else the settings', else 1."""
     if told is not None:
         return told, without_effect("spacing", settings, what)
     if settings.spacing is not None:
@@ -181,21 +181,21 @@ def chosen_spacing(
 def chosen_origin(
     told: Triple | None, settings: ReadSettings, what: str = "the file"
 ) -> tuple[Triple, tuple[str, ...]]:
-    """Origin in millimetres, and warnings: what the header told, else the settings', else 0."""
+    """Return the origin in millimetres, and warnings: what the header told, else the settings', else 0."""
     if told is not None:
         return told, without_effect("origin", settings, what)
     return settings.origin or (0.0, 0.0, 0.0), ()
 
 
 def without_effect(option: str, settings: ReadSettings, what: str = "the file") -> tuple[str, ...]:
-    """A warning where an option was given for what the file tells itself."""
+    """Return a warning where an option was given for what the file tells itself."""
     if getattr(settings, option) is None:
         return ()
     return (f"--{option} has no effect: {what} tells its own",)
 
 
 def scale_affine(spacing: Triple, origin: Triple) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The affine of a grid along the world's axes, shape (4, 4); `spacing` and `origin` in millimetres."""
+    """Return the affine, shape (4, 4), of a grid along the world's axes; lengths in millimetres."""
     affine = np.diag([*spacing, 1.0]).astype(np.float64)
     affine[:3, 3] = origin
     return affine

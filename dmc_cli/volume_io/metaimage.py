@@ -1,4 +1,4 @@
-"""MetaImage: .mha with its values, .mhd with detached ones; world axes LPS.
+"""Read MetaImage: .mha with its values, .mhd with detached ones; world axes LPS.
 
 Each consecutive triple of TransformMatrix is the direction of one axis of the grid.
 AnatomicalOrientation is not used: it repeats the matrix, and often wrongly.
@@ -46,7 +46,7 @@ TYPES = {
 
 
 def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """The layout of a MetaImage; of a 4-D or multi-channel one the part `settings.volume_index`.
+    """Return the layout of a MetaImage; of a 4-D or multi-channel one the part `settings.volume_index`.
 
     Raises:
         UnsupportedFormatError: No MetaImage, or a variant of it that is not read.
@@ -101,7 +101,7 @@ def _encoding(fields: dict[str, str], detached: Path | None) -> Encoding:
 
 
 def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
-    """Fields by name, the header's length, and the lines after `ElementDataFile = LIST`."""
+    """Return the fields by name, the header's length, and the lines after `ElementDataFile = LIST`."""
     with path.open("rb") as file:
         start = file.read(MAX_HEADER)
     fields: dict[str, str] = {}
@@ -131,7 +131,7 @@ def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]
 def _numbers(
     fields: dict[str, str], keys: tuple[str, ...], name: str, default: list[float] | None = None
 ) -> list[float]:
-    """The numbers of the first of `keys` that the header has."""
+    """Return the numbers of the first of `keys` that the header has."""
     key = next((k for k in keys if k in fields), None)
     if key is None:
         return default or []
@@ -162,7 +162,7 @@ def _flag(fields: dict[str, str], keys: tuple[str, ...], default: bool) -> bool:
 
 
 def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
-    """Type of a value, with its byte order."""
+    """Return the type of a value, with its byte order."""
     wanted = fields["ElementType"].removesuffix("_ARRAY")
     if wanted not in TYPES:
         raise UnsupportedFormatError(
@@ -176,7 +176,7 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
 def _affine(
     fields: dict[str, str], dimension: int, settings: ReadSettings, name: str
 ) -> tuple[np.ndarray[Any, np.dtype[np.float64]], tuple[str, ...]]:
-    """Affine of the first three axes, in millimetres, and warnings."""
+    """Return the affine of the first three axes, in millimetres, and warnings."""
     identity = [float(r == c) for r in range(dimension) for c in range(dimension)]
     matrix = _numbers(fields, ("TransformMatrix", "Rotation", "Orientation"), name, identity)
     spacing = _numbers(fields, ("ElementSpacing", "ElementSize"), name)
@@ -198,7 +198,7 @@ def _affine(
 
 
 def _scaled(numbers: list[float], unit: float) -> Triple | None:
-    """The first three of a field's numbers in millimetres, or None where the header has no such field."""
+    """Return the first three numbers of a field in millimetres, or None where there is no such field."""
     return (numbers[0] * unit, numbers[1] * unit, numbers[2] * unit) if numbers else None
 
 
@@ -210,7 +210,7 @@ def _data_files(
     name: str,
     allow_outside: bool,
 ) -> tuple[Path, ...]:
-    """The files with the values, in order; the file itself where they are attached."""
+    """Return the files with the values, in order; the file itself where they are attached."""
     tokens = fields["ElementDataFile"].split()
     if not tokens:
         raise DamagedVolumeError(

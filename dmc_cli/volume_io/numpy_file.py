@@ -1,4 +1,4 @@
-"""NumPy's own files: .npy and .npz; an array [z, y, x], spacing and origin from the settings.
+"""Read NumPy's own files, .npy and .npz: an array [z, y, x], spacing and origin from the settings.
 
 Nothing is ever unpickled. Half-precision floats become float32 and truth values uint8; everything else
 stays as it is. A leading fourth axis counts volumes, as do the arrays of an .npz.
@@ -36,7 +36,7 @@ PACKERS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """The array of an .npy file, mapped where it can be, or of an .npz.
+    """Return the array of an .npy file, mapped where it can be, or of an .npz.
 
     Raises:
         UnsupportedFormatError: No numeric array with three axes.
@@ -69,7 +69,7 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
 
 
 def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """The volumes of the file, without their values.
+    """Return the volumes of the file, without their values.
 
     Raises:
         UnsupportedFormatError: No numeric array with three axes.
@@ -79,7 +79,7 @@ def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeE
 
 
 def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Shape, Fortran order and type."""
+    """Return the shape, whether the order is Fortran's, and the type."""
     try:
         version = np.lib.format.read_magic(stream)
         reader = (
@@ -124,7 +124,7 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
 
 
 def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> _Array:
-    """The array as the file has it: mapped, or read where it cannot be mapped."""
+    """Return the array as the file has it: mapped, or read where it cannot be mapped."""
     order: Literal["C", "F"] = "F" if fortran else "C"
     with path.open("rb") as file:
         mapping = map_file(file)
@@ -134,7 +134,7 @@ def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype
 
 
 def _copied(stored: _Array, name: str) -> _Array:
-    """The values in native byte order, x fastest, in a type that a volume holds."""
+    """Return the values in native byte order, x fastest, in a type that a volume holds."""
     nz, ny, nx = stored.shape
     values = allocate_values(name, (nx, ny, nz), widened_type(stored.dtype))
     values[...] = stored

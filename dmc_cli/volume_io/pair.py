@@ -8,7 +8,7 @@ from dmc_cli.volume_io.within import check_beside
 
 
 def pair_files(path: Path) -> tuple[Path, Path]:
-    """Header and data file of `path`, which may be either of a pair, gzipped or not."""
+    """Return the header and data file of `path`, which may be either of a pair, gzipped or not."""
     name = path.name
     for mine, other in ((".img", ".hdr"), (".hdr", ".img")):
         for packed in ("", ".gz"):
@@ -24,7 +24,7 @@ def pair_files(path: Path) -> tuple[Path, Path]:
 
 
 def checked_pair(path: Path, name: str, allow_outside: bool) -> tuple[Path, Path]:
-    """Header and data file of `path`.
+    """Return the header and data file of `path`.
 
     Raises:
         VolumeError: There is no header, or the other one lies elsewhere and `allow_outside` is not set.
@@ -39,7 +39,7 @@ def checked_pair(path: Path, name: str, allow_outside: bool) -> tuple[Path, Path
 
 
 def is_gzip(path: Path, name: str) -> bool:
-    """Whether a file that must be there is gzipped."""
+    """Return whether a file that must be there is gzipped."""
     check_file(path, name if path.name == Path(name).name else f"{name} ({path.name})")
     with path.open("rb") as file:
         return file.read(len(GZIP_MAGIC)) == GZIP_MAGIC

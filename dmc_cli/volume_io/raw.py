@@ -1,4 +1,4 @@
-"""Raw files: nothing but values, x fastest; the user tells shape, type and spacing.
+"""Read raw files: nothing but values, x fastest; the user tells shape, type and spacing.
 
 The size of the file must be what shape, type and skipped bytes give: a wrong shape would still make
 a mesh, of nonsense.
@@ -19,7 +19,7 @@ RAW_TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "i
 
 
 def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """The layout of a raw file as the settings describe it; a suffix .gz means gzip.
+    """Return the layout of a raw file as the settings describe it; a suffix .gz means gzip.
 
     Raises:
         SettingsError: Shape or type are missing, or the type is unknown.

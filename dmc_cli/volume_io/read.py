@@ -74,7 +74,7 @@ def check_input(path: str, settings: ReadSettings) -> None:
 
 
 def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """What there is to choose from in an input: the series of a folder, or the one volume of a file.
+    """Return what there is to choose from in an input: the series of a folder, or the one volume of a file.
 
     The values are not read. A file with several volumes is one entry that tells how many.
 
@@ -90,7 +90,7 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
 
 
 def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """The entries of a file or folder."""
+    """Return the entries of a file or folder."""
     format_name = input_format(path, name, settings)
     known = FORMATS[format_name]
     if known.entries:
@@ -103,7 +103,7 @@ def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]
 
 
 def input_format(path: Path, name: str, settings: ReadSettings) -> str:
-    """The format to read a path as.
+    """Return the format that a path is read as.
 
     Raises:
         VolumeError: There is no such path, or it is empty.
@@ -163,12 +163,12 @@ def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress
 
 
 def _warned(volume: Volume, format_name: str, settings: ReadSettings) -> Volume:
-    """The volume with a warning for each option that has no effect on its format."""
+    """Return the volume with a warning for each option that has no effect on its format."""
     return replace(volume, warnings=(*unused_options(format_name, settings), *volume.warnings))
 
 
 def _promised(start: Path, settings: ReadSettings) -> int | None:
-    """How many bytes of standard input the header in its first bytes asks for, at most; None where unknown.
+    """Return how many bytes of standard input its header asks for at most; None where it does not tell.
 
     Raises:
         VolumeError: It begins like no volume.
@@ -190,7 +190,7 @@ def _promised(start: Path, settings: ReadSettings) -> int | None:
 
 
 def _format_of_folder(path: Path, name: str) -> str:
-    """A Zarr store, a folder of nothing but TIFF slices, or else DICOM."""
+    """Return the format of a folder: a Zarr store, nothing but TIFF slices, or else DICOM."""
     if is_zarr(path):
         return "zarr"
     try:

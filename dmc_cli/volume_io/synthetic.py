@@ -1,4 +1,4 @@
-"""Synthetic fields, named `synth:FIELD:N`: N nodes an axis on [-1, 1]^3, both ends included.
+"""Make synthetic fields, named `synth:FIELD:N`: N nodes an axis on [-1, 1]^3, both ends included.
 
 Evaluated in double precision a few planes at a time and rounded to float32 (evaluating in float32
 changes the surface's topology). The first five are the papers'; the formulas are in their coordinates.
@@ -78,7 +78,7 @@ FIELD_NAMES = (*FIELDS, "noise")
 
 
 def parse_synthetic(name: str) -> tuple[str, int]:
-    """Field and nodes an axis of `synth:FIELD:N`.
+    """Return the field and the number of nodes an axis of `synth:FIELD:N`.
 
     Raises:
         SettingsError: Another form, or an unknown field.
@@ -93,7 +93,7 @@ def parse_synthetic(name: str) -> tuple[str, int]:
 
 
 def synthetic_volume(name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """The volume `synth:FIELD:N`, float32, shape (N, N, N), spacing 2 / (N - 1), origin -1.
+    """Return the volume `synth:FIELD:N`, float32, shape (N, N, N), spacing 2 / (N - 1), origin -1.
 
     The noise is standard normal from `settings.seed`, in the array's order, smoothed by a Gaussian of
     `settings.sigma` nodes (cut at four sigma, mirrored at the border).
@@ -156,7 +156,7 @@ def _fill_noise(values: np.ndarray[Any, np.dtype[Any]], seed: int, sigma: float,
 
 
 def gaussian_weights(sigma: float) -> Array:
-    """Weights of a Gaussian cut at four sigma, shape (2r + 1,), sum 1; one weight for sigma 0."""
+    """Return the weights of a Gaussian cut at four sigma, shape (2r + 1,), sum 1; one weight for sigma 0."""
     radius = int(4 * sigma + 0.5)
     offsets = np.arange(-radius, radius + 1)
     weights = np.exp(-0.5 * (offsets / sigma) ** 2) if radius else np.ones(1)
@@ -164,13 +164,13 @@ def gaussian_weights(sigma: float) -> Array:
 
 
 def mirrored(index: int, count: int) -> int:
-    """The index inside 0..count-1 that a mirror at the border (d c b a | a b c d) puts there."""
+    """Return the index inside 0..count-1 that a mirror at the border (d c b a | a b c d) puts there."""
     index %= 2 * count
     return index if index < count else 2 * count - 1 - index
 
 
 def _smoothed_plane(plane: Array, weights: Array) -> Array:
-    """The plane filtered along its two axes."""
+    """Return the plane filtered along its two axes."""
     radius = len(weights) // 2
     if not radius:
         return plane

@@ -37,7 +37,7 @@ SKIPPED_RATIO = 100
 
 
 def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
-    """The volume of a layout, with its values mapped or read.
+    """Return the volume of a layout, with its values mapped or read.
 
     Raises:
         VolumeError: A file cannot be read, or the volume is thinner than two nodes.
@@ -66,7 +66,7 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
 
 
 def _share(layout: Layout) -> int:
-    """Bytes of values that each file holds after decoding."""
+    """Return the bytes of values that each file holds after decoding."""
     total = layout.volume_bytes * layout.volumes
     if total % len(layout.files):
         raise DamagedVolumeError(
@@ -107,13 +107,13 @@ def _check_skipped(layout: Layout, path: Path, found: int) -> None:
 
 
 def _label(layout: Layout, path: Path) -> str:
-    """The input's name, with the data file's where that is another one."""
+    """Return the input's name, with the data file's where that is another one."""
     return layout.name if path.name == Path(layout.name).name else f"{layout.name} ({path.name})"
 
 
 @contextmanager
 def _opened(layout: Layout, path: Path) -> Iterator[BinaryIO]:
-    """The data file, standing behind the header and the lines to skip."""
+    """Open the data file at what follows the header and the lines to skip."""
     try:
         file = path.open("rb")
     except OSError as error:
@@ -133,14 +133,14 @@ def _opened(layout: Layout, path: Path) -> Iterator[BinaryIO]:
 
 
 def _start(layout: Layout, file: BinaryIO) -> int:
-    """Where an uncompressed file's values begin."""
+    """Return where an uncompressed file's values begin."""
     if layout.offset != FROM_END:
         return file.tell() + layout.offset
     return file.seek(0, 2) - _share(layout)
 
 
 def _mapped(layout: Layout) -> np.ndarray[Any, np.dtype[Any]] | None:
-    """A read-only view of the file, shape (nz, ny, nx), or None where it would need a change."""
+    """Return a read-only view of the file, shape (nz, ny, nx), or None where it would need a change."""
     if (
         layout.encoding != "raw"
         or len(layout.files) != 1
@@ -164,7 +164,7 @@ def _mapped(layout: Layout) -> np.ndarray[Any, np.dtype[Any]] | None:
 
 
 def _copied(layout: Layout, progress: Progress) -> np.ndarray[Any, np.dtype[Any]]:
-    """The values decoded into a new array of native byte order, shape (nz, ny, nx)."""
+    """Return the values decoded into a new array of native byte order, shape (nz, ny, nx)."""
     values = allocate_values(layout.name, layout.shape, layout.dtype)
     stored = values.view(layout.dtype) if layout.components == 1 else values
     pieces = _pieces(layout, stored)
@@ -183,7 +183,7 @@ def _copied(layout: Layout, progress: Progress) -> np.ndarray[Any, np.dtype[Any]
 
 
 def _pieces(layout: Layout, stored: np.ndarray[Any, np.dtype[Any]]) -> list[np.ndarray[Any, np.dtype[Any]]]:
-    """The part of the array that each file of the chosen volume fills, flat, in order."""
+    """Return the part of the array that each file of the chosen volume fills, flat, in order."""
     count = len(_files_of_volume(layout))
     flat = stored.reshape(-1)
     if flat.size % count:
@@ -192,7 +192,7 @@ def _pieces(layout: Layout, stored: np.ndarray[Any, np.dtype[Any]]) -> list[np.n
 
 
 def _files_of_volume(layout: Layout) -> tuple[Path, ...]:
-    """The files that hold the chosen volume."""
+    """Return the files that hold the chosen volume."""
     if len(layout.files) == 1:
         return layout.files
     if len(layout.files) % layout.volumes:
@@ -205,7 +205,7 @@ def _files_of_volume(layout: Layout) -> tuple[Path, ...]:
 
 
 def _streams(layout: Layout) -> Iterator[tuple[int, DecodedStream, Path]]:
-    """Number, stream and path of each file of the chosen volume, standing at its first value."""
+    """Yield the number, the stream, at its first value, and the path of each file of the chosen volume."""
     for number, path in enumerate(_files_of_volume(layout)):
         with _opened(layout, path) as file:
             skip = layout.offset

@@ -65,7 +65,7 @@ class Walk:
     skipped: list[tuple[str, str]] = field(default_factory=list)
 
     def files(self) -> Iterator[tuple[str, os.stat_result]]:
-        """Name below the folder and status of each file, folder by folder, in the order of their names."""
+        """Yield each file's name below the folder and its status, folder by folder, in the order of names."""
         seen: set[tuple[int, int]] = set()
         pending = [""]
         while pending:

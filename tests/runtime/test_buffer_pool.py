@@ -75,7 +75,7 @@ def test_what_came_back_first_goes_first(nothing_is_small):
     del other
 
 
-def test_small_blocks_are_all_kept():
+def test_small_buffers_are_all_kept():
     memory = HostMemory()
     for n in range(1, 60):
         memory.take(n * SMALLEST_KEPT)
@@ -102,7 +102,7 @@ def test_where_memory_runs_out_what_is_kept_goes(monkeypatch):
     assert not memory._kept
 
 
-def test_blocks_below_the_smallest_are_not_kept():
+def test_buffers_below_the_smallest_are_not_kept():
     memory = HostMemory()
     memory.take(SMALLEST_KEPT - 1)
     memory.take(SMALLEST_KEPT)

@@ -19,7 +19,7 @@ _LONGEST_BOXES = 1 << 16
 
 
 def image_size(stream: bytes) -> tuple[int, int, int] | None:
-    """Columns, rows and components of a compressed image; None where it does not tell."""
+    """Return the columns, rows and components of a compressed image; None where it does not tell."""
     try:
         if stream[:2] == JPEG_START:
             return _jpeg_size(stream)
@@ -30,15 +30,16 @@ def image_size(stream: bytes) -> tuple[int, int, int] | None:
 
 
 def lacks_end(stream: bytes) -> bool:
-    """Whether a JPEG-LS image has no end marker: CharLS may then look for one more bit for ten seconds.
+    """Return whether a JPEG-LS image has no end marker.
 
-    No marker can be part of packed pixels: after a byte of ones the next has a zero in front.
+    CharLS may then look for one more bit for ten seconds. No marker can be part of packed pixels: after a
+    byte of ones the next has a zero in front.
     """
     return stream[:2] == JPEG_START and JPEG_LS_FRAME in stream and JPEG_END not in stream
 
 
 def _jpeg_size(stream: bytes) -> tuple[int, int, int] | None:
-    """The size in the first frame header; segments before it are passed over."""
+    """Return the size in the first frame header; segments before it are passed over."""
     position = 2
     while True:
         while stream[position] == 0xFF and stream[position + 1] == 0xFF:
@@ -53,7 +54,7 @@ def _jpeg_size(stream: bytes) -> tuple[int, int, int] | None:
 
 
 def _jpeg_2000_size(stream: bytes, begin: int) -> tuple[int, int, int]:
-    """The size of the reference grid less its offset."""
+    """Return the size of the reference grid less its offset."""
     right, bottom, left, top = struct.unpack_from(">4I", stream, begin + 8)
     (components,) = struct.unpack_from(">H", stream, begin + 40)
     return right - left, bottom - top, components

@@ -59,7 +59,7 @@ TABLE_BYTES = 1024
 
 
 def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
-    """Compressed or otherwise unusual slices, through pydicom and its plugins."""
+    """Decode compressed or otherwise unusual slices by pydicom and its plugins."""
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 
     header, pixels = task[0][1].header, task[0][1].pixels

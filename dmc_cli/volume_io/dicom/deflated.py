@@ -32,13 +32,13 @@ class DeflatedFile(DicomFile):
     begin: int = 0
 
     def open(self, most: int | None = None) -> BinaryIO:
-        """The inflated data set; it is inflated as far as it is read, and no more than `most` bytes are."""
+        """Open the data set: inflated as far as it is read, no more than `most` bytes of it."""
         assert self.packed is not None
         file = self.packed.open(None if most is None else self.begin + most + SLACK)
         return cast(BinaryIO, _InflatedStream(self.name, file, self.begin))
 
     def heads(self) -> Iterator[BinaryIO]:
-        """The beginning of the data set, then more of it."""
+        """Yield the beginning of the data set, then more of it."""
         for limit in HEAD_BYTES:
             with self.open(limit) as stream:
                 start = stream.read(limit)
@@ -48,7 +48,7 @@ class DeflatedFile(DicomFile):
 
 
 def inflated_file(packed: DicomFile, begin: int) -> DeflatedFile:
-    """The data set that is deflated in a file from `begin` on; its size is the most that it can be."""
+    """Return the data set that is deflated in a file from `begin` on; its size is the most that it can be."""
     size = (packed.size - begin) * DEFLATE_RATIO
     return DeflatedFile(packed.name, packed.path, size, packed.effort, packed=packed, begin=begin)
 
@@ -93,7 +93,7 @@ class _InflatedStream(io.RawIOBase):
         self._position = 0
 
     def _inflate(self, most: int) -> bytes:
-        """The next bytes, at most so many; none at the end."""
+        """Return the next bytes, at most so many; none at the end."""
         while not self._inflater.eof:
             self._pending = self._pending or self._file.read(CHUNK)
             try:

@@ -55,13 +55,13 @@ class Header:
 
 
 def text(dataset: Any, tag: int) -> str:
-    """A text element's first value; empty where the element is absent."""
+    """Return a text element's first value; empty where the element is absent."""
     values = texts(dataset, tag)
     return values[0] if values else ""
 
 
 def texts(dataset: Any, tag: int) -> list[str]:
-    """A text element's values."""
+    """Return a text element's values."""
     value = _value(dataset, tag)
     if isinstance(value, bytes):
         try:
@@ -77,7 +77,7 @@ def texts(dataset: Any, tag: int) -> list[str]:
 
 
 def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | None:
-    """A decimal or binary element's numbers; None where the element is absent or empty.
+    """Return a decimal or binary element's numbers; None where the element is absent or empty.
 
     Raises:
         DamagedVolumeError: They are no finite numbers, or not `count` of them.
@@ -103,14 +103,14 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
 
 
 def label(dataset: Any, tag: int) -> str:
-    """An element's texts in a line, or its first number where it is a binary one."""
+    """Return an element's texts in a line, or its first number where it is a binary one."""
     element = _element(dataset, tag)
     value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
     return f"{value[0]:g}" if value else "/".join(texts(dataset, tag))
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
-    """A binary 16 or 32 bit integer's value."""
+    """Return a binary 16 or 32 bit integer's value."""
     element = _element(dataset, tag)
     value = None if element is None else element.value
     if isinstance(value, bytes):
@@ -125,7 +125,7 @@ def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = F
 
 
 def items(dataset: Any, tag: int, most: int = 1) -> list[Any]:
-    """A sequence's first items, `most` of them; empty where it is absent.
+    """Return a sequence's first items, `most` of them; empty where it is absent.
 
     Raises:
         DamagedVolumeError: It cannot be parsed.
@@ -165,7 +165,7 @@ def _parse_items(dataset: Any, tag: int, element: Any, most: int) -> None:
 
 
 def _binary_kind(element: Any, tag: int) -> str | None:
-    """How the numbers of a binary element are packed, as `struct` has it; None for one of text."""
+    """Return how the numbers of a binary element are packed, as `struct` has it; None for one of text."""
     return _BINARY.get(str(element.VR) if element.VR is not None else _UNTOLD.get(tag, ""))
 
 

@@ -67,7 +67,7 @@ class Pixels:
 
     @property
     def frame_bytes(self) -> int:
-        """Bytes of a frame when it is not compressed."""
+        """Return the bytes of a frame that is not compressed."""
         return self.shape[0] * self.shape[1] * self.dtype.itemsize
 
 
@@ -105,7 +105,7 @@ class Frame:
 
     @property
     def name(self) -> str:
-        """File, and frame number where the file has several."""
+        """Return the file's name, with the frame's number where it has several."""
         name = self.header.file.name
         return name if self.pixels.frames == 1 else f"{name} frame {self.index + 1}"
 
@@ -115,7 +115,7 @@ class NoSlice(Exception):  # noqa: N818 -- not an error: most folders hold files
 
 
 def read_frames(header: Header) -> list[Frame]:
-    """The frames of a file, in its order.
+    """Return the frames of a file, in its order.
 
     Raises:
         NoSlice: The file holds no greyscale images with a place in space.
@@ -196,7 +196,7 @@ def _pixels(header: Header) -> Pixels:
 
 
 def _padding(dataset: Any, pixels: Pixels) -> tuple[float, float] | None:
-    """The closed range of PixelPaddingValue and PixelPaddingRangeLimit."""
+    """Return the closed range of PixelPaddingValue and PixelPaddingRangeLimit."""
     signed = pixels.dtype.kind == "i"
     value = elements.integer(dataset, 0x00280120, signed=signed)
     if value is None:
@@ -207,7 +207,7 @@ def _padding(dataset: Any, pixels: Pixels) -> tuple[float, float] | None:
 
 
 def _frame_offsets(dataset: Any, count: int) -> list[float] | None:
-    """Distance of each frame from the first along the normal; None where the file tells no positions."""
+    """Return each frame's distance from the first along the normal; None where no positions are told."""
     if count == 1:
         return [0.0]
     grid = elements.numbers(dataset, 0x3004000C)
@@ -220,7 +220,7 @@ def _frame_offsets(dataset: Any, count: int) -> list[float] | None:
 
 
 def _unplaced(dataset: Any, index: int) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, float]]:
-    """Position, orientation and spacing along the grid's own axes, for a frame whose file tells none."""
+    """Return position, orientation and spacing along the grid's own axes: the file tells none."""
     between = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050) or [1.0]
     spacing = elements.numbers(dataset, 0x00280030, 2) or [1.0, 1.0]
     _check_spacing(spacing)
@@ -253,7 +253,7 @@ class _Place:
     own: Any
 
     def find(self, sequence: int, tag: int) -> Any:
-        """The data set that holds an element."""
+        """Return the data set that holds an element."""
         for group in (self.own, self.shared):
             for item in elements.items(group, sequence)[:1]:
                 if tag in item:
@@ -266,7 +266,7 @@ class _Place:
         return None
 
     def geometry(self, offset: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, float]]:
-        """Position, orientation and spacing of the frame, `offset` millimetres along the normal."""
+        """Return the frame's position, `offset` millimetres along the normal, orientation and spacing."""
         position = elements.numbers(self.find(0x00209113, 0x00200032), 0x00200032, 3)
         orientation = elements.numbers(self.find(0x00209116, 0x00200037), 0x00200037, 6)
         spacing = elements.numbers(self.find(0x00289110, 0x00280030), 0x00280030, 2)
@@ -286,14 +286,14 @@ class _Place:
         return tuple(position), tuple(orientation), (spacing[1], spacing[0])
 
     def rescale(self) -> tuple[float, float]:
-        """Slope, 1 where none is told, and intercept; of a dose grid its scaling."""
+        """Return the slope, 1 where none is told, and the intercept; of a dose grid its scaling."""
         slope = elements.numbers(self.find(0x00289145, 0x00281053), 0x00281053, 1)
         intercept = elements.numbers(self.find(0x00289145, 0x00281052), 0x00281052, 1)
         dose = elements.numbers(self.dataset, 0x3004000E, 1)
         return (slope or dose or [1.0])[0], (intercept or [0.0])[0]
 
     def labels(self) -> dict[str, str]:
-        """What may tell apart frames at the same place."""
+        """Return what may tell apart frames at the same place."""
         found = {}
         for key, (sequence, tag) in FRAME_DISCRIMINATORS.items():
             holder = self.find(sequence, tag)

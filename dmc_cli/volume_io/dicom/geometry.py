@@ -47,7 +47,7 @@ class SliceGeometry:
 
 
 def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeometry:
-    """Order, distances and affine of a stack's slices.
+    """Order a stack's slices, and return them with their distances and their affine.
 
     Raises:
         AmbiguousVolumeError: Duplicates or missing slices, unless the settings say what to do.
@@ -76,14 +76,14 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
 
 
 def _told(frames: list[Frame], distances: _Array, n: int) -> str:
-    """Distance n and the files that it lies between."""
+    """Return a text with distance n and the files that it lies between."""
     return f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}"
 
 
 def _without_duplicates(
     stack: Stack, settings: ReadSettings, name: str
 ) -> tuple[list[Frame], _Array, list[str]]:
-    """Frames and places with one frame a place."""
+    """Return the frames and their places, one frame a place, and sentences on those dropped."""
     frames, places = stack.frames, stack.places()
     kept = [0]
     dropped: list[int] = []
@@ -104,7 +104,7 @@ def _without_duplicates(
 
 
 def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: str) -> list[str]:
-    """Distances that look like a missing slice: refused, or told."""
+    """Refuse distances that look like a missing slice, or return sentences on them, as the settings say."""
     gaps = [
         n
         for n, distance in enumerate(distances)
@@ -125,7 +125,7 @@ def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: 
 
 
 def _drift(frames: list[Frame], sideways: _Array, name: str) -> list[str]:
-    """Slices beside the line through the first and the last: told, or refused."""
+    """Refuse slices far beside the line through the first and the last; return sentences on nearer ones."""
     pixel = min(frames[0].spacing)
     worst = int(sideways.argmax())
     told = f"{frames[worst].name} lies {sideways[worst]:.3f} mm beside the line from first to last slice"

@@ -39,7 +39,7 @@ _LONG_FORM = frozenset(
 
 
 def read_header(file: DicomFile) -> Header | None:
-    """The header of a DICOM file, or None for a file of another kind.
+    """Return the header of a DICOM file, or None for a file of another kind.
 
     Raises:
         DamagedVolumeError: It is DICOM, but its header cannot be read.
@@ -81,7 +81,7 @@ def read_header(file: DicomFile) -> Header | None:
 
 
 def _is_plausible(start: bytes) -> bool:
-    """Whether a file without preamble begins with an element of the first groups."""
+    """Return whether a file without preamble begins with an element of the first groups."""
     if len(start) < 12 or start[:2] not in (b"\x02\x00", b"\x08\x00", b"\x00\x08"):
         return False
     has_type = start[4:6].isalpha() and start[4:6].isupper()
@@ -104,10 +104,10 @@ class _FlatDataset(dict[int, _FlatElement]):
 
 
 def _flat_header(file: DicomFile, start: bytes) -> Header | DeflatedFile | None:
-    """The header of a plain image: little endian, one frame, no sequence of unknown length before its pixels.
+    """Return the header of a plain image, or of a deflated file what it has to be read as.
 
-    Of a deflated file: what it has to be read as. Nearly every slice is plain, and this takes a tenth of
-    pydicom's time; anything else is left to pydicom.
+    Plain is little endian with one frame and no sequence of unknown length before its pixels. Nearly every
+    slice is plain, and this takes a tenth of pydicom's time; anything else is left to pydicom.
     """
     meta, position = _flat_elements(start, 132, explicit=True)
     syntax = text(meta, 0x00020010)
@@ -122,7 +122,7 @@ def _flat_header(file: DicomFile, start: bytes) -> Header | DeflatedFile | None:
 
 
 def _flat_elements(data: bytes, position: int, explicit: bool) -> tuple[_FlatDataset, int]:
-    """The wanted elements before the end of group 2 or the pixel data, and where that is; else -1."""
+    """Return the wanted elements before the end of group 2 or the pixel data, and where that is; else -1."""
     found = _FlatDataset()
     is_meta = data[position : position + 2] == b"\x02\x00"
     while position + 12 <= len(data):

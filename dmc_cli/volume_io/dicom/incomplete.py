@@ -20,7 +20,7 @@ def check_pixels_expected(header: Header) -> None:
 
 
 def _sop_class(header: Header) -> str:
-    """What the file is, as a UID; empty where the data set does not begin."""
+    """Return what the file is, as a UID; empty where the data set does not begin."""
     dataset = header.dataset
     if len(dataset) == 0:
         # the UID in the meta elements may be cut, too
@@ -37,6 +37,6 @@ def _names_image(sop_class: str) -> bool:
 
 
 def _begins_as_dicom(header: Header) -> bool:
-    """Whether a file is certainly DICOM: by its preamble, or by telling a series."""
+    """Return whether a file is certainly DICOM: by its preamble, or by telling a series."""
     is_marked = isinstance(header.file, DeflatedFile) or getattr(header.dataset, "preamble", None)
     return bool(is_marked) or bool(elements.text(header.dataset, 0x0020000E))

@@ -5,7 +5,7 @@ MOST_NAMED = 3
 
 
 def left_out(names: list[str], one: str, many: str) -> list[str]:
-    """A sentence on things of one kind that were left out, or none where there are none.
+    """Return a sentence on things of one kind that were left out, or none where there are none.
 
     Args:
         names: Their names.
@@ -19,6 +19,6 @@ def left_out(names: list[str], one: str, many: str) -> list[str]:
 
 
 def shortened(names: list[str], separator: str) -> str:
-    """The first names, and how many more there are."""
+    """Return the first names, and how many more there are."""
     told = separator.join(names[:MOST_NAMED])
     return f"{told} and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else told

@@ -50,7 +50,7 @@ class SliceValues:
 
 
 def read_slices(frames: list[Frame], threads: int | None, name: str, progress: Progress) -> SliceValues:
-    """Values of the frames, in their order.
+    """Return the values of the frames, in their order.
 
     They stay in their stored type, unless that, slope, intercept or padding differ between them: then they
     become physical values in float32 and padding becomes NaN.
@@ -88,7 +88,7 @@ def _thread_count(threads: int | None) -> int:
 
 
 def _stored_type(frame: Frame) -> np.dtype[Any]:
-    """Type of the stored values; of Float Pixel Data that of its element."""
+    """Return the type of the stored values; of Float Pixel Data that of its element."""
     tag = _pixel_tag(frame.header)
     return np.dtype({FLOAT_PIXEL_DATA: "f4", DOUBLE_PIXEL_DATA: "f8"}.get(tag, frame.pixels.dtype))
 
@@ -122,7 +122,7 @@ def _check_size(frame: Frame) -> None:
 
 
 def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int, Frame]]]:
-    """Slices to read together: those of one file, in as many parts as there are threads."""
+    """Yield the slices to read together: those of one file, in as many parts as there are threads."""
     first: dict[Header, int] = {}
     for k, frame in enumerate(frames):
         first.setdefault(frame.header, k)
@@ -156,7 +156,7 @@ def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> 
 
 
 def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> Iterator[_Array]:
-    """Uncompressed slices, read into their place in the volume where their type is kept."""
+    """Read uncompressed slices, into their place in the volume where their type is kept."""
     header, pixels = task[0][1].header, task[0][1].pixels
     with header.file.open((header.pixel_start or 0) + 12 + pixels.frames * pixels.frame_bytes) as file:
         file.seek(header.pixel_start or 0)
@@ -190,7 +190,7 @@ def _clear_unused_bits(plane: _Array, pixels: Pixels, below: int) -> None:
 
 
 def _physical(plane: _Array, frame: Frame) -> _Array:
-    """Physical values in float32, padding as NaN."""
+    """Return the physical values in float32, padding as NaN."""
     values = (plane * frame.slope + frame.intercept).astype(np.float32)
     if frame.padding is not None:
         values[(plane >= frame.padding[0]) & (plane <= frame.padding[1])] = np.nan

@@ -25,7 +25,7 @@ NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's o
 
 
 def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """The volume of the series `settings.series`, or of the only one.
+    """Return the volume of the series `settings.series`, or of the only one.
 
     Raises:
         VolumeError: No slices of a volume; its subclasses tell of damaged or unsupported ones.
@@ -71,7 +71,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
 
 
 def _scale_told(frames: list[Frame]) -> list[str]:
-    """A sentence on slopes of 0, if there are any."""
+    """Return a sentence on slopes of 0, if there are any."""
     found = [frame.name for frame in frames if frame.lacks_scale]
     if not found:
         return []
@@ -82,7 +82,7 @@ def _scale_told(frames: list[Frame]) -> list[str]:
 
 
 def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """Every volume that `--series` can choose, in the order of their numbers.
+    """Return every volume that `--series` can choose, in the order of their numbers.
 
     Raises:
         VolumeError: There is none.
@@ -111,7 +111,7 @@ class _Found:
     reasons: list[str]
 
     def warnings(self) -> list[str]:
-        """Sentences on what was left out and should not have been."""
+        """Return the sentences on what was left out and should not have been."""
         notes = [*self.notes, *(f"a file was left out: {told}" for told in self.damaged[:MOST_NAMED])]
         more = len(self.damaged) - MOST_NAMED
         if more > 0:
@@ -119,7 +119,7 @@ class _Found:
         return notes
 
     def files_told(self) -> list[str]:
-        """A sentence on all files that have no frames, if there are any."""
+        """Return a sentence on all files that have no frames, if there are any."""
         files = [*self.damaged, *self.reasons]
         told = [f"{len(files)} file(s) left out: {shortened(files, '; ')}"] if files else []
         return [*self.notes, *told]

@@ -42,13 +42,13 @@ class Stack:
     frames: list[Frame] = field(default_factory=list)
 
     def places(self) -> list[float]:
-        """Position of each frame along the normal in millimetres, in the frames' order."""
+        """Return the position of each frame along the normal in millimetres, in the frames' order."""
         orientation = np.array(self.frames[0].orientation)
         normal = np.cross(orientation[:3], orientation[3:])
         return [float(normal @ np.array(frame.position)) for frame in self.frames]
 
     def entry(self, number: int) -> VolumeEntry:
-        """The stack as `dmc info` lists it."""
+        """Return the stack as `dmc info` lists it."""
         columns, rows = self.frames[0].pixels.shape
         return VolumeEntry(
             number=number,
@@ -60,7 +60,7 @@ class Stack:
 
 
 def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
-    """Every stack with slices in at least two places, in the order of their numbers.
+    """Return every stack with slices in at least two places, in the order of their numbers.
 
     Localizers are left out where there is anything else.
     """
@@ -84,7 +84,7 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
 
 
 def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, series: str | None) -> list[str]:
-    """Sentences on the images that are in no stack; of the chosen series alone where one was asked for."""
+    """Return sentences on the images that are in no stack, of the chosen series where there is one."""
     used = {frame for stack in stacks for frame in stack.frames}
     localizers: list[str] = []
     others: list[str] = []
@@ -104,7 +104,7 @@ def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, serie
 
 
 def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
-    """The stack that `series` names, by number or SeriesInstanceUID; the only one where it is None.
+    """Return the stack that `series` names, by number or SeriesInstanceUID; the only one where it is None.
 
     Raises:
         AmbiguousVolumeError: Several are left.
@@ -126,7 +126,7 @@ def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
 
 
 def _listed(numbered: list[tuple[int, Stack]]) -> str:
-    """One line a stack: number, what it is, size, UID."""
+    """Return one line a stack: number, what it is, size, UID."""
     lines = []
     for number, stack in numbered:
         entry = stack.entry(number)
@@ -170,7 +170,7 @@ def _sort(stack: Stack) -> None:
 
 
 def _place_count(stack: Stack) -> int:
-    """Number of different places."""
+    """Return the number of different places."""
     places = stack.places()
     return 1 + sum(b - a >= SAME_PLACE_MM for a, b in pairwise(places))
 
@@ -180,7 +180,7 @@ def _is_localizer(frame: Frame) -> bool:
 
 
 def _split_copies(stack: Stack) -> list[Stack]:
-    """The stack itself, or one stack a value of whatever tells its copies apart without leaving any."""
+    """Return the stack, or one stack a value of what tells all its copies at the same places apart."""
     if _place_count(stack) == len(stack.frames):
         return [stack]
     for label in (*FRAME_DISCRIMINATORS, *DISCRIMINATORS, VALUE_TYPE):
@@ -205,7 +205,7 @@ def _parted(stack: Stack, label_of: Callable[[Frame], str]) -> list[Stack]:
 
 
 def no_volume(name: str, reasons: list[str], singles: int) -> VolumeError:
-    """The error of an input without a single volume, telling what was there instead."""
+    """Return the error of an input without a single volume, telling what was there instead."""
     if singles:
         return VolumeError(
             f"{name}: {singles} DICOM image{'s' if singles > 1 else ''} found, but no two slices of one "

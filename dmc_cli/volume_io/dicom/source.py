@@ -43,7 +43,7 @@ class DicomFile:
     archive: zipfile.ZipFile | None = None
 
     def open(self, most: int | None = None) -> BinaryIO:
-        """The file, seekable; a zip entry is unpacked into memory, its first `most` bytes if there are more.
+        """Open the file, seekable; a zip's entry is unpacked into memory, its first `most` bytes at most.
 
         Raises:
             DamagedVolumeError: It cannot be read.
@@ -59,7 +59,7 @@ class DicomFile:
             raise self._unreadable(error) from error
 
     def heads(self) -> Iterator[BinaryIO]:
-        """The beginning of the file, then more of it, for a reader that stops when it has enough."""
+        """Yield the beginning of the file, then more of it, for a reader that stops when it has enough."""
         if self.archive is None:
             yield self.open()
             return
@@ -76,7 +76,7 @@ class DicomFile:
                 return
 
     def _unpacked(self, count: int) -> bytes:
-        """The first bytes of a zip's entry."""
+        """Return the first bytes of a zip's entry."""
         assert self.archive is not None
         return unpacked_start(self.path, self.archive.getinfo(self.name), count)
 
@@ -87,7 +87,7 @@ class DicomFile:
 
 @contextmanager
 def dicom_files(path: Path, name: str, allow_outside: bool) -> Iterator[tuple[list[DicomFile], list[str]]]:
-    """Every regular file of a folder tree or a zip, or the file itself, in the order of their names.
+    """Yield every regular file of a folder tree or a zip, or the file itself, in the order of their names.
 
     With them come sentences on what was left out: entries of a zip, links out of a folder.
 
@@ -130,14 +130,14 @@ def dicom_files(path: Path, name: str, allow_outside: bool) -> Iterator[tuple[li
 
 
 def _begins_as_zip(path: Path) -> bool:
-    """Whether a file begins with a zip's entry; DICOM may have anything in its preamble."""
+    """Return whether a file begins with a zip's entry; DICOM may have anything in its preamble."""
     with path.open("rb") as file:
         start = file.read(132)
     return start[:4] == ENTRY_MARK and start[128:] != b"DICM"
 
 
 def _walked(folder: Path, allow_outside: bool) -> tuple[list[DicomFile], list[str]]:
-    """The regular files below a folder, each once, and sentences on what was not looked at."""
+    """Return the regular files below a folder, each once, and sentences on what was not looked at."""
     walk = Walk(folder, Bounds(folder, allow_outside=allow_outside))
     seen: dict[tuple[int, int], tuple[str, int]] = {}
     for name, status in walk.files():

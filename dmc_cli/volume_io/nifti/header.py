@@ -1,4 +1,4 @@
-"""The header of NIfTI-1 (348 bytes) and NIfTI-2 (540 bytes), in either byte order.
+"""Read the header of NIfTI-1 (348 bytes) and NIfTI-2 (540 bytes), in either byte order.
 
 Fields lie at the fixed places that nifti1.h and nifti2.h of the NIfTI Data Format Working Group give.
 Where writers are known to leave a field out, the rules are those of the group's own nifti1_io.c: a
@@ -46,7 +46,7 @@ _FIELDS_2 = {
 
 
 def _record(fields: dict[str, tuple[str, int]], size: int) -> np.dtype[Any]:
-    """The type of a whole header, little endian."""
+    """Return the type of a whole header, little endian."""
     kinds, offsets = zip(*fields.values(), strict=True)
     named = {"names": list(fields), "formats": kinds, "offsets": offsets, "itemsize": size}
     return np.dtype(named).newbyteorder("<")  # type: ignore[call-overload, no-any-return]
@@ -101,7 +101,7 @@ class NiftiHeader:
     single: bool
 
     def value_type(self, name: str) -> np.dtype[Any]:
-        """The type of a stored value, with its byte order.
+        """Return the type of a stored value, with its byte order.
 
         Raises:
             UnsupportedFormatError: It is no real number's.
@@ -115,18 +115,18 @@ class NiftiHeader:
         return np.dtype(TYPES[code]).newbyteorder(self.fields.dtype["dim"].base.byteorder)
 
     def spacing(self) -> tuple[float, float, float]:
-        """Distances of the nodes along x, y, z; 1 where the header has none."""
+        """Return the distances of the nodes along x, y, z; 1 where the header has none."""
         x, y, z = (abs(float(s)) or 1.0 for s in self.fields["pixdim"][1:4])
         return x, y, z
 
     def sform(self) -> Matrix:
-        """The affine of srow_x, srow_y, srow_z."""
+        """Return the affine of srow_x, srow_y, srow_z."""
         affine = np.eye(4)
         affine[:3] = self.fields["srow"]
         return affine
 
     def qform(self, name: str) -> Matrix:
-        """The affine of a unit quaternion (1 - |bcd|^2)^1/2, b, c, d, spacings, qfac and offset.
+        """Return the affine of a unit quaternion (1 - |bcd|^2)^1/2, b, c, d, spacings, qfac and offset.
 
         The first number is 0 where rounding may have left it, as in nifti1_io.c: half turns are common.
 
@@ -154,7 +154,7 @@ _ROUNDING = 1e-5
 
 
 def _rotation(a: float, b: float, c: float, d: float) -> Matrix:
-    """The rotation of a quaternion that rounding may have left a little too long."""
+    """Return the rotation of a quaternion that rounding may have left a little too long."""
     a, b, c, d = (q / math.sqrt(a * a + b * b + c * c + d * d) for q in (a, b, c, d))
     return np.array(
         [
@@ -166,7 +166,7 @@ def _rotation(a: float, b: float, c: float, d: float) -> Matrix:
 
 
 def parse_nifti(start: bytes, name: str) -> NiftiHeader:
-    """The header at the start of a file.
+    """Return the header at the start of a file.
 
     Raises:
         UnsupportedFormatError: It is none of NIfTI.

@@ -1,4 +1,4 @@
-"""NIfTI-1 and NIfTI-2: .nii, .nii.gz and pairs of .hdr and .img (gzipped too); world axes RAS.
+"""Read NIfTI-1 and NIfTI-2: .nii, .nii.gz and pairs of .hdr and .img (gzipped too); world axes RAS.
 
 The affine is the sform's, else the qform's. With both codes 0 the header tells no orientation: then
 x = pixdim * index with origin 0 and no space (nibabel would centre and flip the volume), with a warning.
@@ -27,7 +27,7 @@ NO_ORIENTATION = (
 
 
 def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """The layout of the volume `settings.volume_index` of a NIfTI file or pair.
+    """Return the layout of the volume `settings.volume_index` of a NIfTI file or pair.
 
     Raises:
         UnsupportedFormatError: No NIfTI file, or values that are not single real numbers.
@@ -60,7 +60,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
 
 
 def _grid(header: NiftiHeader, name: str) -> tuple[tuple[int, int, int], int]:
-    """Nodes along x, y, z and the number of volumes."""
+    """Return the numbers of nodes along x, y, z, and of volumes."""
     dim = [int(n) for n in header.fields["dim"]]
     if not 1 <= dim[0] <= 7:
         raise DamagedVolumeError(
@@ -78,7 +78,7 @@ def _grid(header: NiftiHeader, name: str) -> tuple[tuple[int, int, int], int]:
 
 
 def _offset(header: NiftiHeader, name: str) -> int:
-    """Where the values begin in their file."""
+    """Return where the values begin in their file."""
     offset = float(header.fields["vox_offset"])
     if not math.isfinite(offset) or offset < 0 or offset > 2**40:
         raise DamagedVolumeError(
@@ -88,7 +88,7 @@ def _offset(header: NiftiHeader, name: str) -> int:
 
 
 def _scaling(header: NiftiHeader) -> tuple[float, float]:
-    """Slope and intercept; slope 0 or not finite means that there is none."""
+    """Return slope and intercept; a slope that is 0 or not finite means that there is none."""
     slope, intercept = float(header.fields["scl_slope"]), float(header.fields["scl_inter"])
     if slope == 0 or not math.isfinite(slope):
         return 1.0, 0.0
@@ -96,7 +96,7 @@ def _scaling(header: NiftiHeader) -> tuple[float, float]:
 
 
 def _affine(header: NiftiHeader, name: str) -> tuple[Matrix, Space, tuple[str, ...]]:
-    """Affine in millimetres, its space, and warnings."""
+    """Return the affine in millimetres, its space, and warnings."""
     unit = int(header.fields["xyzt_units"]) & 7
     notes: tuple[str, ...] = ()
     if unit not in UNITS:

@@ -40,7 +40,7 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
 def nrrd_geometry(
     fields: dict[str, str], spatial: tuple[int, int, int], settings: ReadSettings, name: str
 ) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
-    """Affine in millimetres, its space, and warnings; `spatial` are the axes of space.
+    """Return the affine in millimetres, its space, and warnings; `spatial` are the axes of space.
 
     Raises:
         UnsupportedFormatError: An unknown space, or vectors without three coordinates.
@@ -81,7 +81,7 @@ def nrrd_geometry(
 
 
 def _unit(unit: str, notes: list[str]) -> float:
-    """Length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
+    """Return the length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
     found = MILLIMETRES.get(unit.lower())
     if found is None and unit and unit != "???":
         notes.append(f"the header's unit of length {unit!r} is unknown; taken as millimetres")
@@ -95,7 +95,7 @@ def _unoriented(
     name: str,
     notes: list[str],
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The affine along the grid's axes, from spacings or from axis mins and maxs, else from the settings."""
+    """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings."""
     sizes = numbers(fields, "sizes", name, int)
     units = per_axis(fields.get("units", ""))
     centers = per_axis(fields.get("centers", fields.get("centerings", "")))
@@ -118,7 +118,7 @@ def _unoriented(
 
 
 def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:
-    """An axis' number in a field, or NaN where there is none."""
+    """Return an axis' number in a field, or NaN where there is none."""
     entries = per_axis(fields.get(key, ""))
     try:
         return float(entries[axis]) if axis < len(entries) else math.nan
@@ -129,7 +129,7 @@ def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:
 
 
 def _told(lengths: list[float], missing: list[float]) -> Triple | None:
-    """Three lengths, those of `missing` in place of NaN, or None where all are."""
+    """Return three lengths, those of `missing` in place of NaN, or None where all are NaN."""
     if all(math.isnan(length) for length in lengths):
         return None
     x, y, z = (m if math.isnan(length) else length for length, m in zip(lengths, missing, strict=True))

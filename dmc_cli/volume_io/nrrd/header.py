@@ -11,7 +11,7 @@ MAX_HEADER = 1 << 20
 
 
 def read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
-    """Fields by lower-case name, the header's length, and the lines after `data file: LIST`."""
+    """Return the fields by lower-case name, the header's length, and the lines after `data file: LIST`."""
     with path.open("rb") as file:
         start = file.read(MAX_HEADER)
     if not re.match(rb"NRRD00\d\d", start):
@@ -51,7 +51,7 @@ def read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
 
 
 def numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any]:
-    """The numbers of a field."""
+    """Return the numbers of a field."""
     try:
         return [kind(token) for token in fields[key].split()]
     except ValueError as error:
@@ -61,12 +61,12 @@ def numbers(fields: dict[str, str], key: str, name: str, kind: type) -> list[Any
 
 
 def per_axis(text: str) -> list[str]:
-    """The entries of a field with one entry an axis: texts, "quoted texts" or (vectors, in, brackets)."""
+    """Return the entries of a field, one an axis: texts, "quoted texts" or (vectors, in, brackets)."""
     return re.findall(r'"[^"]*"|\([^)]*\)|[^\s()"]+', text)
 
 
 def vector(text: str, name: str) -> list[float]:
-    """The numbers of a vector (in,brackets)."""
+    """Return the numbers of a vector (in,brackets)."""
     try:
         return [float(token) for token in text.strip("()").split(",")]
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""NRRD: .nrrd with its values, .nhdr with detached ones; every encoding of the format but `zrl`.
+"""Read NRRD: .nrrd with its values, .nhdr with detached ones; every encoding of the format but `zrl`.
 
 The header is read here and not by pynrrd, which refuses files that users have: lists and patterns of
 data files, `encoding: hex`, repeated fields, `space` beside `spacings`. Where the grid
@@ -71,7 +71,7 @@ class _Axes:
 
 
 def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """The layout of a NRRD file; of a 4-D one the part `settings.volume_index`.
+    """Return the layout of a NRRD file; of a 4-D one the part `settings.volume_index`.
 
     Raises:
         UnsupportedFormatError: No NRRD file, or a variant of it that is not read.
@@ -127,7 +127,7 @@ def _skip(fields: dict[str, str], key: str, name: str) -> int:
 
 
 def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
-    """Type of a value, with its byte order."""
+    """Return the type of a value, with its byte order."""
     wanted = " ".join(fields["type"].lower().split())
     found = next((numpy for numpy, spellings in TYPES.items() if wanted in spellings), None)
     if found is None:
@@ -181,7 +181,7 @@ def _between(spatial: list[int]) -> list[int]:
 
 
 def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
-    """Component and volume to read; numbered with the components fastest."""
+    """Return the component and volume to read; numbered with the components fastest."""
     if axes.value_kind and axes.components > 1 and settings.volume_index is None:
         raise AmbiguousVolumeError(
             f"{name}: every node holds {axes.components} numbers ({axes.value_kind}); expected one; "
@@ -201,7 +201,7 @@ def _data_files(
     name: str,
     allow_outside: bool,
 ) -> tuple[Path, ...]:
-    """The files with the values, in order; the file itself where they are attached."""
+    """Return the files with the values, in order; the file itself where they are attached."""
     if "data file" not in fields:
         return (path,)
     tokens = fields["data file"].split()

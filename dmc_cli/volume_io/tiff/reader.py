@@ -48,7 +48,7 @@ PACKERS = {8: "zlib", 32946: "zlib", 34925: "lzma", 50000: "zstd"}
 
 
 def tiff_files(folder: Path) -> list[Path]:
-    """The TIFF files of a folder in the order of the numbers in their names."""
+    """Return the TIFF files of a folder in the order of the numbers in their names."""
 
     def key(path: Path) -> list[tuple[int, str]]:
         return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name)]
@@ -57,7 +57,7 @@ def tiff_files(folder: Path) -> list[Path]:
 
 
 def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """The volume of a stack of pages.
+    """Return the volume of a stack of pages.
 
     Raises:
         UnsupportedFormatError: tifffile is missing, or the pages are no stack of grey images.
@@ -117,7 +117,7 @@ def _files(path: Path, name: str, allow_outside: bool) -> list[Path]:
 
 
 def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """The volume of the stack as one entry.
+    """Return the volume of the stack as one entry.
 
     Raises:
         VolumeError: As `tiff_volume`.
@@ -160,7 +160,7 @@ def check_pages(path: Path, name: str) -> None:
 def _stack(
     tifffile: Any, path: Path, name: str, settings: ReadSettings
 ) -> tuple[_Array, tuple[float, float, float] | None]:
-    """Values and spacing of a file with many pages."""
+    """Return the values and spacing of a file with many pages."""
     with tifffile.TiffFile(path) as tiff:
         if tiff.is_ome and tiff.ome_metadata:
             check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
@@ -192,7 +192,7 @@ def _stack(
 
 
 def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> _Array:
-    """Values of a folder of single pages."""
+    """Return the values of a folder of single pages."""
     values: _Array | None = None
     for k, path in enumerate(files):
         with tifffile.TiffFile(path) as tiff:
@@ -238,7 +238,7 @@ def _check_segments(tiff: Any, page: Any, name: str) -> None:
 
 
 def _spacing(tiff: Any) -> tuple[float, float, float] | None:
-    """Spacing along x, y, z in millimetres from OME's or ImageJ's metadata, or None."""
+    """Return the spacing along x, y, z in millimetres from OME's or ImageJ's metadata, or None."""
     if tiff.is_ome and tiff.ome_metadata:
         return ome_spacing(tiff.ome_metadata)
     if tiff.is_imagej and tiff.imagej_metadata and "spacing" in tiff.imagej_metadata:

@@ -34,12 +34,12 @@ from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
 
 
 def is_zarr(path: Path) -> bool:
-    """Whether a folder is a Zarr array or group."""
+    """Return whether a folder is a Zarr array or group."""
     return any((path / marker).is_file() for marker in ZARR_MARKERS)
 
 
 def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """The volume of an array, or of the finest level of an OME-Zarr image.
+    """Return the volume of an array, or of the finest level of an OME-Zarr image.
 
     Raises:
         UnsupportedFormatError: A package is missing, or there is no numeric array with three axes.
@@ -70,7 +70,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
 
 
 def zarr_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """The volume of the store as one entry, without its values.
+    """Return the volume of the store as one entry, without its values.
 
     Raises:
         VolumeError: As `zarr_volume`.
@@ -99,7 +99,7 @@ class _Opened:
 
 
 def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
-    """The array of a store: itself, or the finest level of its image."""
+    """Return the array of a store: itself, or the finest level of its image."""
     bounds = Bounds(path, allow_outside=settings.allow_outside)
     try:
         node = read_node(path, bounds, name)
@@ -134,7 +134,7 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
 
 
 def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
-    """Spacing and origin of an OME level in millimetres, along x, y, z."""
+    """Return the spacing and origin of an OME level in millimetres, along x, y, z."""
     steps = [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]
     steps.append(
         {"type": "scale", "scale": [MILLIMETRES.get(axis.get("unit"), 1.0) for axis in image["axes"]]}
@@ -152,6 +152,6 @@ def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
 
 
 def _last_three(numbers: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The last three of a list with a number an axis, that of x first; ValueError where there are fewer."""
+    """Return the last three numbers of a list, x first; ValueError where there are fewer."""
     x, y, z = (float(number) for number in numbers[:-4:-1])
     return np.array([x, y, z])
