@@ -33,7 +33,7 @@ class Element:
 
     @property
     def list_name(self) -> str:
-        """The property that is a list; empty without one."""
+        """Return the property that is a list; an empty text without one."""
         return next((name for name, _, length in self.properties if length is not None), "")
 
     @property
