@@ -1,15 +1,18 @@
 """Write the halfedge structure and its colours: `.npz`, or `.txt` with the same tables to read.
 
 Everything that follows from a halfedge's number is written out, so that a reader needs no convention: row
-4q + c of `halfedges` is the halfedge at corner c of quad q. The text has a line `name rows columns type`
-before each table, then a line a row. Entries of the zip archive carry no time, so that the same mesh gives
-the same bytes.
+4f + c of `halfedges` is the halfedge at corner c of face f, with its origin, face, next and twin. Faces have
+four rows, triangles as well: the fourth corner of a triangle in `quads` is -1, and so are origin, next and
+twin in row 4f + 3, which is no halfedge; the next of row 4f + 2 is 4f then. The text has a line
+`name rows columns type` before each table, then a line a row. Entries of the zip archive carry no time, so
+that the same mesh gives the same bytes.
 """
 
 import math
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import PurePath
 from typing import Any
 
@@ -52,12 +55,12 @@ class HalfedgeDump:
     Attributes:
         vertices: Positions, (V, 3) float32.
         normals: Unit normals, (V, 3) float32.
-        quads: Vertices of each quad, (Q, 4) int32.
-        twin: Twin of each halfedge, (4Q,) int32, -1 on a boundary.
+        quads: Vertices of each face, (F, 4) int32; a triangle's fourth is -1.
+        twin: Twin of each halfedge, (4F,) int32, -1 on a boundary and where a triangle has no halfedge.
         vertex_halfedge: A halfedge that starts at each vertex, (V,) int32; on a boundary the one without a
             twin.
-        face_color: Colours 0 to 4, (Q,) uint8.
-        face_color24: The grid's colours, (Q,) uint8.
+        face_color: Colours 0 to 4, (F,) uint8.
+        face_color24: The grid's colours, (F,) uint8.
         vertex_color: The colours of the vertices' cells, 0 to 7, (V,) uint8.
     """
 
@@ -85,15 +88,22 @@ class HalfedgeDump:
 
     def _halfedges(self, start: int, stop: int) -> Array:
         """Return origin, face, next and twin of halfedges, int32."""
+        corners = self.quads.reshape(-1)
         h = np.arange(start, stop, dtype=np.int32)
         following = (h & ~3) | ((h + 1) & 3)
-        return np.stack(
-            [self.quads.reshape(-1)[start:stop], h >> 2, following, self.twin[start:stop]], axis=1
-        )
+        if self._has_triangles:
+            following = np.where(corners[following] < 0, h & ~3, following)
+            following = np.where(corners[h] < 0, -1, following)
+        return np.stack([corners[start:stop], h >> 2, following, self.twin[start:stop]], axis=1)
+
+    @cached_property
+    def _has_triangles(self) -> bool:
+        """Whether a face has no fourth corner."""
+        return bool((self.quads[:, 3] < 0).any())
 
 
 def _face_halfedges(start: int, stop: int) -> Array:
-    """Return the first halfedge of quads, int32."""
+    """Return the first halfedge of faces, int32."""
     return np.arange(4 * start, 4 * stop, 4, dtype=np.int32)
 
 

@@ -7,8 +7,10 @@ import zipfile
 import numpy as np
 import pytest
 
+from dmc_cli.measures.twins import pair_halfedges
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh_io import halfedge_dump
+from tests import shapes
 
 SHAPES = {
     "vertices": ("V", 3),
@@ -167,3 +169,59 @@ def test_without_simplification_the_section_is_null(run, tmp_path):
     report = tmp_path / "report.json"
     assert run("convert", "synth:sphere:8", tmp_path / "m.ply", "-i", 0, "--report", report).exit_code == 0
     assert json.loads(report.read_text())["simplification"] is None
+
+
+def plain_halfedges(faces, twins):
+    """Origin, face, next and twin of each row, one after the other."""
+    rows = []
+    for f, face in enumerate(faces.tolist()):
+        sides = 3 if face[3] < 0 else 4
+        for c in range(4):
+            following = 4 * f + (c + 1) % sides if c < sides else -1
+            rows.append([face[c], f, following, twins[4 * f + c]])
+    return rows
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 7, 1 << 15])
+@pytest.mark.parametrize("suffix", [".npz", ".txt"])
+@pytest.mark.parametrize(
+    "shape",
+    [shapes.tetrahedron(), shapes.house(), shapes.cube(), shapes.joined(shapes.cube(), shapes.house())],
+)
+def test_triangles_have_three_halfedges_and_a_row_without(tmp_path, monkeypatch, shape, suffix, rows):
+    points, faces = shape
+    points = points.astype(np.float32)
+    twins = pair_halfedges(faces)
+    color = np.zeros(len(faces), np.uint8)
+    starts = np.array([np.flatnonzero(faces.ravel() == v)[0] for v in range(len(points))], np.int32)
+    made = halfedge_dump.HalfedgeDump(
+        vertices=points,
+        normals=points,
+        quads=faces,
+        twin=twins,
+        vertex_halfedge=starts,
+        face_color=color,
+        face_color24=color,
+        vertex_color=np.zeros(len(points), np.uint8),
+    )
+    monkeypatch.setattr(halfedge_dump, "CHUNK_ROWS", rows)
+    path = tmp_path / f"dump{suffix}"
+    halfedge_dump.write_halfedges(str(path), made)
+    if suffix == ".npz":
+        with np.load(path) as file:
+            found, quads = file["halfedges"], file["quads"]
+    else:
+        lines = path.read_text().splitlines()
+        first = lines.index(f"halfedges {4 * len(faces)} 4 int32") + 1
+        found = np.array([line.split() for line in lines[first : first + 4 * len(faces)]], int)
+        first = lines.index(f"quads {len(faces)} 4 int32") + 1
+        quads = np.array([line.split() for line in lines[first : first + len(faces)]], int)
+    assert found.tolist() == plain_halfedges(faces, twins)
+    np.testing.assert_array_equal(quads, faces)
+    origin, face, following, twin = found.T
+    is_there = origin >= 0
+    assert is_there.sum() == (faces >= 0).sum()
+    assert (found[~is_there][:, [0, 2, 3]] == -1).all()
+    np.testing.assert_array_equal(face, np.arange(len(face)) // 4)
+    np.testing.assert_array_equal(origin[twin[is_there]], origin[following[is_there]])
+    np.testing.assert_array_equal(face[following[is_there]], face[is_there])
