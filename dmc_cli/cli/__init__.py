@@ -58,10 +58,13 @@ that stay, and looking through them every few hundred, as is the default, takes 
 
 def main() -> None:
     """Run the command line as a program: signals and their exit status included."""
+    from dmc_cli.cli.light_nibabel import import_nibabel_lightly
+
     open_closed_streams()
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
     )  # NumPy's, which would make a thread a core as it loads
+    import_nibabel_lightly()
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     try:
         raise_on_signals()

@@ -17,7 +17,7 @@ from dmc_cli.volume.volume import Volume
 from dmc_cli.volume_io.read import list_volumes, read_volume
 
 _PACKAGES = (
-    "warp-lang", "numpy", "pydicom", "meshio", "isal", "orjson", "click", "rich",
+    "warp-lang", "numpy", "pydicom", "nibabel", "meshio", "isal", "orjson", "click", "rich",
 )  # fmt: skip
 
 

@@ -40,7 +40,7 @@ FORMATS = {
         entries="dicom.reader:dicom_entries",
         begins=("dicom",),
     ),
-    "nifti": VolumeFormat(title="NIfTI", suffixes=(".nii", ".nii.gz"), layout="nifti.reader:nifti_layout"),
+    "nifti": VolumeFormat(title="NIfTI", suffixes=(".nii", ".nii.gz"), layout="nifti:nifti_layout"),
     "nrrd": VolumeFormat(title="NRRD", suffixes=(".nrrd", ".nhdr"), layout="nrrd.reader:nrrd_layout"),
     "meta": VolumeFormat(title="MetaImage", suffixes=(".mha", ".mhd"), layout="metaimage:metaimage_layout"),
     "analyze": VolumeFormat(title="Analyze (.hdr and .img)", layout="analyze:analyze_layout"),

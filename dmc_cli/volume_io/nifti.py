@@ -1,0 +1,176 @@
+"""Read NIfTI-1 and NIfTI-2: .nii, .nii.gz and pairs of .hdr and .img (gzipped too); world axes RAS.
+
+Headers are nibabel's. The affine is the sform's, else the qform's. With both codes 0 the header tells no
+orientation: then x = pixdim * index with origin 0 and no space (nibabel would centre and flip the volume),
+with a warning. Where writers are known to leave a field out, the rules are those of nifti1_io.c, which the
+NIfTI Data Format Working Group gives, and not nibabel's: a pixdim of 0 counts as 1, and a qfac (pixdim[0])
+that is not negative as 1.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume.volume import Space
+from dmc_cli.volume_io.content import first_bytes
+from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
+from dmc_cli.volume_io.nibabel_headers import scaling, value_type
+from dmc_cli.volume_io.pair import checked_pair, is_gzip
+
+Matrix = np.ndarray[Any, np.dtype[np.float64]]
+
+HEADER_BYTES = 348, 540
+"""Sizes of the headers of NIfTI-1 and NIfTI-2, which are their first numbers, too."""
+
+UNITS = {0: 1.0, 1: 1e3, 2: 1.0, 3: 1e-3}
+"""Lower three bits of xyzt_units to millimetres: unknown, metre, millimetre, micrometre."""
+
+NO_ORIENTATION = (
+    "the header tells no orientation (sform and qform codes are 0); axes and origin are the grid's own"
+)
+
+_TOO_LONG = 1e-5
+"""How much the squares of a quaternion stored as three float32 may pass 1."""
+
+_HALF_TURN = {348: 1e-7, 540: 0.0}
+"""What rounding leaves of 1 at a half turn, which is common: where no more is left, nifti1_io.c takes 0."""
+
+
+def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
+    """Return the layout of the volume `settings.volume_index` of a NIfTI file or pair.
+
+    Raises:
+        UnsupportedFormatError: No NIfTI file, or values that are not single real numbers.
+        DamagedVolumeError: The header contradicts itself.
+        AmbiguousVolumeError: Several volumes, and none chosen.
+    """
+    header_path, data_path = checked_pair(path, name, settings.allow_outside)
+    header = _header(first_bytes(header_path, name, max(HEADER_BYTES)), name)
+    shape, volumes = _grid(header, name)
+    affine, space, notes = _affine(header, name)
+    slope, intercept = scaling(header)
+    values_path = header_path if header.is_single else data_path
+    return Layout(
+        name=name,
+        shape=shape,
+        dtype=value_type(header, name),
+        affine=affine,
+        space=space,
+        files=(values_path,),
+        offset=_offset(header, name),
+        encoding="gzip" if is_gzip(values_path, name) else "raw",
+        volumes=volumes,
+        volume=chosen_index(name, volumes, settings.volume_index),
+        slope=slope,
+        intercept=intercept,
+        format="nifti",
+        warnings=notes,
+    )
+
+
+def _header(start: bytes, name: str) -> Any:
+    """Return the header at the start of a file, of one of nibabel's four classes.
+
+    Raises:
+        UnsupportedFormatError: It is none of NIfTI.
+        DamagedVolumeError: The file ends within it.
+    """
+    from nibabel.nifti1 import Nifti1Header, Nifti1PairHeader
+    from nibabel.nifti2 import Nifti2Header, Nifti2PairHeader
+
+    magics = {348: slice(344, 347), 540: slice(4, 7)}
+    classes = {b"n+1": Nifti1Header, b"ni1": Nifti1PairHeader, b"n+2": Nifti2Header, b"ni2": Nifti2PairHeader}
+    for order in ("little", "big"):
+        size = int.from_bytes(start[:4], order)
+        found = classes.get(start[magics[size]]) if size in magics else None
+        if found is None or found.sizeof_hdr != size:
+            continue
+        if len(start) < size:
+            raise DamagedVolumeError(
+                f"{name}: {len(start)} bytes found, {size} expected for the header alone; get the file again"
+            )
+        return found(start[:size], order, check=False)  # what is wrong is told or mended here
+    raise UnsupportedFormatError(
+        f"{name}: no NIfTI header found (its first number is neither 348 nor 540, or the magic bytes are "
+        "missing); expected NIfTI-1 or NIfTI-2; choose another reader with --input-format"
+    )
+
+
+def _grid(header: Any, name: str) -> tuple[tuple[int, int, int], int]:
+    """Return the nodes along x, y, z and the number of volumes."""
+    dim = header["dim"].tolist()
+    if not 1 <= dim[0] <= 7:
+        raise DamagedVolumeError(
+            f"{name}: {dim[0]} axes found in the header; expected 1 to 7; the header is damaged"
+        )
+    sizes = dim[1 : dim[0] + 1]
+    sizes += [1] * (3 - len(sizes))
+    if any(n < 1 for n in sizes):
+        raise DamagedVolumeError(
+            f"{name}: axes of {sizes} nodes found; expected positive numbers; the header is damaged"
+        )
+    shape = sizes[0], sizes[1], sizes[2]
+    check_shape(name, shape)
+    return shape, math.prod(sizes[3:])
+
+
+def _offset(header: Any, name: str) -> int:
+    """Return where the values begin in their file."""
+    offset = float(header["vox_offset"])
+    if not math.isfinite(offset) or offset < 0 or offset > 2**40:
+        raise DamagedVolumeError(
+            f"{name}: vox_offset is {offset:g}; expected a position in the file; the header is damaged"
+        )
+    return max(int(offset), header.single_vox_offset if header.is_single else 0)
+
+
+def _affine(header: Any, name: str) -> tuple[Matrix, Space, tuple[str, ...]]:
+    """Return the affine in millimetres, its space, and warnings."""
+    unit = int(header["xyzt_units"]) & 7
+    notes: tuple[str, ...] = ()
+    if unit not in UNITS:
+        notes = (f"the header's unit of length has the unknown code {unit}; taken as millimetres",)
+    space: Space = "RAS"
+    with np.errstate(all="ignore"):  # what is not finite is refused with the layout
+        if header["sform_code"] > 0:
+            affine = header.get_sform()
+        elif header["qform_code"] > 0:
+            affine = _qform(header, name)
+        else:
+            affine, space = scale_affine(_spacing(header), (0.0, 0.0, 0.0)), "none"
+            notes += (NO_ORIENTATION,)
+        affine[:3] *= UNITS.get(unit, 1.0)
+    return affine, space, notes
+
+
+def _spacing(header: Any) -> tuple[float, float, float]:
+    """Return the distances of the nodes along x, y, z; 1 where the header has none."""
+    x, y, z = (abs(length) or 1.0 for length in header["pixdim"][1:4].tolist())
+    return x, y, z
+
+
+def _qform(header: Any, name: str) -> Matrix:
+    """Return the affine of the qform's quaternion, spacing, qfac and offset.
+
+    Raises:
+        DamagedVolumeError: The quaternion is longer than 1.
+    """
+    from nibabel.affines import from_matvec
+    from nibabel.quaternions import quat2mat
+
+    b, c, d = (float(header[f"quatern_{axis}"]) for axis in "bcd")
+    rest = 1.0 - (b * b + c * c + d * d)
+    if not rest > -_TOO_LONG:
+        raise DamagedVolumeError(
+            f"{name}: the header's qform has the quaternion {b:g}, {c:g}, {d:g}; expected a length of at "
+            "most 1; the header is damaged"
+        )
+    a = math.sqrt(rest) if rest > _HALF_TURN[header.sizeof_hdr] else 0.0
+    x, y, z = _spacing(header)
+    turned = quat2mat((a, b, c, d)) * (x, y, -z if header["pixdim"][0] < 0 else z)
+    return from_matvec(turned, [header[f"qoffset_{axis}"] for axis in "xyz"])  # type: ignore[no-any-return]
