@@ -20,11 +20,26 @@ STATUS = dict(re.findall(r"^\| ([\d, ]+) \| (.*) \|$", TEXT, re.MULTILINE))
 FILES = dict(re.findall(r"^\| (volumes|meshes|report) \| (.*) \|$", TEXT, re.MULTILINE))
 
 
+WORDS = re.search(r"## Words\n(.*?)\n## ", PAGES["docs/conventions.md"], re.DOTALL)[1]
+GLOSSARY = re.findall(r"^\| ([^|]+?) \| (?!means|---)", WORDS, re.MULTILINE)
+TERMS = [re.sub(r"( [a-z]?0–.*| 3X3Y)$", "", term) for row in GLOSSARY for term in row.split(", ")]
+CODE = "\n".join(path.read_text("utf-8") for path in sorted((ROOT / "dmc_cli").rglob("*.py"))).lower()
+
+
 @pytest.mark.parametrize("text", PAGES.values(), ids=PAGES)
 def test_the_files_that_are_named_exist(text):
     known = {path.relative_to(ROOT).as_posix() for path in ROOT.glob("[dtb]*/**/*.py")}
     for name in set(re.findall(r"`([\w/]+\.py)", text)):
         assert any(path == name or path.endswith(f"/{name}") for path in known), name
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_a_word_of_the_glossary_is_used(term):
+    assert re.search(r"[\s_-]*".join(term.lower().split()), CODE)
+
+
+def test_no_word_is_in_the_glossary_twice():
+    assert len(TERMS) == len(set(TERMS))
 
 
 def test_every_status_is_told_and_no_other_one():

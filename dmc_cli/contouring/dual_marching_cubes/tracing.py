@@ -3,7 +3,7 @@
 The surface crosses a cell face in segments that join its crossed edges. An ambiguous face (two diagonal
 corners inside, two outside) has two, which cut off the inside corners or, if those are joined, the outside
 ones. Following the segments from edge to edge closes the polygons (Grosso & Zint 2021, section 3.1.1). The
-tables here are the cube's own geometry, computed from `grid`.
+tables here are a cell's own geometry, computed from `grid`.
 
 Conventions: a *case* has bit c set if corner c is inside; *labels* hold four bits an edge.
 """

@@ -9,7 +9,7 @@ vertices, where Grosso & Zint 2021 (section 3.2) pair by whatever order a hash t
 without data, the inside bits and the special cell's decision tell.
 
 The kernel also finds the quads with a *defect*: a side without a twin, or with two vertices that more than
-two quads join. Simplification leaves them and their neighbours alone. Crowded vertex pairs come from
+two quads join. Simplification leaves them and their neighbours alone. Non-manifold edges come from
 ambiguous faces only: any two vertices are joined through at most one cell face.
 """
 
