@@ -90,7 +90,7 @@ def _check_rows(name: str, array: Array, columns: int, *dtypes: type[np.generic]
 
 def fits_float32(array: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return which numbers are finite once they are rounded to float32."""
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):  # a NaN may signal
         return np.isfinite(array.astype(np.float32, copy=False))
 
 

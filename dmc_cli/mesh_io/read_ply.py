@@ -72,15 +72,14 @@ def _coordinate(path: Path, columns: dict[str, Array], axis: str) -> Array:
     """Return a coordinate of the vertices as float64."""
     if axis not in columns:
         raise MeshFileError(f"{path}: the vertices have no property {axis}; expected x, y and z")
-    return np.asarray(columns[axis], dtype=np.float64)
+    return _converted(columns[axis], np.dtype(np.float64))
 
 
 def _normals(columns: dict[str, Array]) -> Float32Array | None:
     """Return the normals if there are any and all are finite; others stay values."""
     if not set(NORMAL) <= set(columns):
         return None
-    with np.errstate(over="ignore"):
-        normals = np.column_stack([columns[axis].astype(np.float32) for axis in NORMAL])
+    normals = np.column_stack([_converted(columns[axis], np.dtype(np.float32)) for axis in NORMAL])
     return normals if fits_float32(normals).all() else None
 
 
@@ -97,6 +96,11 @@ def _values(element: Element, items: Items, taken: tuple[str, ...] = ()) -> dict
 
 def _typed(column: Array, dtype: np.dtype[Any]) -> Array:
     """Return a property as its type, contiguous; numbers of a text that are none of it stay doubles."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        typed = column.astype(dtype)
+    typed = _converted(column, dtype)
     return typed if dtype.kind == "f" or (typed == column).all() else np.array(column)
+
+
+def _converted(column: Array, dtype: np.dtype[Any]) -> Array:
+    """Return a property as another type, contiguous, without a word on NaN and overflow."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return column.astype(dtype)

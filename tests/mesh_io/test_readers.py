@@ -332,6 +332,25 @@ def test_a_missing_file_is_named(tmp_path):
         read_mesh(tmp_path / "nowhere.ply")
 
 
+@pytest.mark.parametrize("name", ["x", "nx", "other"])
+def test_a_number_that_signals_is_no_warning(tmp_path, name):
+    """A float32 NaN of which a processor tells once it is made a double."""
+    points = np.eye(3, dtype="<f4")
+    names = ("x", "y", "z", "nx", "ny", "nz", "other")
+    rows = np.zeros(3, [(each, "<u4") for each in names])
+    for axis, column in zip("xyz", points.T, strict=True):
+        rows[axis] = column.view("<u4")
+    rows[name][1] = 0x7F800001
+    text = head(properties=" ".join(names), vertices=3).replace("ascii", "binary_little_endian")
+    data = text.encode() + rows.tobytes() + b"\3" + np.arange(3, dtype="<i4").tobytes()
+    path = save(tmp_path, "a.ply", data)
+    if name == "x":
+        with pytest.raises(MeshFileError, match="vertex 1 is at"):
+            read_mesh(path)
+    else:
+        assert np.isnan(read_mesh(path).vertex_values[name][1])
+
+
 def test_an_element_without_properties_takes_no_room(tmp_path):
     text = head().replace("element face", "element nothing 99\nelement face")
     assert len(read_mesh(save(tmp_path, "a.ply", text + "0 0 0 3 0 0 0")).faces) == 1
