@@ -80,7 +80,7 @@ class _Jobs:
                 self.threads.append(thread)
 
     def stop(self) -> None:
-        """Have the jobs end at their next check, and wait for that, though not for ever."""
+        """Ask the jobs to end at their next check, and wait for them for a limited time."""
         self._stop.set()
         end = time.monotonic() + _LONGEST_END
         for thread in self.threads:

@@ -219,7 +219,7 @@ def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -
 
 
 def _connect(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
-    """Build the halfedges, and colour the quads where that is needed; what only that takes is let go of."""
+    """Build the halfedges, and colour the quads where that is needed; free what only that needs."""
     from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
 
     surface = mesh.surface

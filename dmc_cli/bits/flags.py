@@ -23,5 +23,5 @@ ANY = wp.constant(255)
     """
 )
 def marked(marks: wp.array(dtype=wp.uint8), start: wp.int32, span: wp.int32, wanted: wp.int32) -> wp.uint32:
-    """Return a bit for each of `span` items, 32 at most, from `start` on: has its mark a bit of `wanted`?"""
+    """Return a bit for each of `span` items, 32 at most, from `start` on: its flag has a bit of `wanted`."""
     ...

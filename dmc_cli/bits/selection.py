@@ -76,7 +76,7 @@ def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
 
 
 def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
-    """Return the items whose flag (int64, 0 or 1) is set, in their order."""
+    """Return the items, int32 (n,), whose flag, int64 (n,), 0 or 1, is set, in their order."""
     if device.is_cpu and items.shape[0] <= SHORT:
         return device.adopt(items.numpy()[flags.numpy() != 0], wp.int32)
     starts, total = device.starts(flags)
@@ -86,12 +86,12 @@ def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
 
 
 def part(device: Device, array: Any, start: int, end: int) -> Any:
-    """Return a view of the items from `start` up to `end`, which may be none."""
+    """Return a view of the items from `start` to `end` - 1 of an array, which may be none."""
     return array[start:end] if end > start else device.empty(0, array.dtype)
 
 
 def concatenated(device: Device, lists: Sequence[Any]) -> Any:
-    """Return the items of several lists, int32, one after the other."""
+    """Return the items of several lists, int32 (n,) each, one after the other."""
     joined = device.empty(sum(items.shape[0] for items in lists), wp.int32)
     start = 0
     for items in lists:

@@ -63,7 +63,7 @@ SHELLS: dict[str, type[ShellComplete]] = {"bash": Bash, "zsh": Zsh, "fish": Fish
 
 
 def register_shells() -> None:
-    """Have click answer our scripts."""
+    """Make the classes of our scripts known to click."""
     for shell in SHELLS.values():
         add_completion_class(shell)
 

@@ -40,7 +40,7 @@ class DmcGroup(click.Group):
     """A group that turns the package's errors into messages; all others keep their traceback."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Run as click does, once nothing unprintable can be printed any more."""
+        """Run as click does, with streams that escape what no terminal prints."""
         escape_streams()
         if COMPLETE in os.environ:
             from dmc_cli.cli.completion import register_shells
@@ -49,7 +49,7 @@ class DmcGroup(click.Group):
         return super().main(*args, **{"complete_var": COMPLETE} | extra)
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
-        """Make a context in which click takes no sequences out of texts: escaped, they show what is there."""
+        """Make a context in which click removes no escape sequences from texts: they are shown, escaped."""
         try:
             return super().make_context(*args, **{"color": True} | extra)
         except OSError as error:  # while help or the version is printed
@@ -88,7 +88,7 @@ class DmcGroup(click.Group):
 
 
 def _no_memory(error: Exception) -> Failure:
-    """Return the failure that is no memory."""
+    """Return the failure that tells that memory is used up."""
     found = " ".join(str(error).split()) or "no more could be allocated"
     return Failure(
         f"the memory is used up ({found}); expected room for the program, the volume and its mesh; crop the"
@@ -109,7 +109,7 @@ def _stdout_failure(error: OSError) -> Failure:
 
 
 def _forget_broken_stdout() -> None:
-    """Let Python's last flush of a standard output that nobody reads any more go nowhere."""
+    """Redirect a standard output that cannot be written to the null device: Python flushes it at its end."""
     try:
         sys.stdout.flush()
     except OSError:

@@ -43,7 +43,7 @@ class Triple(click.ParamType[Any]):
         self.number = number
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Split and convert; the default and TOML files give the items themselves."""
+        """Split at commas and convert; the default and TOML files give the items themselves."""
         if isinstance(value, (tuple, list)):
             value = ",".join(str(item) for item in value)
         parts = value.split(",")
@@ -63,7 +63,7 @@ class Size(click.ParamType[Any]):
     name = "SIZE"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Multiply by the unit; units are powers of 1024."""
+        """Convert to bytes; units are powers of 1024."""
         if isinstance(value, int):
             return value
         match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?)(?:i?B)?", value.strip(), re.IGNORECASE)
@@ -85,7 +85,7 @@ class ChoiceList(click.ParamType[Any]):
         self.choices = choices
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Split, check, and drop repetitions; the default and TOML files give a list."""
+        """Split at commas, check, and drop repetitions; the default and TOML files give a list."""
         if isinstance(value, (tuple, list)):
             value = ",".join(value)
         names = [part.strip() for part in value.split(",") if part.strip()]

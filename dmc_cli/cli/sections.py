@@ -29,7 +29,7 @@ class SectionedCommand(click.Command):
     """A command whose help lists its options section by section, in the order of declaration."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse as usual, once no option is found that was given too often."""
+        """Parse as click does, after options that were given too often are refused."""
         if not ctx.resilient_parsing:
             _, _, given = self.make_parser(ctx).parse_args(args=list(args))
             if not any(parameter.is_eager for parameter in given):  # as --help is
@@ -37,7 +37,7 @@ class SectionedCommand(click.Command):
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write one definition list a section."""
+        """Write the options, one definition list a section."""
         sections: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record = None if isinstance(parameter, click.Argument) else parameter.get_help_record(ctx)

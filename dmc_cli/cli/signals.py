@@ -45,7 +45,7 @@ class _Handler:
         self._held.append(number)
 
     def arm(self) -> None:
-        """Handle a signal, but not a second one, which may come where Python runs no handlers."""
+        """Handle a signal; a second one has its usual effect: it may come where Python runs no handlers."""
         for number in _SIGNALS:
             if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup and `&` ask
                 signal.signal(number, self)

@@ -19,7 +19,7 @@ _FORMATS = {"isovalue": r"0?\d{0,2}(\.\d{1,2})?[efg]?", "index": r"0?\d{0,2}d?"}
 
 
 def fill_template(option: str, template: str, fields: dict[str, Any], base: Path) -> str:
-    """Return the path that the template of an option means for one item, below the folder `base`.
+    """Fill in an option's template for one item; return the path, below the folder `base`.
 
     `{parent}/` at the beginning is the input's folder itself, wherever it is. Further on it is that folder
     without what would lead out of the path before it, and without a `/` behind it the folder's name.

@@ -60,7 +60,7 @@ def mixed_pairs(a: RowLanes, b: RowLanes, s: FloatLanes, t: FloatLanes) -> Doubl
 def difference_lanes(
     before: DoubleLanes, at_0: DoubleLanes, at_1: DoubleLanes, after: DoubleLanes, t: FloatLanes
 ) -> FloatLanes:
-    """Return `difference` of a block."""
+    """Return `difference` of the sixteen lanes."""
     lanes = FloatLanes()
     for lane in range(LANES):
         lanes[lane] = difference(before[lane], at_0[lane], at_1[lane], after[lane], wp.float64(t[lane]))

@@ -57,7 +57,7 @@ def inside_box(i: wp.int32, j: wp.int32, k: wp.int32, nx: wp.int32, ny: wp.int32
 
 @wp.func
 def bit_of(bits: wp.int64, n: wp.int32) -> wp.int32:
-    """Return bit n."""
+    """Return bit n of `bits`, 0 or 1."""
     return wp.int32((bits >> wp.int64(n)) & wp.int64(1))
 
 

@@ -35,7 +35,7 @@ class Polygon:
 
 @wp.func
 def side(f: wp.float32) -> wp.float32:
-    """Return 1 for inside, 0 for outside."""
+    """Return 1 if F is inside, 0 or above, else 0."""
     return wp.where(f >= 0.0, 1.0, 0.0)
 
 

@@ -146,7 +146,7 @@ def stored_isovalue(volume: Volume, isovalue: float) -> float:
 
 
 def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
-    """Return the kernels' `Field` for one isovalue; nodes without data have no value yet."""
+    """Return the `Field` that kernels read, for one isovalue; nodes without data have no value yet."""
     field = Field()
     field.values, field.kind = volume.bytes, volume.kind
     source = volume.volume
@@ -175,7 +175,7 @@ def padding_range(volume: Volume) -> tuple[float, float]:
 
 
 def nodata_value(volume: Volume, field: Any) -> float:
-    """Return F of nodes without data under a closed border: the extreme that is not the object's."""
+    """Return F of nodes without data under a closed border: the volume's extreme outside the object."""
     ends = volume.value_range()
     if ends is None:
         return float(field.outside)

@@ -78,7 +78,7 @@ class GridShape:
         return self.ny * self.words
 
     def struct(self) -> Any:
-        """Return the kernels' view."""
+        """Return the grid as kernels take it, a `Grid`."""
         return self._struct
 
     @cached_property
@@ -96,7 +96,7 @@ def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
 
 
 def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
-    """Return the map from the grid's node indices, the virtual border counted in."""
+    """Return the affine, (4, 4), of the grid's node indices, virtual layers counted, from the volume's."""
     shifted = np.array(affine, dtype=np.float64)
     if grid.border:
         shifted[:3, 3] -= grid.border * shifted[:3, :3].sum(axis=1)
@@ -104,12 +104,12 @@ def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
 
 
 def kernel_matrix(affine: np.ndarray[Any, Any]) -> Any:
-    """Return the kernels' view of an affine map."""
+    """Return an affine, (4, 4), as kernels take it, mat44d."""
     return wp.mat44d(*affine.ravel().tolist())
 
 
 def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
-    """Return whether an affine map turns right hands into left ones."""
+    """Return whether an affine, (4, 4), mirrors: its determinant is negative."""
     (a, b, c), (d, e, f), (g, h, i) = affine[:3, :3].tolist()
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     return bool(determinant < 0)
@@ -119,13 +119,13 @@ def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
 def world_coordinate(
     a: wp.float64, b: wp.float64, c: wp.float64, d: wp.float64, x: wp.float64, y: wp.float64, z: wp.float64
 ) -> wp.float32:
-    """Return one row of an affine map, rounded once."""
+    """Return one world coordinate in double precision, rounded once: a row of an affine times a point."""
     return wp.float32(a * x + b * y + c * z + d)
 
 
 @wp.func
 def world_position(m: wp.mat44d, i: wp.int32, j: wp.int32, k: wp.int32, local: wp.vec3) -> wp.vec3:
-    """Return the world coordinates of a point of a cell."""
+    """Return the world coordinates, in millimetres, of local coordinates in cell (i, j, k)."""
     x = wp.float64(i) + wp.float64(local[0])
     y = wp.float64(j) + wp.float64(local[1])
     z = wp.float64(k) + wp.float64(local[2])

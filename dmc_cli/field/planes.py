@@ -64,7 +64,7 @@ def make_plane(grid: GridShape, device: Device) -> Plane:
 
 @wp.func
 def before_line(grid: Grid) -> wp.int32:
-    """Return `padding`."""
+    """Return `padding`, for kernels."""
     return (grid.layer + grid.words + LANES) / LANES * LANES
 
 

@@ -13,7 +13,7 @@ from dmc_cli.field.sample_reader import fetch_cell
 
 
 def _on_cpu(body: str) -> str:
-    """Return C++ that is there on a CPU alone."""
+    """Return C++ that compiles to nothing but on a CPU."""
     return f"\n#if defined(__clang__) && !defined(__CUDA_ARCH__)\n{body}\n#endif\n"
 
 

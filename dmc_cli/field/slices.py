@@ -70,7 +70,7 @@ def slice_distance(depths: wp.array(dtype=wp.float64), k: wp.int32) -> wp.float6
 
 @wp.func
 def node_distance(depths: wp.array(dtype=wp.float64), k: wp.int32) -> wp.float64:
-    """Return what one step of k means at slice k: the mean of the distances on both sides."""
+    """Return the distance that stands for one step of k at slice k: the mean of those on both sides."""
     distance = wp.float64(1.0)
     if depths.shape[0] > 0:
         low = wp.max(k - 1, 0)

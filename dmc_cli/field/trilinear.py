@@ -85,7 +85,7 @@ def fits_single(f: CornerValues) -> wp.bool:
 
 @wp.func
 def trilinear_value(f: Any, u: Any, v: Any, w: Any):
-    """Return the interpolant at (u, v, w)."""
+    """Return the trilinear interpolant at local coordinates (u, v, w)."""
     x00 = f[0] + u * (f[1] - f[0])
     x10 = f[2] + u * (f[3] - f[2])
     x01 = f[4] + u * (f[5] - f[4])
@@ -97,7 +97,7 @@ def trilinear_value(f: Any, u: Any, v: Any, w: Any):
 
 @wp.func
 def trilinear_slope_u(f: Any, v: Any, w: Any):
-    """Return the derivative along u."""
+    """Return the interpolant's derivative along u, a cell being the unit of length."""
     a = (f[1] - f[0]) + v * ((f[3] - f[2]) - (f[1] - f[0]))
     b = (f[5] - f[4]) + v * ((f[7] - f[6]) - (f[5] - f[4]))
     return a + w * (b - a)
@@ -105,7 +105,7 @@ def trilinear_slope_u(f: Any, v: Any, w: Any):
 
 @wp.func
 def trilinear_slope_v(f: Any, u: Any, w: Any):
-    """Return the derivative along v."""
+    """Return the interpolant's derivative along v."""
     a = (f[2] - f[0]) + u * ((f[3] - f[1]) - (f[2] - f[0]))
     b = (f[6] - f[4]) + u * ((f[7] - f[5]) - (f[6] - f[4]))
     return a + w * (b - a)
@@ -113,7 +113,7 @@ def trilinear_slope_v(f: Any, u: Any, w: Any):
 
 @wp.func
 def trilinear_slope_w(f: Any, u: Any, v: Any):
-    """Return the derivative along w."""
+    """Return the interpolant's derivative along w."""
     a = (f[4] - f[0]) + u * ((f[5] - f[1]) - (f[4] - f[0]))
     b = (f[6] - f[2]) + u * ((f[7] - f[3]) - (f[6] - f[2]))
     return a + v * (b - a)
@@ -129,7 +129,7 @@ def trilinear_gradient(f: CornerValues, p: wp.vec3) -> wp.vec3:
 
 @wp.func
 def newton_step(value: wp.float32, gradient: wp.vec3) -> wp.vec3:
-    """Return the way against a gradient along which it makes up for a value; none if it is zero."""
+    """Return value g / |g|^2, which Newton's step to zero subtracts; a zero vector if gradient g is zero."""
     scale = wp.where(wp.dot(gradient, gradient) < FLAT, UNFLATTENED, 1.0)
     longer = scale * gradient
     square = wp.dot(longer, longer)

@@ -98,7 +98,7 @@ class HalfedgeDump:
 
     @cached_property
     def _has_triangles(self) -> bool:
-        """Whether a face has no fourth corner."""
+        """Return whether a face has no fourth corner."""
         return bool((self.quads[:, 3] < 0).any())
 
 

@@ -182,7 +182,7 @@ def _surface_section(facts: RunFacts) -> dict[str, Any]:
 
 
 def _own_warnings(counts: SurfaceCounts) -> list[str]:
-    """Return what a user should know about the surface."""
+    """Return the warnings about the surface: sentences, in the order of the report."""
     warnings = []
     if counts.no_data_nodes:
         warnings.append(

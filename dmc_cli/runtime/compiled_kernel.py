@@ -76,11 +76,11 @@ class CompiledKernel:
         return packed
 
     def bounds(self, count: int) -> Any:
-        """Return the bounds of a launch of `count` threads."""
+        """Return Warp's struct of the bounds of a launch of `count` threads."""
         return self._bounds((count,))
 
     def prepared(self, arguments: Sequence[Any], count: int = 1) -> Callable[[], None]:
-        """Return a launch of `count` threads by whoever calls it."""
+        """Return a function that launches `count` threads of the kernel in the thread that calls it."""
         return partial(self.call, ctypes.byref(self.bounds(count)), ctypes.byref(self.pack(arguments)))
 
 

@@ -66,7 +66,7 @@ class Device:
         return {}
 
     def _nothing(self, dtype: Any) -> Any:
-        """Return the array without items, of which one of each type is enough."""
+        """Return the array without items of a type, which all share."""
         if dtype not in self._nothings:
             self._nothings[dtype] = wp.empty(0, dtype=dtype, device=self.name)
         return self._nothings[dtype]
@@ -146,7 +146,7 @@ class Device:
         return _host_array(lease.buffer.address, lease, shape, dtype)
 
     def let_go(self) -> None:
-        """Give the system back what is kept of arrays that are gone: what follows needs other sizes."""
+        """Return the memory of arrays that are gone to the system: what follows needs other sizes."""
         self._memory.let_go()
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
@@ -217,7 +217,7 @@ class Device:
             self.launch(scan_chunks_kernel, chunks, [row_counts, length, starts], [row_sums], 1)
 
     def totals(self, counts: Any) -> list[int]:
-        """Return the sum of each row of an integer array."""
+        """Return the sum of each row of an integer array, (rows, n)."""
         sums: list[int] = counts.numpy().sum(axis=1, dtype=np.int64).tolist()
         return sums
 
@@ -241,7 +241,7 @@ def _last(sums: Any) -> int:
 
 
 def mesh_size(total: int) -> int:
-    """Return a number of vertices or quads.
+    """Return a number of vertices or quads, if a mesh can have so many.
 
     Raises:
         DeviceError: It does not fit into the 32 bits of a mesh index.
@@ -269,7 +269,7 @@ def _host_array(address: int, owner: Any, shape: int | tuple[int, ...], dtype: A
 
 @cache
 def size_of(dtype: Any) -> int:
-    """Return the bytes of a scalar or vector type."""
+    """Return the bytes of an item of a scalar or vector type."""
     return int(wp.types.type_size_in_bytes(dtype))
 
 

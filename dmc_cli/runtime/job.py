@@ -65,17 +65,17 @@ class JobSlot:
         self._open()
 
     def run(self) -> None:
-        """Open the job and see it done."""
+        """Open the job and wait until it is done."""
         self.is_begun = True
         self._see_done(self._open_and_lead)
 
     def finish(self) -> None:
-        """See the job done that was opened, if there is one."""
+        """Wait until the job that was opened is done, if there is one."""
         if self.is_begun:
             self._see_done(self._lead)
 
     def drop(self) -> None:
-        """Leave undone what is left of the job; when this returns, nobody works on it any more."""
+        """Drop what has not run yet of the job; when this returns, nobody works on it any more."""
         if self.is_begun:
             self._drop()
             self._forget()

@@ -50,7 +50,7 @@ LONGEST_LEAD = 50
 
 
 def _on_cpu(body: str, otherwise: str = "") -> str:
-    """Return C++ that is there on a CPU alone: `common` are the board's entries, `words` the slot's."""
+    """Return C++ for a CPU alone: `common` are the board's entries, `words` the slot's."""
     return f"""
     #if defined(__clang__) && !defined(__CUDA_ARCH__)
         long long* common = (long long*)board.data;
@@ -165,7 +165,7 @@ def sign_in(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
 
 @wp.func_native(_on_cpu(f"__atomic_fetch_sub(words + {INSIDE}, 1, __ATOMIC_SEQ_CST);"))
 def sign_out(board: wp.array(dtype=wp.int64), slot: wp.int32):
-    """Sign out."""
+    """Sign out, after work on a slot's job."""
     ...
 
 

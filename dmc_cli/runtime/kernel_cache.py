@@ -191,7 +191,7 @@ def _check_room(cache: Path, count: int) -> None:
 
 @contextmanager
 def usable_cache() -> Iterator[None]:
-    """Tell what is wrong with the folder of the compiled kernels.
+    """Tell, where the context fails, what is wrong with the folder of the compiled kernels.
 
     Raises:
         WriteError: An error of the system, or a name that Warp cannot handle.

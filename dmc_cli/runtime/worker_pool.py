@@ -140,12 +140,12 @@ class WorkerPool:
         self._summon(slot)
 
     def finish(self) -> None:
-        """See done what the calling thread has begun."""
+        """Wait until the launch that the calling thread has begun is done."""
         if self.knows_warp:
             self.slot.finish()
 
     def drop(self) -> None:
-        """Leave undone what is left of what the calling thread has begun."""
+        """Drop what has not run yet of the launch that the calling thread has begun."""
         if self.knows_warp:
             self.slot.drop()
 
@@ -250,7 +250,7 @@ def launch_by_warp(kernel: Any, dim: int, arguments: Sequence[Any], size: int) -
 
 
 def make_board() -> Any:
-    """Return a board without jobs."""
+    """Return a board without jobs, int64 (BOARD,), at the start of a cache line."""
     entries = np.zeros(job_slots.BOARD + job_slots.LINE, np.int64)
     start = -entries.ctypes.data // entries.itemsize % job_slots.LINE  # the first cache line's
     entries = entries[start : start + job_slots.BOARD]

@@ -65,7 +65,7 @@ def storable_type(name: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def widened_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """Return the type that values of a type become in a volume, if there is one."""
+    """Return the type that values of a type become in a volume."""
     return np.dtype(WIDENED.get(dtype.char, dtype))
 
 

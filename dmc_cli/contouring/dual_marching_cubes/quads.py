@@ -132,7 +132,7 @@ def surely_ordinary(grid: Grid, bits: CellBits, n: wp.int32) -> Words:
 
 @wp.func
 def count_bits(edges: QuadEdges) -> wp.int32:
-    """Return the number of edges."""
+    """Return the number of edges in a set: its bits."""
     count = wp.int32(0)
     for n in range(3 * LANES):
         count += wp.int32(wp.bit_count(edges[n]))
@@ -161,7 +161,7 @@ def count_quads_kernel(
 
 @wp.func_native("return *((const unsigned int*)line.data + at);")
 def word_at(line: wp.array(dtype=Words), at: wp.int32) -> wp.uint32:
-    """Return the first of the words `at` of a line."""
+    """Return word `at` of a line."""
     ...
 
 

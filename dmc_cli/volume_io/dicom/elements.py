@@ -55,13 +55,13 @@ class Header:
 
 
 def text(dataset: Any, tag: int) -> str:
-    """Return a text element's first value; empty where the element is absent."""
+    """Return the first value of a text element, empty where it is absent; a tag is group << 16 | element."""
     values = texts(dataset, tag)
     return values[0] if values else ""
 
 
 def texts(dataset: Any, tag: int) -> list[str]:
-    """Return a text element's values."""
+    """Return the values of a text element, none where it is absent."""
     value = _value(dataset, tag)
     if isinstance(value, bytes):
         try:
@@ -110,7 +110,7 @@ def label(dataset: Any, tag: int) -> str:
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
-    """Return a binary 16 or 32 bit integer's value."""
+    """Return the value of an integer element of 16 or 32 bits (PS3.5, 6.2: US, SS, UL, SL)."""
     element = _element(dataset, tag)
     value = None if element is None else element.value
     if isinstance(value, bytes):

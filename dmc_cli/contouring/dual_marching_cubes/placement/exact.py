@@ -43,7 +43,7 @@ LOST = wp.constant(255)
 
 @wp.func
 def chosen(is_y: wp.bool, is_z: wp.bool, x: wp.float32, y: wp.float32, z: wp.float32) -> wp.float32:
-    """Return x, y or z."""
+    """Return the coordinate along an axis: x, y or z."""
     return wp.where(is_z, z, wp.where(is_y, y, x))
 
 
