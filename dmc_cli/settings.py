@@ -12,7 +12,9 @@ from typing import Literal
 from dmc_cli.errors import SettingsError
 from dmc_cli.setting_types import is_whole, settle_types
 
-InputFormat = Literal["raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr"]
+InputFormat = Literal[
+    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr", "mgh", "afni"
+]  # fmt: skip
 OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]

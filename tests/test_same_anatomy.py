@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from dmc_cli.app.convert import convert
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
+from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import make_slice, save
 
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0])
@@ -53,12 +54,29 @@ def as_itk_file(suffix):
     return write
 
 
-def as_nibabel_file(folder, directions):
+def ras_affine(directions):
     affine = np.eye(4)
     affine[:3, :3] = LPS_OF_RAS @ directions * SPACING
     affine[:3, 3] = LPS_OF_RAS @ ORIGIN
-    nib.save(nib.Nifti1Image(VALUES.T, affine), folder / "scan.nii")
+    return affine
+
+
+def as_nibabel_file(folder, directions):
+    nib.save(nib.Nifti1Image(VALUES.T, ras_affine(directions)), folder / "scan.nii")
     return folder / "scan.nii", {}
+
+
+def as_mgh(folder, directions):
+    (folder / "scan.mgh").write_bytes(nib.MGHImage(VALUES.T, ras_affine(directions)).to_bytes())
+    return folder / "scan.mgh", {}
+
+
+def as_afni(folder, directions):
+    places = np.column_stack((directions * SPACING, ORIGIN)).ravel().tolist()
+    header = afni_header(SHAPE[::-1], IJK_TO_DICOM_REAL=tuple(places))
+    (folder / "scan+orig.HEAD").write_text(header)
+    (folder / "scan+orig.BRIK").write_bytes(VALUES.tobytes())
+    return folder / "scan+orig.HEAD", {}
 
 
 def as_dicom(folder, directions):
@@ -71,6 +89,7 @@ def as_dicom(folder, directions):
 
 
 WRITERS = [as_itk_file(".nrrd"), as_itk_file(".mha"), as_itk_file(".nii.gz"), as_nibabel_file, as_dicom]
+WRITERS += [as_mgh, as_afni]
 
 
 def mesh_of(path, folder, space, isovalue=ISOVALUE, **read):

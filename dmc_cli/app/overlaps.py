@@ -23,7 +23,9 @@ from dmc_cli.volume_io.read import input_format, read_layout
 from dmc_cli.volume_io.within import Bounds, Walk
 from dmc_cli.volume_io.zarr.store import is_zarr
 
-_SINGLE_FILES = (".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", ".zip", ".tif", ".tiff")
+_SINGLE_FILES = (
+    *(".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", ".zip", ".tif", ".tiff", ".mgh", ".mgz"),
+)
 """Suffixes of inputs that are one file."""
 
 

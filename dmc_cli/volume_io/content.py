@@ -8,11 +8,14 @@ from pathlib import Path
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.decoding import GZIP_MAGIC
 
+MGH_TYPES = tuple(bytes((0, 0, 0, code)) for code in (0, 1, 3, 4, 10))
+
 CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("dicom", lambda start: start[128:132] == b"DICM" or start.startswith(b"PK\x03\x04")),
     ("nrrd", lambda start: start.startswith(b"NRRD0")),
     ("nifti", lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2")),
     ("analyze", lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c")),
+    ("mgh", lambda start: start[:4] == b"\0\0\0\1" and start[20:24] in MGH_TYPES and start[28] == 0),
     ("numpy", lambda start: start.startswith(b"\x93NUMPY")),
     ("tiff", lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")),
     ("meta", lambda start: b"NDims" in start and b"DimSize" in start),

@@ -44,6 +44,12 @@ FORMATS = {
     "nrrd": VolumeFormat(title="NRRD", suffixes=(".nrrd", ".nhdr"), layout="nrrd.reader:nrrd_layout"),
     "meta": VolumeFormat(title="MetaImage", suffixes=(".mha", ".mhd"), layout="metaimage:metaimage_layout"),
     "analyze": VolumeFormat(title="Analyze (.hdr and .img)", layout="analyze:analyze_layout"),
+    "mgh": VolumeFormat(
+        title="FreeSurfer MGH", suffixes=(".mgh", ".mgz", ".mgh.gz"), layout="mgh:mgh_layout"
+    ),
+    "afni": VolumeFormat(
+        title="AFNI (pairs)", suffixes=(".head", ".brik", ".brik.gz"), layout="afni:afni_layout"
+    ),
     "tiff": VolumeFormat(
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),

@@ -74,6 +74,7 @@ class Layout:
         slope: Physical value a stored unit.
         intercept: Physical value of stored 0.
         format: The reader's name.
+        headers: Files beside `files` that were read.
         warnings: Sentences for the user.
     """
 
@@ -94,6 +95,7 @@ class Layout:
     volume: int = 0
     slope: float = 1.0
     intercept: float = 0.0
+    headers: tuple[Path, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property

@@ -1,25 +1,32 @@
-"""Open pairs of a header and a data file, .hdr and .img, either of them gzipped or not."""
+"""Open pairs of a header and a data file, such as .hdr and .img, either of them gzipped or not."""
 
 from pathlib import Path
 
+from dmc_cli.errors import VolumeError
 from dmc_cli.volume_io.decoding import GZIP_MAGIC
 from dmc_cli.volume_io.layout import check_file, exists
 from dmc_cli.volume_io.within import check_beside
+
+PAIRS = ((".hdr", ".img"), (".head", ".brik"), (".par", ".rec"))
+"""Suffixes of headers and of their data files: NIfTI and Analyze, AFNI, Philips."""
 
 
 def pair_files(path: Path) -> tuple[Path, Path]:
     """Return the header and data file of `path`, which may be either of a pair, gzipped or not."""
     name = path.name
-    for mine, other in ((".img", ".hdr"), (".hdr", ".img")):
+    for mine, other in (*PAIRS, *(pair[::-1] for pair in PAIRS)):
         for packed in ("", ".gz"):
             if not name.lower().endswith(mine + packed):
                 continue
             stem = name[: len(name) - len(mine + packed)]
-            names = (stem + suffix + gz for gz in (packed, "", ".gz") for suffix in (other, other.upper()))
+            is_upper = name[len(stem) :].startswith(mine.upper())
+            cases = (other.upper(), other) if is_upper else (other, other.upper())
+            names = (stem + suffix + gz for gz in (packed, "", ".gz") for suffix in cases)
             sibling = next(
-                (path.with_name(n) for n in names if exists(path.with_name(n))), path.with_name(stem + other)
+                (path.with_name(n) for n in names if exists(path.with_name(n))),
+                path.with_name(stem + cases[0]),
             )
-            return (sibling, path) if mine == ".img" else (path, sibling)
+            return (path, sibling) if (mine, other) in PAIRS else (sibling, path)
     return path, path
 
 
@@ -34,6 +41,8 @@ def checked_pair(path: Path, name: str, allow_outside: bool) -> tuple[Path, Path
     for file in (header, data):
         if file != path and exists(file):
             check_beside(path, file, file.name, name, allow_outside)
+    if header != path and not exists(header):
+        raise VolumeError(f"{name}: its header {header.name} is not there; put it beside the data file")
     check_file(header, name)
     return header, data
 

@@ -59,7 +59,7 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
         slope=layout.slope,
         intercept=layout.intercept,
         path=layout.name,
-        files=layout.files,
+        files=(*layout.headers, *layout.files),
         format=layout.format,
         warnings=layout.warnings,
     )

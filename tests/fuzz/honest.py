@@ -11,6 +11,7 @@ from pydicom import uid
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
+from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
 
 VALUES = np.arange(6 * 7 * 8, dtype="<i2").reshape(6, 7, 8)
@@ -181,12 +182,28 @@ def make_zarr(folder):
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
+def make_mgh(folder):
+    affine = np.array([[0.0, -1.5, 0.2, 5], [0.8, 0, 0, -7], [0, 0.3, 2.5, 9], [0, 0, 0, 1]])
+    content = nib.MGHImage(VALUES.T, affine).to_bytes()
+    (folder / "a.mgh").write_bytes(content)
+    (folder / "a.mgz").write_bytes(gzip.compress(content))
+    return [folder / "a.mgh", folder / "a.mgz"]
+
+
+def make_afni(folder):
+    (folder / "a+orig.HEAD").write_text(afni_header(VALUES.shape[::-1]))
+    (folder / "a+orig.BRIK").write_bytes(VALUES.astype("<i2").tobytes())
+    return [folder / "a+orig.HEAD", folder / "a+orig.BRIK"]
+
+
 HONEST = {
+    "afni": make_afni,
     "analyze": make_analyze,
     "compressed": make_compressed,
     "dicom": make_dicom,
     "enhanced": make_enhanced,
     "meta": make_meta,
+    "mgh": make_mgh,
     "nifti": make_nifti,
     "nrrd": make_nrrd,
     "numpy": make_numpy,

@@ -1,12 +1,35 @@
 """What the readers' tests share: small volumes, an independent reader, hand-written headers."""
 
+from pathlib import Path
+
+import nibabel as nib
 import numpy as np
+import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.read import read_volume
 
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
+
+
+NIBABEL_DATA = Path(nib.__file__).parent / "tests" / "data"
+
+
+def nibabels_own(name):
+    """A file that nibabel brings along for its own tests."""
+    path = NIBABEL_DATA / name
+    if not path.exists():
+        pytest.skip("this nibabel brings no files along")
+    return path
+
+
+def assert_same_as_nibabel(volume, image, index=None):
+    """Compare with a whole image of nibabel's, axes x, y, z, or with one of its volumes."""
+    values = image.get_fdata() if index is None else image.get_fdata()[..., index]
+    np.testing.assert_allclose(physical(volume), values.T, rtol=1e-6)
+    np.testing.assert_allclose(volume.affine, image.affine, atol=1e-5)
+    assert volume.space == "RAS"
 
 
 def read(path, **settings):

@@ -1,0 +1,81 @@
+"""Read AFNI's pairs of .HEAD and .BRIK, the latter gzipped or not; world axes RAS.
+
+The header is nibabel's. Each sub-brick is a volume with a factor of its own.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume_io.layout import Layout, check_file, chosen_index
+from dmc_cli.volume_io.pair import checked_pair, is_gzip
+
+LARGEST_HEADER = 1 << 26
+"""More than any history of processing that an AFNI header holds."""
+
+
+def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
+    """Return the layout of the sub-brick `settings.volume_index` of a pair.
+
+    Raises:
+        VolumeError: One of the two files is not there.
+        DamagedVolumeError: The header cannot be understood.
+        AmbiguousVolumeError: Several sub-bricks, and none chosen.
+    """
+    header_path, data_path = checked_pair(path, name, settings.allow_outside)
+    header = _header(header_path, name)
+    nx, ny, nz, volumes = (int(n) for n in header.get_data_shape())
+    check_shape(name, (nx, ny, nz))
+    volume = chosen_index(name, volumes, settings.volume_index, "sub-bricks")
+    factors = np.atleast_1d(header.info.get("BRICK_FLOAT_FACS", 0.0))
+    factor = float(factors[volume]) if volume < len(factors) else 0.0
+    return Layout(
+        name=name,
+        shape=(nx, ny, nz),
+        dtype=header.get_data_dtype(),
+        affine=header.get_affine(),
+        space="RAS",
+        files=(data_path,),
+        headers=(header_path,),
+        encoding="gzip" if is_gzip(data_path, name) else "raw",
+        volumes=volumes,
+        volume=volume,
+        slope=factor or 1.0,  # 0 means that there is none
+        format="afni",
+    )
+
+
+def _header(path: Path, name: str) -> Any:
+    """Return the header of nibabel's class, with four sizes and an affine.
+
+    Raises:
+        DamagedVolumeError: It cannot be understood.
+    """
+    from nibabel.brikhead import AFNIHeader
+
+    size = check_file(path, name)
+    if size > LARGEST_HEADER:
+        raise DamagedVolumeError(
+            f"{name}: {size} bytes of {path.name} found; expected a header of at most {LARGEST_HEADER}"
+        )
+    try:
+        with path.open(encoding="latin-1") as file:
+            header = AFNIHeader.from_fileobj(file)
+        found = header.get_data_shape()
+        if len(found) != 4 or not all(isinstance(n, int) and n > 0 for n in found):
+            raise ValueError(f"sizes {found}")
+        with np.errstate(all="ignore"):
+            header.get_affine()
+    except Exception as error:
+        # nibabel raises whatever its parsing runs into: an attribute that is missing is a KeyError
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{name}: {path.name} is no AFNI header that can be understood ({type(error).__name__}: "
+            f"{told}); "
+            "expected sizes, type, byte order and IJK_TO_DICOM_REAL; write it anew with 3dcopy"
+        ) from error
+    return header
