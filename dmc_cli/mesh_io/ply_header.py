@@ -38,7 +38,7 @@ class Element:
 
     @property
     def types(self) -> dict[str, np.dtype[Any]]:
-        """Types of the properties that are no lists, by their names."""
+        """Return the types of the properties that are no lists, by their names."""
         return {name: np.dtype(kind) for name, kind, length in self.properties if length is None}
 
     def record(self, order: str, corners: int = 0) -> np.dtype[Any]:
