@@ -9,6 +9,8 @@ halfedge_dump  halfedge structures likewise
 write          a mesh to a file, whole or not at all
 numbers        numbers out of text
 parsed         what was read, checked
+ply_header     what a PLY file says that it has
+ply_items      vertices and faces out of its text or bytes
 read_ply, read_obj, read_off  meshes out of files
 read           a mesh from a file of any format
 """
