@@ -16,9 +16,14 @@ from pathlib import Path
 
 from cases import CASES
 
-from dmc_cli.contouring import compute_normals, extract_surface, kernel_modules, upload_volume
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import (
+    color_faces,
+    compute_normals,
+    connect_faces,
+    extract_surface,
+    kernel_modules,
+    upload_volume,
+)
 from dmc_cli.processing import kernel_modules as mesh_kernels
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.runtime.device import load_kernels, select_device
@@ -37,18 +42,17 @@ def run(volume, isovalue: float, device, *, pipeline: bool) -> tuple[int, list]:
     """Return the number of quads before simplification and the arrays of the result."""
     settings = SurfaceSettings(isovalue=isovalue)
     surface = extract_surface(upload_volume(volume, device), settings)
-    quads = surface.quads.shape[0]
+    quads = surface.mesh.face_count
     if not pipeline:
         return quads, arrays_of(surface)
-    halfedges = build_halfedges(surface)
-    color24 = color_quads(surface, halfedges.words)
-    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
-    result = simplify(surface, halfedges, MeshSettings(simplify="all"), color, color24)
-    return quads, [*arrays_of(result.surface), compute_normals(result.surface, settings)]
+    surface = color_faces(connect_faces(surface))
+    result = simplify(surface.mesh, surface.placement, MeshSettings(simplify="all"))
+    return quads, [*arrays_of(result), compute_normals(result.placement, settings)]
 
 
 def arrays_of(surface) -> list:
-    return [surface.vertices, surface.vertex_local, surface.vertex_cell, surface.quads]
+    mesh, placement = surface.mesh, surface.placement
+    return [mesh.positions, placement.local, placement.cell, mesh.faces]
 
 
 def main() -> None:

@@ -17,9 +17,13 @@ import warp as wp
 from cases import CASES
 from history import record
 
-from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import (
+    color_faces,
+    compute_normals,
+    connect_faces,
+    extract_surface,
+    upload_volume,
+)
 from dmc_cli.field.field import stored_isovalue
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.runtime.device import select_device
@@ -38,19 +42,18 @@ def stages_of(uploaded, settings: SurfaceSettings) -> tuple[dict[str, float], di
         ends.append(time.perf_counter())
 
     surface = extract_surface(uploaded, settings)
-    quads = surface.quads.shape[0]
+    quads = surface.mesh.face_count
     ended()
-    halfedges = build_halfedges(surface)
+    surface = connect_faces(surface)
     ended()
-    color24 = color_quads(surface, halfedges.words)
-    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
+    surface = color_faces(surface)
     ended()
-    result = simplify(surface, halfedges, SIMPLIFY, color, color24)
+    result = simplify(surface.mesh, surface.placement, SIMPLIFY)
     ended()
-    compute_normals(result.surface, settings)
+    compute_normals(result.placement, settings)
     ended()
     seconds = {stage: ends[n + 1] - ends[n] for n, stage in enumerate(STAGES)}
-    return seconds, {"quads": quads, "quads_after": result.surface.quads.shape[0]}
+    return seconds, {"quads": quads, "quads_after": result.mesh.face_count}
 
 
 def measure(volume, isovalue: float, device, rounds: int) -> dict:

@@ -41,7 +41,7 @@ def measure(volume, isovalue: float, device, rounds: int, fast: bool) -> dict:
     def dmc() -> None:
         surface = extract_surface(uploaded, settings)
         wp.synchronize()
-        counts["quads"] = surface.quads.shape[0]
+        counts["quads"] = surface.mesh.face_count
 
     runs = {"dmc": dmc, "flying edges": peers.flying_edges(volume, level)}
     if not fast:

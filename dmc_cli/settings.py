@@ -22,7 +22,7 @@ Duplicates = Literal["refuse", "first"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Method = Literal["dmc"]
-Placement = Literal["exact", "sampled", "iterative", "centroid"]
+PlacementRule = Literal["exact", "sampled", "iterative", "centroid"]
 Border = Literal["open", "closed"]
 Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
@@ -147,7 +147,7 @@ class SurfaceSettings:
     method: Method = "dmc"
     inside: Inside = "above"
     topology: Topology = "manifold"
-    placement: Placement = "exact"
+    placement: PlacementRule = "exact"
     border: Border = "open"
     orientation: Orientation = "outward"
 
@@ -322,7 +322,7 @@ class ReproduceSettings:
 
     table: tuple[PaperTable, ...] = ()
     up_to: int = 512
-    placement: Placement = "sampled"
+    placement: PlacementRule = "sampled"
     device: str = "auto"
     threads: int | None = None
 

@@ -10,7 +10,6 @@ import warp as wp
 
 from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
-from dmc_cli.processing.relaxation.relax import relax
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.report import measured_sections
@@ -18,7 +17,7 @@ from dmc_cli.runtime.device import Device, select_device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
 from tests.fields import smooth_noise, volume_of, white_noise
-from tests.mesh.meshes import colored
+from tests.mesh.meshes import colored, relaxed, simplified
 
 
 class AsOnGpu(Device):
@@ -76,37 +75,37 @@ def bytes_of(name: str, device: Device) -> dict[str, bytes]:
     surface = extract_surface(upload_volume(volume, device), chosen)
     found = {
         "vertices and quads": arrays_of(surface),
-        "normals": compute_normals(surface, chosen).numpy().tobytes(),
+        "normals": compute_normals(surface.placement, chosen).numpy().tobytes(),
         "counts": repr(surface.counts).encode(),
     }
     if chosen.topology != "manifold":
         return found
     mesh = colored(surface)
-    found |= {key: getattr(mesh, key).numpy().tobytes() for key in ("color", "color24")}
-    found["twins"] = mesh.halfedges.twin.numpy().tobytes()
-    found["measures"] = measures_of(surface, mesh.halfedges, volume)
-    result = mesh.simplified()
-    found["simplified"] = everything_of(result.surface, result.halfedges)
+    found |= {key: mesh.mesh.face_values[key].numpy().tobytes() for key in ("color", "color24")}
+    found["twins"] = mesh.mesh.halfedges.twin.numpy().tobytes()
+    found["measures"] = measures_of(mesh, volume)
+    result = simplified(mesh)
+    found["simplified"] = everything_of(result)
     if name in REMESHED:
-        more = remesh(result.surface, result.halfedges, 2, result.color, result.color24)
-        found["remeshed"] = everything_of(more.surface, more.halfedges) + more.color.numpy().tobytes()
-        found["remeshed measures"] = measures_of(more.surface, more.halfedges, volume)
-    relaxed = relax(result.surface, result.halfedges, 3)
-    found["relaxed"] = everything_of(relaxed, result.halfedges)
+        more = remesh(result.mesh, result.placement, 2)
+        found["remeshed"] = everything_of(more) + more.mesh.face_values["color"].numpy().tobytes()
+        found["remeshed measures"] = measures_of(more, volume)
+    found["relaxed"] = everything_of(relaxed(result, 3))
     return found
 
 
 def arrays_of(surface) -> bytes:
-    arrays = [surface.vertices, surface.quads, surface.vertex_cell, surface.vertex_local]
+    mesh, placement = surface.mesh, surface.placement
+    arrays = [mesh.positions, mesh.faces, placement.cell, placement.local]
     return b"".join(array.numpy().tobytes() for array in arrays)
 
 
-def everything_of(surface, halfedges) -> bytes:
-    return arrays_of(surface) + halfedges.twin.numpy().tobytes()
+def everything_of(result) -> bytes:
+    return arrays_of(result) + result.mesh.halfedges.twin.numpy().tobytes()
 
 
-def measures_of(surface, halfedges, volume) -> bytes:
-    return json.dumps(measured_sections(measure_surface(surface, halfedges.twin, volume))).encode()
+def measures_of(result, volume) -> bytes:
+    return json.dumps(measured_sections(measure_surface(result.mesh, result.placement, volume))).encode()
 
 
 def surface_hash(name: str) -> str:

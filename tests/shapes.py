@@ -203,3 +203,12 @@ def welded(points, quads):
     unique, index = np.unique(points, axis=0, return_inverse=True)
     corners = np.where(quads >= 0, index.ravel()[quads], -1)
     return unique, corners.astype(np.int32)
+
+
+def halved(shape, every=1):
+    """The shape with each of its quads, or every so many of them, cut into two triangles."""
+    points, quads = shape
+    cut = np.arange(len(quads)) % every == 0
+    first, second = quads[cut].copy(), quads[cut][:, [0, 2, 3, 3]].copy()
+    first[:, 3] = second[:, 3] = -1
+    return points, np.concatenate([quads[~cut], first, second])

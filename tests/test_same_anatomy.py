@@ -112,11 +112,11 @@ def test_the_mesh_lies_where_an_independent_reader_puts_the_grid(tmp_path, write
     image = image_of(directions)
     in_grid, _ = mesh_of(path, tmp_path, "voxel", **read)
     found, report = mesh_of(path, tmp_path, "ras", **read)
-    grid = in_grid.vertices.astype(float)
+    grid = in_grid.points.astype(float)
     if write is as_dicom and np.linalg.det(directions) < 0:
         grid[:, 2] = SHAPE[0] - 1 - grid[:, 2]  # slices are sorted along the normal of their plane
     placed = [image.TransformContinuousIndexToPhysicalPoint(index) for index in grid]
-    np.testing.assert_allclose(found.vertices, np.array(placed) @ LPS_OF_RAS, atol=2e-5)
+    np.testing.assert_allclose(found.points, np.array(placed) @ LPS_OF_RAS, atol=2e-5)
     assert report["topology"]["components"] == 1
     inside = np.count_nonzero(VALUES > ISOVALUE) * np.prod(SPACING)
     assert report["mesh"]["volume"] == pytest.approx(inside, rel=0.12)  # on so coarse a grid
@@ -131,16 +131,16 @@ def test_all_formats_give_one_mesh(tmp_path):
         meshes[write.__name__] = mesh_of(path, folder, "ras", **read)[0]
     first = meshes[".nrrd"]
     for name, mesh in meshes.items():
-        np.testing.assert_array_equal(mesh.quads, first.quads, err_msg=name)
-        np.testing.assert_allclose(mesh.vertices, first.vertices, atol=2e-5, err_msg=name)
+        np.testing.assert_array_equal(mesh.faces, first.faces, err_msg=name)
+        np.testing.assert_allclose(mesh.points, first.points, atol=2e-5, err_msg=name)
         np.testing.assert_allclose(mesh.normals, first.normals, atol=1e-4, err_msg=name)
 
 
 def test_ras_and_lps_differ_by_two_signs(tmp_path):
     path, _ = as_nibabel_file(tmp_path, OBLIQUE)
     ras, lps = (mesh_of(path, tmp_path, space)[0] for space in ("ras", "lps"))
-    np.testing.assert_array_equal(ras.quads, lps.quads)
-    np.testing.assert_array_equal(ras.vertices @ LPS_OF_RAS.astype(np.float32), lps.vertices)
+    np.testing.assert_array_equal(ras.faces, lps.faces)
+    np.testing.assert_array_equal(ras.points @ LPS_OF_RAS.astype(np.float32), lps.points)
 
 
 def test_a_raw_file_gives_the_mesh_of_the_grid_it_is_told(tmp_path):
@@ -149,8 +149,8 @@ def test_a_raw_file_gives_the_mesh_of_the_grid_it_is_told(tmp_path):
     raw, _ = mesh_of(tmp_path / "scan.raw", tmp_path, "native", **told)
     path, _ = as_itk_file(".mha")(tmp_path, np.eye(3))
     meta, _ = mesh_of(path, tmp_path, "native")
-    np.testing.assert_array_equal(raw.quads, meta.quads)
-    np.testing.assert_array_equal(raw.vertices, meta.vertices)
+    np.testing.assert_array_equal(raw.faces, meta.faces)
+    np.testing.assert_array_equal(raw.points, meta.points)
 
 
 def test_the_sample_fistula_has_one_mesh_in_both_formats(tmp_path, sample_data):
@@ -163,7 +163,7 @@ def test_the_sample_fistula_has_one_mesh_in_both_formats(tmp_path, sample_data):
     assert first["mesh"]["volume"] == pytest.approx(second["mesh"]["volume"], rel=1e-4)
     assert first["mesh"]["quads"] == pytest.approx(second["mesh"]["quads"], rel=2e-3)
     np.testing.assert_allclose(first["mesh"]["bounds"], second["mesh"]["bounds"], atol=2e-4)
-    distances, _ = cKDTree(other.vertices).query(one.vertices)
+    distances, _ = cKDTree(other.points).query(one.points)
     assert np.quantile(distances, 0.99) < 2e-3  # the grid's axes are turned, and ties with them
 
 
@@ -176,10 +176,10 @@ def test_the_vertices_of_a_tilted_uneven_head_lie_between_its_slices(tmp_path, s
     down, across = (float(spacing) for spacing in datasets[0].PixelSpacing)
     in_grid, _ = mesh_of(folder, tmp_path, "voxel", isovalue=300.0)
     found, _ = mesh_of(folder, tmp_path, "lps", isovalue=300.0)
-    i, j, k = in_grid.vertices.T.astype(float)
+    i, j, k = in_grid.points.T.astype(float)
     # the closed border's caps lie half a slice outside, as far as the slices beside them are apart
     below = np.clip(np.floor(k).astype(int), 0, len(corners) - 2)
     corner = corners[below] + (k - below)[:, None] * (corners[below + 1] - corners[below])
     expected = corner + np.outer(i, along_row * across) + np.outer(j, along_column * down)
-    np.testing.assert_allclose(found.vertices, expected, atol=3e-3)
+    np.testing.assert_allclose(found.points, expected, atol=3e-3)
     assert np.ptp(np.diff(corners[:, 2])) > 5

@@ -10,24 +10,35 @@ as much to import as a small surface to extract.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.read_ahead import ReadAhead
-from dmc_cli.contouring import Surface, compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import (
+    Surface,
+    SurfaceCounts,
+    color_faces,
+    compute_normals,
+    connect_faces,
+    extract_surface,
+    mesh_kernel_modules,
+    upload_volume,
+)
 from dmc_cli.contouring import kernel_modules as surface_kernels
 from dmc_cli.contouring.dual_marching_cubes.vertices import refuse_lost
 from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
 from dmc_cli.files.atomic import check_output, write_output
 from dmc_cli.measures import kernel_modules as report_kernels
 from dmc_cli.measures.rounding import rounding_warnings
+from dmc_cli.mesh.mesh import COLOR, COLOR24, Mesh
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh_io.halfedge_dump import HalfedgeDump, check_dump_name, write_halfedges
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.write import choose_format, write_mesh
-from dmc_cli.processing import kernel_modules as mesh_kernels
+from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
@@ -42,16 +53,15 @@ from dmc_cli.volume.volume import Volume
 
 
 @dataclass
-class ConnectedMesh:
-    """A surface with what follows it: halfedges, colours, simplification; None for what was not asked for.
+class Stages:
+    """The mesh on its way through the stages, and what they tell.
 
-    Nothing else holds the surface, so that a stage that replaces its arrays has their memory back.
+    Nothing else holds the mesh, so that a stage that replaces its arrays has their memory back.
     """
 
-    surface: Surface
-    halfedges: Any = None
-    color: Any = None
-    color24: Any = None
+    mesh: Mesh
+    placement: Placement
+    counts: SurfaceCounts
     vertex_color: Any = None
     simplification: dict[str, Any] | None = None
 
@@ -103,44 +113,42 @@ def _make_mesh(
     reserve_cells(volume, settings)
     forecast = MeshForecast(volume, settings)
     with watch.stage("surface", "extracting the surface"):
-        uploaded = upload_volume(volume, device)
-        connected = ConnectedMesh(
-            extract_surface(
-                uploaded,
-                settings.surface,
-                affine,
-                even_slices=output.space == "voxel",
-                reserve=forecast.of_mesh,
-                reserve_tracing=forecast.of_cells,
-            )
+        surface = extract_surface(
+            upload_volume(volume, device),
+            settings.surface,
+            affine,
+            even_slices=output.space == "voxel",
+            reserve=forecast.of_mesh,
+            reserve_tracing=forecast.of_cells,
         )
-    _refuse_empty(connected.surface, volume, settings)
+    _refuse_empty(surface, volume, settings)
     if settings.needs_halfedges:
-        _connect(connected, settings, watch)
+        surface = _connect(surface, settings, watch)
+    stages = Stages(surface.mesh, surface.placement, surface.counts)
+    del surface
     if settings.mesh.simplify != "none":
-        _simplify(connected, volume, settings, watch)
-    _relax(connected, settings, watch)
-    surface = connected.surface
+        _simplify(stages, volume, settings, watch)
+    _relax(stages, settings, watch)
     if settings.mesh.is_changed:
-        refuse_lost(surface.vertex_local.numpy())
+        refuse_lost(stages.placement.local.numpy())
     device.let_go()
     normals = None
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
-            normals = compute_normals(surface, settings.surface)
-    report = _make_report(settings, volume, connected, watch)
+            normals = compute_normals(stages.placement, settings.surface)
+    report = _make_report(settings, volume, stages, watch)
     device.let_go()
     if output.check:
         from dmc_cli.mesh.check import check_mesh
 
-        check_mesh(surface, connected.halfedges, normals, report, settings)
+        check_mesh(stages.mesh, stages.placement, normals, report, settings)
     mesh = MeshFile(
-        points=surface.vertices.numpy(),
-        faces=surface.quads.numpy(),
+        points=stages.mesh.positions.numpy(),
+        faces=stages.mesh.faces.numpy(),
         normals=None if normals is None or not output.normals else normals.numpy(),
         space=space,
     )
-    return mesh, None if output.halfedges is None else _dump(connected, normals), report
+    return mesh, None if output.halfedges is None else _dump(stages, normals), report
 
 
 def compile_kernels(progress: Progress = SILENT) -> None:
@@ -167,8 +175,9 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    processing = mesh_kernels(simplify=True, relax=True, remesh=True)
-    return [job_slots, prefix_sums, *placements, *processing, *report_kernels()]
+    connecting = mesh_kernel_modules(colors=True)
+    processing = processing_kernels(simplify=True, relax=True, remesh=True)
+    return [job_slots, prefix_sums, *placements, *connecting, *processing, *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -181,7 +190,9 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     )
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
-        modules += mesh_kernels(simplify=wanted, colors=dumped, relax=relaxed, remesh=remeshed)
+        colored = dumped or (wanted and settings.mesh.simplify_rules == "paper")
+        modules += mesh_kernel_modules(method=settings.surface.method, colors=colored)
+        modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
     return modules + (report_kernels() if settings.output.is_measured else [])
 
 
@@ -200,7 +211,7 @@ def _check_outputs(settings: ConvertSettings) -> None:
 
 def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
     """Raise on a surface without a quad, unless that is allowed."""
-    if surface.quads.shape[0] or settings.output.allow_empty:
+    if surface.mesh.face_count or settings.output.allow_empty:
         return
     ends = volume.value_range()
     if ends is None:
@@ -218,133 +229,121 @@ def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -
     raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
 
 
-def _connect(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
-    """Build the halfedges, and colour the quads where that is needed; free what only that needs."""
-    from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
-
-    surface = mesh.surface
+def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> Surface:
+    """Return the surface with halfedges, and with colours if a dump or the papers' rules need them."""
     with watch.stage("halfedges", "building the halfedges"):
-        halfedges = build_halfedges(surface)
+        surface = connect_faces(surface)
     by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
     if settings.output.halfedges is not None or by_paper:
-        from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-
         with watch.stage("coloring", "colouring"):
-            mesh.color24 = color_quads(surface, halfedges.words)
-            mesh.color = reduce_colors(surface, halfedges.words, halfedges.twin, mesh.color24)
-    mesh.halfedges = replace(halfedges, words=None)
-    mesh.surface = replace(surface, cells=None, polygons=None, quad_starts=None)
+            surface = color_faces(surface)
+    return surface
 
 
-def _simplify(mesh: ConnectedMesh, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
+def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Remove the papers' patterns, and remesh if that is asked for."""
     from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.valences import irregular_percent
     from dmc_cli.processing.patterns.simplify import simplify
 
-    device, affine = mesh.surface.device, mesh.surface.affine
-    irregular_before = irregular_percent(device, mesh.halfedges.valence)
-    before = _measure(mesh.surface, mesh.halfedges, volume, settings, watch)
+    irregular_before = irregular_percent(stages.mesh)
+    before = _measure(stages, volume, settings, watch)
     with watch.stage("simplify", "simplifying"):
-        near = in_near_frame(mesh.surface)
-        result = simplify(near, mesh.halfedges, settings.mesh, mesh.color, mesh.color24)
-    mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
-    mesh.color, mesh.color24 = result.color, result.color24
-    mesh.simplification = {
+        affine = stages.placement.frame.affine
+        near = in_near_frame(stages.mesh, stages.placement)
+        result = simplify(*near, settings.mesh)
+        stages.mesh, stages.placement = in_frame_of(affine, result.mesh, result.placement)
+    stages.simplification = {
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
         "refused": result.refused,
         "irregular_percent_before": irregular_before,
-        "irregular_percent_after": irregular_percent(device, mesh.halfedges.valence),
+        "irregular_percent_after": irregular_percent(stages.mesh),
         "before": None if before is None else measured_sections(before),
     }
     del near, result
     if settings.mesh.remesh:
-        _remesh(mesh, settings.mesh.remesh, watch)
+        _remesh(stages, settings.mesh.remesh, watch)
 
 
-def _remesh(mesh: ConnectedMesh, rounds: int, watch: Stopwatch) -> None:
+def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
     """Remove irregular vertices that the papers' patterns leave."""
     from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
     from dmc_cli.mesh.valences import irregular_percent
     from dmc_cli.processing.remeshing.rounds import Rounds
 
     with watch.stage("remesh", "remeshing"):
-        affine = mesh.surface.affine
-        sweeps = Rounds(in_near_frame(mesh.surface), mesh.halfedges, mesh.color, mesh.color24)
-        del mesh.surface, mesh.halfedges, mesh.color, mesh.color24  # the rounds let go of what they replace
+        affine = stages.placement.frame.affine
+        sweeps = Rounds(*in_near_frame(stages.mesh, stages.placement))
+        del stages.mesh, stages.placement  # the rounds let go of what they replace
         result = sweeps.run(rounds, watch.progress)
-        mesh.surface, mesh.halfedges = in_frame_of(affine, result.surface), result.halfedges
-    mesh.color, mesh.color24 = result.color, result.color24
-    found = dict(mesh.simplification or {})
+        stages.mesh, stages.placement = in_frame_of(affine, result.mesh, result.placement)
+    found = dict(stages.simplification or {})
     found["irregular_percent_patterns"] = found["irregular_percent_after"]
-    found["irregular_percent_after"] = irregular_percent(mesh.surface.device, mesh.halfedges.valence)
-    mesh.simplification = found | {"rounds": rounds, "operations": result.operations}
+    found["irregular_percent_after"] = irregular_percent(stages.mesh)
+    stages.simplification = found | {"rounds": rounds, "operations": result.operations}
 
 
-def _relax(mesh: ConnectedMesh, settings: ConvertSettings, watch: Stopwatch) -> None:
+def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
     if settings.output.halfedges is not None:
         from dmc_cli.contouring.dual_marching_cubes.coloring import color_vertices
 
-        mesh.vertex_color = color_vertices(mesh.surface)
+        stages.vertex_color = color_vertices(stages.placement)
     if settings.mesh.relax:
         from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
         from dmc_cli.processing.relaxation.relax import relax
 
         with watch.stage("relax", "relaxing"):
-            affine = mesh.surface.affine
-            near = in_near_frame(mesh.surface)
-            surface = relax(near, mesh.halfedges, settings.mesh.relax, watch.progress)
-            mesh.surface = in_frame_of(affine, surface)
+            affine = stages.placement.frame.affine
+            near = in_near_frame(stages.mesh, stages.placement)
+            relaxed = relax(*near, settings.mesh.relax, watch.progress)
+            stages.mesh, stages.placement = in_frame_of(affine, *relaxed)
 
 
-def _dump(connected: ConnectedMesh, normals: Any) -> HalfedgeDump:
+def _dump(stages: Stages, normals: Any) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
-    surface, halfedges = connected.surface, connected.halfedges
-    assert halfedges is not None and connected.color is not None and connected.color24 is not None
+    mesh, halfedges = stages.mesh, stages.mesh.halfedges
+    assert halfedges is not None
     return HalfedgeDump(
-        vertices=surface.vertices.numpy(),
+        vertices=mesh.positions.numpy(),
         normals=normals.numpy(),
-        quads=surface.quads.numpy(),
+        quads=mesh.faces.numpy(),
         twin=halfedges.twin.numpy(),
         vertex_halfedge=halfedges.vertex_halfedge.numpy(),
-        face_color=connected.color.numpy(),
-        face_color24=connected.color24.numpy(),
-        vertex_color=connected.vertex_color.numpy(),
+        face_color=mesh.face_values[COLOR].numpy(),
+        face_color24=mesh.face_values[COLOR24].numpy(),
+        vertex_color=stages.vertex_color.numpy(),
     )
 
 
-def _measure(
-    surface: Surface, halfedges: Any, volume: Volume, settings: ConvertSettings, watch: Stopwatch
-) -> Measures | None:
+def _measure(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> Measures | None:
     """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
     if not settings.output.is_measured:
         return None
     from dmc_cli.report.measures import measure_surface
 
     with watch.stage("report", "measuring"):
-        return measure_surface(surface, halfedges.twin, volume)
+        return measure_surface(stages.mesh, stages.placement, volume)
 
 
 def _make_report(
-    settings: ConvertSettings, volume: Volume, connected: ConnectedMesh, watch: Stopwatch
+    settings: ConvertSettings, volume: Volume, stages: Stages, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
-    surface = connected.surface
-    measures = _measure(surface, connected.halfedges, volume, settings, watch)
-    device = surface.device
+    measures = _measure(stages, volume, settings, watch)
+    device = stages.mesh.device
     facts = RunFacts(
         volume=volume,
         settings=settings,
         resolved={"device": device.name, "threads": device.threads},
-        stored_isovalue=surface.stored_isovalue,
-        counts=surface.counts,
-        vertex_count=surface.vertices.shape[0],
-        quad_count=surface.quads.shape[0],
+        stored_isovalue=stages.placement.frame.stored_isovalue,
+        counts=stages.counts,
+        vertex_count=stages.mesh.vertex_count,
+        quad_count=stages.mesh.face_count,
         measures=measures,
-        warnings=rounding_warnings(surface, volume),
-        simplification=connected.simplification,
+        warnings=rounding_warnings(stages.mesh, stages.placement, volume),
+        simplification=stages.simplification,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),

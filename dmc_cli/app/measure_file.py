@@ -20,7 +20,9 @@ from dmc_cli.measures.plain_values import plain
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.rounding import file_rounding, rounding_warning
 from dmc_cli.measures.topology import measure_topology
-from dmc_cli.measures.twins import find_twins
+from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.progress import SILENT, Progress
@@ -79,11 +81,8 @@ def measure_mesh(
         path: Its file, for the report.
         reference: What the mesh is an isosurface of, or None.
     """
-    points = wp.array(mesh.points.astype(np.float32), dtype=wp.vec3f, device=device.name)
-    faces = wp.array(mesh.faces, dtype=wp.int32, device=device.name)
-    twins = find_twins(device, faces, len(mesh.points))
-    topology = measure_topology(device, faces, twins, len(mesh.points))
-    quality = measure_quality(device, points, faces)
+    found = connect(mesh_on_device(mesh, device))
+    topology, quality = measure_topology(found), measure_quality(found)
     warnings: list[str] = []
     deviation = None
     if reference is not None:
@@ -110,6 +109,16 @@ def measure_mesh(
         "deviation": plain(asdict(deviation)) if deviation else None,
         "versions": collect_versions(device.name),
     }
+
+
+def mesh_on_device(mesh: MeshFile, device: Device) -> Mesh:
+    """Return the mesh of a file on a device, coordinates rounded to float32."""
+    return Mesh(
+        wp.array(mesh.points.astype(np.float32), dtype=wp.vec3f, device=device.name),
+        wp.array(mesh.faces, dtype=wp.vec4i, device=device.name),
+        device,
+        triangle_count=mesh.triangle_count,
+    )
 
 
 def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[str]]:
@@ -151,15 +160,15 @@ def _deviation(device: Device, reference: VolumeReference, cells: Array, locals:
     field = make_field(uploaded, settings)
     field.has_nodata = int(_lacks_data(volume))
     field.nodata = nodata_value(volume, field)
-    return measure_deviation(
-        device,
-        volume,
-        volume.value_range(),
-        field,
-        grid_of(volume.shape, border=1),
+    grid = grid_of(volume.shape, border=1)
+    depths = slice_depths(volume, grid, device)
+    frame = SurfaceFrame(field, grid, grid_affine(volume.affine, grid), depths, 1.0, device)
+    placement = Placement(
         wp.array(cells, dtype=wp.int64, device=device.name),
         wp.array(locals, dtype=wp.vec3f, device=device.name),
+        frame,
     )
+    return measure_deviation(placement, volume, volume.value_range())
 
 
 def _lacks_data(volume: Volume) -> bool:

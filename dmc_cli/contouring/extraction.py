@@ -1,4 +1,4 @@
-"""Extract the surface of a volume, by whichever method."""
+"""Extract the surface of a volume, connect its faces and colour them, by whichever method."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.contouring.registry import METHODS
+from dmc_cli.contouring.surface import Surface
 from dmc_cli.field.field import DeviceVolume
-from dmc_cli.mesh.surface import Surface
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.mapping import intact
 
@@ -48,3 +48,13 @@ def extract_surface(
             raise
         device.finish()
     return surface
+
+
+def connect_faces(surface: Surface) -> Surface:
+    """Return the surface with halfedges, as its method finds them."""
+    return METHODS[surface.method].connect(surface)
+
+
+def color_faces(surface: Surface) -> Surface:
+    """Return a connected surface with colours of its faces, as its method finds them."""
+    return METHODS[surface.method].color(surface)

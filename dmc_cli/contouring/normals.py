@@ -21,11 +21,11 @@ from dmc_cli.bits.words import LANES, VECTOR_FLAGS
 from dmc_cli.field.central_differences import difference, mixed, slopes_in_lanes
 from dmc_cli.field.corner_differences import corner_differences, gradient_from_corners
 from dmc_cli.field.field import Field, node_of_volume, stored_value
-from dmc_cli.field.grid import Grid
+from dmc_cli.field.grid import Grid, cell_node
 from dmc_cli.field.sample_reader import IntLanes
 from dmc_cli.field.simd_cells import FloatLanes, find_block_cells, load_points, store_points
 from dmc_cli.field.slices import node_distance
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.runtime.device import ITEMS_A_CHUNK
 from dmc_cli.settings import SurfaceSettings
 
@@ -47,31 +47,32 @@ MOST_DOUBLINGS = 100
 """Of a matrix whose numbers float32 may not hold, by more than that many powers of two off 1."""
 
 
-def compute_normals(surface: Surface, settings: SurfaceSettings) -> Any:
-    """Return the unit normals of a surface's vertices in the output space, float32 vec3 (V,).
+def compute_normals(placement: Placement, settings: SurfaceSettings) -> Any:
+    """Return the unit normals of the surface at its vertices in the output space, float32 vec3 (V,).
 
     They point towards lower values, or with `orientation` gradient or `inside` below towards higher ones.
     """
-    device = surface.device
-    normals = device.empty(surface.vertices.shape[0], wp.vec3)
+    frame, count = placement.frame, placement.cell.shape[0]
+    device = frame.device
+    normals = device.empty(count, wp.vec3)
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"
-    to_output = _in_reach(np.linalg.inv(surface.affine[:3, :3]).T * (1.0 if towards_higher else -1.0))
+    to_output = _in_reach(np.linalg.inv(frame.affine[:3, :3]).T * (1.0 if towards_higher else -1.0))
     inputs = [
-        surface.grid.struct(),
-        surface.field,
+        frame.grid.struct(),
+        frame.field,
         wp.mat33(*to_output.ravel()),
-        surface.depths,
-        surface.vertex_cell,
-        surface.vertex_local,
+        frame.depths,
+        placement.cell,
+        placement.local,
     ]
-    if device.is_cpu and surface.depths.shape[0] == 0:
-        blocks, grain = -(-surface.vertices.shape[0] // LANES), 2 * ITEMS_A_CHUNK // LANES
+    if device.is_cpu and frame.depths.shape[0] == 0:
+        blocks, grain = -(-count // LANES), 2 * ITEMS_A_CHUNK // LANES
         left = device.empty(blocks, wp.int32)
         device.launch(normal_block_kernel, blocks, inputs, [normals, left], grain)
         # what is left lies close together: small chunks share it evenly
         device.launch(normals_left_kernel, blocks, [*inputs, left], [normals], grain, longest=grain)
     else:
-        device.launch(compute_normals_kernel, surface.vertices.shape[0], inputs, [normals], ITEMS_A_CHUNK)
+        device.launch(compute_normals_kernel, count, inputs, [normals], ITEMS_A_CHUNK)
     return normals
 
 
@@ -202,16 +203,13 @@ def normal_at(
     p: wp.vec3,
 ) -> wp.vec3:
     """Return the normal at local coordinates p of a cell."""
-    row = wp.int32(cell / wp.int64(grid.nx))
-    i = wp.int32(cell - wp.int64(row) * wp.int64(grid.nx))
-    j = row % grid.ny
-    k = row // grid.ny
-    step = slice_step(depths, k, p[2])
-    gradient = field_gradient(field, grid, i, j, k, p)
+    node = cell_node(grid, cell)
+    step = slice_step(depths, node[2], p[2])
+    gradient = field_gradient(field, grid, node[0], node[1], node[2], p)
     gradient[2] = gradient[2] / step
     found = output_gradient(to_output, gradient)
     if is_out_of_reach(square_of(found)) == 1:
-        differences = corner_differences(field, grid, i, j, k)
+        differences = corner_differences(field, grid, node[0], node[1], node[2])
         unit = wp.max(wp.abs(differences))
         entry = wp.max(
             wp.max(wp.abs(to_output[0])), wp.max(wp.max(wp.abs(to_output[1])), wp.max(wp.abs(to_output[2])))

@@ -124,13 +124,40 @@ def world_coordinate(
 
 
 @wp.func
-def world_position(m: wp.mat44d, i: wp.int32, j: wp.int32, k: wp.int32, local: wp.vec3) -> wp.vec3:
-    """Return the world coordinates, in millimetres, of local coordinates in cell (i, j, k)."""
-    x = wp.float64(i) + wp.float64(local[0])
-    y = wp.float64(j) + wp.float64(local[1])
-    z = wp.float64(k) + wp.float64(local[2])
+def world_position(m: wp.mat44d, x: wp.vec3d) -> wp.vec3:
+    """Map coordinates in node indices, slices even, to the output space; each is rounded once."""
     return wp.vec3(
-        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
-        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
-        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x, y, z),
+        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x[0], x[1], x[2]),
+        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x[0], x[1], x[2]),
+        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x[0], x[1], x[2]),
     )
+
+
+@wp.func
+def cell_node(grid: Grid, cell: wp.int64) -> wp.vec3i:
+    """Return the lowest node of a cell by its number."""
+    row = wp.int32(cell / wp.int64(grid.nx))
+    i = wp.int32(cell - wp.int64(row) * wp.int64(grid.nx))
+    return wp.vec3i(i, row % grid.ny, row / grid.ny)
+
+
+@wp.func
+def node_cell(grid: Grid, node: wp.vec3i) -> wp.int64:
+    """Return the number of the cell with this lowest node."""
+    return wp.int64(node[1] + grid.ny * node[2]) * wp.int64(grid.nx) + wp.int64(node[0])
+
+
+@wp.func
+def node_position(node: wp.vec3i, local: wp.vec3) -> wp.vec3d:
+    """Return the coordinates, in node indices, of a point of the cell with this lowest node."""
+    return wp.vec3d(
+        wp.float64(node[0]) + wp.float64(local[0]),
+        wp.float64(node[1]) + wp.float64(local[1]),
+        wp.float64(node[2]) + wp.float64(local[2]),
+    )
+
+
+@wp.func
+def index_position(grid: Grid, cell: wp.int64, local: wp.vec3) -> wp.vec3d:
+    """Return the coordinates, in node indices, of a point of a cell by its number."""
+    return node_position(cell_node(grid, cell), local)

@@ -7,8 +7,7 @@ for memory three times over. On a GPU other threads fill the time, and nothing i
 import warp as wp
 
 from dmc_cli.field.field import Field, node_of_volume
-from dmc_cli.field.grid import Grid
-from dmc_cli.field.projection import cell_node
+from dmc_cli.field.grid import Grid, cell_node
 from dmc_cli.field.sample_reader import fetch_cell
 
 

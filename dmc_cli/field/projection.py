@@ -10,7 +10,7 @@ A point is a cell and local coordinates in it, as everywhere.
 import warp as wp
 
 from dmc_cli.field.field import Field, cell_values, is_data, node_of_volume, stored_value
-from dmc_cli.field.grid import Grid
+from dmc_cli.field.grid import Grid, node_position
 from dmc_cli.field.trilinear import (
     CornerValues,
     is_in_cell,
@@ -40,31 +40,6 @@ class GridPoint:
     cell: wp.vec3i
     local: wp.vec3
     is_found: wp.bool
-
-
-@wp.func
-def cell_node(grid: Grid, cell: wp.int64) -> wp.vec3i:
-    """Return the lowest node of a cell by its number."""
-    row = wp.int32(cell / wp.int64(grid.nx))
-    i = wp.int32(cell - wp.int64(row) * wp.int64(grid.nx))
-    return wp.vec3i(i, row % grid.ny, row / grid.ny)
-
-
-@wp.func
-def node_cell(grid: Grid, node: wp.vec3i) -> wp.int64:
-    """Return the number of the cell with this lowest node."""
-    return wp.int64(node[1] + grid.ny * node[2]) * wp.int64(grid.nx) + wp.int64(node[0])
-
-
-@wp.func
-def index_position(grid: Grid, cell: wp.int64, local: wp.vec3) -> wp.vec3d:
-    """Return a point's coordinates in node indices."""
-    node = cell_node(grid, cell)
-    return wp.vec3d(
-        wp.float64(node[0]) + wp.float64(local[0]),
-        wp.float64(node[1]) + wp.float64(local[1]),
-        wp.float64(node[2]) + wp.float64(local[2]),
-    )
 
 
 @wp.func
@@ -136,11 +111,7 @@ def project_point(field: Field, grid: Grid, start: wp.vec3d) -> GridPoint:
                 point.is_found = is_near(start, point) and cell_exists(field, grid, i)
                 found = point
                 step = STEPS
-        x = wp.vec3d(
-            wp.float64(i[0]) + wp.float64(p[0]),
-            wp.float64(i[1]) + wp.float64(p[1]),
-            wp.float64(i[2]) + wp.float64(p[2]),
-        )
+        x = node_position(i, p)
         if not wp.isfinite(x):
             step = STEPS
     return found
@@ -149,12 +120,7 @@ def project_point(field: Field, grid: Grid, start: wp.vec3d) -> GridPoint:
 @wp.func
 def is_near(start: wp.vec3d, point: GridPoint) -> wp.bool:
     """Return whether a point is within `REACH` of coordinates in node indices."""
-    near = bool(True)
-    for axis in range(3):
-        x = wp.float64(point.cell[axis]) + wp.float64(point.local[axis])
-        if wp.abs(x - start[axis]) > wp.float64(REACH):
-            near = bool(False)
-    return near
+    return wp.max(wp.abs(node_position(point.cell, point.local) - start)) <= wp.float64(REACH)
 
 
 @wp.func

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.grid import Grid, GridShape, world_coordinate
+from dmc_cli.field.grid import Grid, GridShape, cell_node, world_position
 from dmc_cli.runtime.device import Device
 from dmc_cli.volume.volume import Volume
 
@@ -60,6 +60,24 @@ def depth_of(depths: wp.array(dtype=wp.float64), k: wp.int32, w: wp.float64) -> 
 
 
 @wp.func
+def depth_position(depths: wp.array(dtype=wp.float64), node: wp.vec3i, local: wp.vec3) -> wp.vec3d:
+    """Return the coordinates, in node indices as if slices were even, of a point of a cell."""
+    return wp.vec3d(
+        wp.float64(node[0]) + wp.float64(local[0]),
+        wp.float64(node[1]) + wp.float64(local[1]),
+        depth_of(depths, node[2], wp.float64(local[2])),
+    )
+
+
+@wp.func
+def output_position(
+    matrix: wp.mat44d, depths: wp.array(dtype=wp.float64), node: wp.vec3i, local: wp.vec3
+) -> wp.vec3:
+    """Return the position of a point of a cell in the output space."""
+    return world_position(matrix, depth_position(depths, node, local))
+
+
+@wp.func
 def slice_distance(depths: wp.array(dtype=wp.float64), k: wp.int32) -> wp.float64:
     """Return the distance between slices k and k + 1, 1 where slices are even."""
     distance = wp.float64(1.0)
@@ -93,14 +111,4 @@ def map_vertices_kernel(
 ):
     """Map vertices to the output space. One thread a vertex."""
     v = first + wp.tid()
-    row = wp.int32(cells[v] / wp.int64(grid.nx))
-    i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
-    local = locals[v]
-    x = wp.float64(i) + wp.float64(local[0])
-    y = wp.float64(row % grid.ny) + wp.float64(local[1])
-    z = depth_of(depths, row // grid.ny, wp.float64(local[2]))
-    position_out[v] = wp.vec3(
-        world_coordinate(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3], x, y, z),
-        world_coordinate(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3], x, y, z),
-        world_coordinate(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3], x, y, z),
-    )
+    position_out[v] = output_position(matrix, depths, cell_node(grid, cells[v]), locals[v])

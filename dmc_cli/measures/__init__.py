@@ -2,9 +2,8 @@
 
 topology          Euler characteristic, boundaries, manifoldness
 components        connected components
-twins             twins of a mesh that has none
 vertex_fans       the fans of faces round vertices
-faces, shape      areas, angles, how square
+shape             areas, angles, how square
 quality           the measures of the papers
 locate            the cell that a point lies in
 deviation         how far vertices are from the surface
@@ -18,6 +17,7 @@ from types import ModuleType
 
 def kernel_modules() -> list[ModuleType]:
     """Return the modules whose kernels a report needs, for loading them ahead of time."""
-    from dmc_cli.measures import components, deviation, measure_rounding, quality, twins, vertex_fans
+    from dmc_cli.measures import components, deviation, measure_rounding, quality, vertex_fans
+    from dmc_cli.mesh import connect, twins
 
-    return [components, deviation, measure_rounding, quality, twins, vertex_fans]
+    return [components, deviation, measure_rounding, quality, twins, connect, vertex_fans]

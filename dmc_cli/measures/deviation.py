@@ -11,13 +11,12 @@ has no value, beside a node without data, there is nothing to measure.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
 
 from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.field.grid import Grid, cell_node
 from dmc_cli.field.slices import slice_depths, slice_distance
 from dmc_cli.field.trilinear import (
     trilinear_slope_u,
@@ -25,7 +24,7 @@ from dmc_cli.field.trilinear import (
     trilinear_slope_w,
     trilinear_value,
 )
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -90,16 +89,15 @@ def measure_deviation_kernel(
     total = Sums()
     peaks = wp.vec2d()
     for vertex in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
-        row = wp.int32(cells[vertex] / wp.int64(grid.nx))
-        i = wp.int32(cells[vertex] % wp.int64(grid.nx))
-        f = cell_values(field, grid, i, row % grid.ny, row / grid.ny) / unit
+        node = cell_node(grid, cells[vertex])
+        f = cell_values(field, grid, node[0], node[1], node[2]) / unit
         p = locals[vertex]
         u = wp.float64(p[0])
         v = wp.float64(p[1])
         w = wp.float64(p[2])
         deviation = wp.abs(trilinear_value(f, u, v, w))
         slope = wp.vec3d(trilinear_slope_u(f, v, w), trilinear_slope_v(f, u, w), trilinear_slope_w(f, u, v))
-        slope[2] = slope[2] / slice_distance(depths, row / grid.ny)
+        slope[2] = slope[2] / slice_distance(depths, node[2])
         if wp.isnan(deviation):
             continue
         total[0] += deviation
@@ -119,26 +117,17 @@ def measure_deviation_kernel(
 
 
 def measure_deviation(
-    device: Device,
-    volume: Volume,
-    value_range: tuple[float, float] | None,
-    field: Any,
-    grid: GridShape,
-    cells: Any,
-    locals: Any,
+    placement: Placement, volume: Volume, value_range: tuple[float, float] | None
 ) -> Deviation:
-    """Measure the deviation of vertices from the isosurface that `field` is zero on.
+    """Measure the deviation of vertices from the isosurface that their field is zero on.
 
     Args:
-        device: Where the arrays are.
+        placement: Where they lie.
         volume: The volume, for its affine and slope.
         value_range: Smallest and largest physical value, as `Volume.value_range` returns it.
-        field: The `Field` that the surface was cut from.
-        grid: The grid over the volume.
-        cells: Linear number of each vertex's cell, (V,) int64.
-        locals: Position of each vertex in its cell, (V,) vec3f.
     """
-    count = cells.shape[0]
+    frame, count = placement.frame, placement.cell.shape[0]
+    device, field, grid = frame.device, frame.field, frame.grid
     if not count:
         return Deviation(**UNKNOWN)
     blocks = -(-count // int(BLOCK))
@@ -147,7 +136,8 @@ def measure_deviation(
     to_world = wp.mat33d(*np.linalg.inv(volume.affine[:3, :3]).T.ravel())
     extent = value_range[1] - value_range[0] if value_range else 0.0
     power = _unit(volume, value_range, field.isovalue)
-    inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device), cells, locals, power]
+    inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device)]
+    inputs += [placement.cell, placement.local, power]
     device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
     total, squares, distance, distances, count = sums.numpy().sum(axis=0).tolist()
     if not count:

@@ -5,10 +5,11 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.grid import Grid, kernel_matrix
-from dmc_cli.field.slices import depth_of, slice_distance
+from dmc_cli.field.grid import Grid, cell_node, kernel_matrix
+from dmc_cli.field.slices import depth_position, slice_distance
 from dmc_cli.measures.rounding import Rounding
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.volume.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -17,23 +18,23 @@ BLOCK = wp.constant(256)
 """Vertices that one thread looks at."""
 
 
-def measure_rounding(surface: Surface, volume: Volume) -> Rounding | None:
-    """Measure how far the rounding of its coordinates moves a surface's vertices; None without vertices."""
-    count, device = surface.vertices.shape[0], surface.device
+def measure_rounding(mesh: Mesh, placement: Placement, volume: Volume) -> Rounding | None:
+    """Measure how far the rounding of its coordinates moves a mesh's vertices; None without vertices."""
+    count, device, frame = mesh.vertex_count, mesh.device, placement.frame
     if not count:
         return None
     blocks = -(-count // int(BLOCK))
     peaks = device.empty((blocks, 2), wp.float64)
-    to_grid = np.linalg.inv(surface.affine[:3, :3])
+    to_grid = np.linalg.inv(frame.affine[:3, :3])
     inputs = [
-        surface.grid.struct(),
-        kernel_matrix(surface.affine),
+        frame.grid.struct(),
+        kernel_matrix(frame.affine),
         wp.mat33d(*to_grid.ravel()),
         wp.mat33d(*(volume.affine[:3, :3] @ to_grid).ravel()),
-        surface.depths,
-        surface.vertex_cell,
-        surface.vertex_local,
-        surface.vertices,
+        frame.depths,
+        placement.cell,
+        placement.local,
+        mesh.positions,
     ]
     device.launch(measure_rounding_kernel, blocks, inputs, [peaks])
     mm, relative = peaks.numpy().max(axis=0).tolist()
@@ -63,18 +64,14 @@ def measure_rounding_kernel(
     block = first + wp.tid()
     peaks = wp.vec2d()
     for v in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
-        row = wp.int32(cells[v] / wp.int64(grid.nx))
-        k = row / grid.ny
-        p = locals[v]
-        x = wp.float64(cells[v] % wp.int64(grid.nx)) + wp.float64(p[0])
-        y = wp.float64(row % grid.ny) + wp.float64(p[1])
-        z = depth_of(depths, k, wp.float64(p[2]))
+        node = cell_node(grid, cells[v])
+        x = depth_position(depths, node, locals[v])
         way = wp.vec3d()
         for axis in range(3):
             written = wp.float64(positions[v][axis]) - affine[axis, 3]
-            way[axis] = written - (affine[axis, 0] * x + affine[axis, 1] * y + affine[axis, 2] * z)
+            way[axis] = written - (affine[axis, 0] * x[0] + affine[axis, 1] * x[1] + affine[axis, 2] * x[2])
         in_cells = to_grid * way
-        in_cells[2] = in_cells[2] / slice_distance(depths, k)
+        in_cells[2] = in_cells[2] / slice_distance(depths, node[2])
         peaks[0] = wp.max(peaks[0], wp.length(to_mm * way))
         peaks[1] = wp.max(peaks[1], wp.max(wp.abs(in_cells)))
     peaks_out[block, 0] = peaks[0]

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.measures.faces import flat_corners
 from dmc_cli.measures.shape import blank_shape, chooses_02, quad_shape, triangle_shape, turn_angle
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False})
@@ -169,34 +169,23 @@ def choose_diagonals_kernel(
     diagonals_out[q] = wp.uint8(diagonal)
 
 
-def choose_diagonals(device: Device, points: Any, quads: Any) -> Any:
-    """Return the diagonal that splits each quad by the MaxMin-angle criterion, (Q,) uint8.
+def choose_diagonals(mesh: Mesh) -> Any:
+    """Return the diagonal that splits each quad of a mesh by the MaxMin-angle criterion, (Q,) uint8.
 
     0 joins corners 0 and 2, also on a tie; 1 joins corners 1 and 3.
-
-    Args:
-        device: Where the arrays are.
-        points: Positions, (V,) vec3f.
-        quads: Corners, (Q, 4) int32 or (Q,) vec4i.
     """
-    diagonals = device.empty(quads.shape[0], wp.uint8)
-    inputs = [points, flat_corners(quads)]
-    device.launch(choose_diagonals_kernel, quads.shape[0], inputs=inputs, outputs=[diagonals])
+    diagonals = mesh.device.empty(mesh.face_count, wp.uint8)
+    mesh.device.launch(choose_diagonals_kernel, mesh.face_count, [mesh.positions, mesh.corners], [diagonals])
     return diagonals
 
 
-def measure_quality(device: Device, points: Any, faces: Any) -> Quality:
-    """Measure the shape of all faces.
-
-    Args:
-        device: Where the arrays are.
-        points: Positions, (V,) vec3f, in any unit of length.
-        faces: Corners, (F, 4) int32 or (F,) vec4i; a triangle has -1 as its fourth corner.
-    """
+def measure_quality(mesh: Mesh) -> Quality:
+    """Measure the shape of all faces, triangles and quads, in any unit of length."""
+    device, points = mesh.device, mesh.positions
     bounds = _bounds(device, points)
     origin = np.mean(bounds, axis=0) if bounds else np.zeros(3)
-    corners = flat_corners(faces)
-    blocks = -(-faces.shape[0] // int(BLOCK))
+    corners = mesh.corners
+    blocks = -(-mesh.face_count // int(BLOCK))
     sums = device.empty((blocks, int(SUMS)), wp.float64)
     extremes = device.empty((blocks, int(EXTREMES)), wp.float64)
     histogram = device.zeros((blocks, int(BINS)), wp.int32)
@@ -211,7 +200,7 @@ def measure_quality(device: Device, points: Any, faces: Any) -> Quality:
     totals = sums.numpy().sum(axis=0).tolist()
     lows = extremes.numpy().min(axis=0, initial=math.inf)
     highs = extremes.numpy().max(axis=0, initial=-math.inf)
-    triangles = faces.shape[0] + quads
+    triangles = mesh.face_count + quads
     return Quality(
         shape_mean=totals[0] / quads if quads else None,
         shape_min=float(lows[0]) if quads else None,

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.near_frame import COARSE, HALF_STEP
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.runtime.device import load_kernels
 from dmc_cli.volume.volume import Volume
 
@@ -27,10 +28,10 @@ class Rounding:
     relative: float
 
 
-def may_be_coarse(surface: Surface) -> bool:
+def may_be_coarse(frame: SurfaceFrame) -> bool:
     """Return whether coordinates of the grid are so large that rounding may count; costs nothing."""
-    linear, origin = surface.affine[:3, :3], surface.affine[:3, 3]
-    farthest = np.abs(linear) @ (surface.grid.nx, surface.grid.ny, surface.grid.nz) + np.abs(origin)
+    linear, origin = frame.affine[:3, :3], frame.affine[:3, 3]
+    farthest = np.abs(linear) @ (frame.grid.nx, frame.grid.ny, frame.grid.nz) + np.abs(origin)
     half_steps = np.maximum(HALF_STEP * farthest, 0.5 * SMALLEST_STEP)
     return bool((np.abs(np.linalg.inv(linear)) @ half_steps).max() > COARSE)
 
@@ -47,14 +48,14 @@ def file_rounding(points: Any, volume: Volume) -> Rounding:
     return Rounding(mm=float(np.linalg.norm(steps)), relative=float(in_cells.max()))
 
 
-def rounding_warnings(surface: Surface, volume: Volume) -> tuple[str, ...]:
-    """Return what is to be told of a surface's coordinates, if float32 is too coarse for them."""
-    if not may_be_coarse(surface):
+def rounding_warnings(mesh: Mesh, placement: Placement, volume: Volume) -> tuple[str, ...]:
+    """Return what is to be told of a mesh's coordinates, if float32 is too coarse for them."""
+    if not may_be_coarse(placement.frame):
         return ()
     from dmc_cli.measures import measure_rounding
 
-    load_kernels(surface.device, [measure_rounding])
-    warning = rounding_warning(measure_rounding.measure_rounding(surface, volume))
+    load_kernels(mesh.device, [measure_rounding])
+    warning = rounding_warning(measure_rounding.measure_rounding(mesh, placement, volume))
     return () if warning is None else (warning,)
 
 

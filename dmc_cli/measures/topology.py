@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.measures.components import count_roots, label_components, label_loops, list_boundary
-from dmc_cli.measures.faces import flat_corners
 from dmc_cli.measures.vertex_fans import VertexFans, inspect_vertices
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.mesh import Mesh
 
 QUAD_VALENCE = 4
 """Mesh edges of a regular vertex, if any face is a quad (Grosso & Zint 2021, section 5.3)."""
@@ -69,22 +69,18 @@ class Topology:
         return self.boundary_edges == 0
 
 
-def measure_topology(device: Device, faces: Any, twins: Any, vertex_count: int) -> Topology:
-    """Measure everything about a mesh that its coordinates do not change.
-
-    Args:
-        device: Where the arrays are.
-        faces: Corners, (F, 4) int32 or (F,) vec4i; a triangle has -1 as its fourth corner.
-        twins: Twin of each halfedge, (4F,) int32, -1 on a boundary and at a triangle's fourth slot.
-        vertex_count: Number of vertices, those that no face uses among them.
-    """
-    corners = flat_corners(faces)
-    face_count = faces.shape[0]
+def measure_topology(mesh: Mesh) -> Topology:
+    """Measure everything about a mesh of triangles and quads that its coordinates do not change."""
+    mesh = connect(mesh)
+    halfedges = mesh.halfedges
+    assert halfedges is not None
+    device, corners, twins = mesh.device, mesh.corners, halfedges.twin
+    vertex_count, face_count = mesh.vertex_count, mesh.face_count
     boundary = list_boundary(device, corners, twins)
     boundary_edges = boundary.shape[0]
     loops = count_roots(label_loops(device, corners, twins, boundary))
     components = count_roots(label_components(device, twins))
-    fans = inspect_vertices(device, corners, twins, vertex_count)
+    fans = inspect_vertices(mesh)
 
     counts = np.bincount(fans.valences)
     unused = int(counts[0]) if counts.shape[0] else 0

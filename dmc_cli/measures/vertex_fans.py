@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.measures.faces import next_halfedge, previous_halfedge
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.halfedges import next_halfedge, next_outgoing_of_any, previous_halfedge
+from dmc_cli.mesh.mesh import Mesh
 
 wp.set_module_options({"enable_backward": False})
 
@@ -62,19 +63,13 @@ def scatter_corners_kernel(
 
 
 @wp.func
-def turn(corners: wp.array[wp.int32], twins: wp.array[wp.int32], h: wp.int32) -> wp.int32:
-    """Return the next halfedge that leaves the same vertex, in the next face of its fan, or -1."""
-    return twins[previous_halfedge(corners, h)]
-
-
-@wp.func
 def count_fan(corners: wp.array[wp.int32], twins: wp.array[wp.int32], start: wp.int32) -> wp.int32:
     """Return the number of faces in the ring or fan that `start` begins."""
     count = int(1)
-    h = turn(corners, twins, start)
+    h = next_outgoing_of_any(corners, twins, start)
     while h >= 0 and h != start:
         count += 1
-        h = turn(corners, twins, h)
+        h = next_outgoing_of_any(corners, twins, h)
     return count
 
 
@@ -110,7 +105,7 @@ def has_distinct_ends(
             if ends[f] == ends[e]:
                 distinct = False
         if e + 1 < count:
-            h = turn(corners, twins, h)
+            h = next_outgoing_of_any(corners, twins, h)
     return distinct
 
 
@@ -153,13 +148,13 @@ def inspect_fan(
                 else:
                     faces += 2
             if f + 1 < count:
-                g = turn(corners, twins, g)
+                g = next_outgoing_of_any(corners, twins, g)
         if is_first:
             valence += 1
             if faces > 2 and end > vertex:
                 nonmanifold += 1
         if e + 1 < count:
-            h = turn(corners, twins, h)
+            h = next_outgoing_of_any(corners, twins, h)
     return wp.vec2i(valence, nonmanifold)
 
 
@@ -217,15 +212,12 @@ class VertexFans:
     corner_count: int
 
 
-def inspect_vertices(device: Device, corners: Any, twins: Any, vertex_count: int) -> VertexFans:
-    """Walk round every vertex.
-
-    Args:
-        device: Where the arrays are.
-        corners: Vertex of each corner, (4F,) int32.
-        twins: Twin of each halfedge, (4F,) int32: an involution between halfedges that run opposite ways.
-        vertex_count: Number of vertices V.
-    """
+def inspect_vertices(mesh: Mesh) -> VertexFans:
+    """Walk round every vertex of a mesh."""
+    halfedges = connect(mesh).halfedges
+    assert halfedges is not None
+    device, vertex_count = mesh.device, mesh.vertex_count
+    corners, twins = mesh.corners, halfedges.twin
     degrees = device.zeros(vertex_count, wp.int32)
     starts = device.zeros(vertex_count, wp.uint32)
     device.launch_in_order(scatter_corners_kernel, corners.shape[0], [corners, twins], [degrees, starts])

@@ -1,10 +1,14 @@
-"""The mesh, whoever made it: connectivity, renumbering, invariants.
+"""The mesh, whoever made it: vertices, faces, how they join, and where the vertices lie.
 
-surface          what contouring returns: a mesh that still knows its field
-halfedges        faces, twins, a halfedge and the valence of each vertex
-working_mesh     a mesh while faces are being removed
-valences         valences that follow from twins
-compaction       renumbering without gaps
+halfedges        how faces join; the walk round a vertex
+mesh             the one type of meshes
+placement        where vertices lie on the surface that they were cut from
+twins            pairs of halfedges, by vertices
+connect          halfedges of any mesh
+defects          quads that simplification leaves alone
+valences         the share of irregular vertices
+working_mesh     a mesh while faces go and come
+compaction       renumbering without what has gone
 near_frame       the frame in which a mesh far from the origin is changed
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure

@@ -6,9 +6,10 @@ import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, pieces
-from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.mesh.halfedges import NO_CORNER
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.near_frame import COARSE
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.settings import ConvertSettings
 
 UNIT_TOLERANCE = 1e-4
@@ -21,8 +22,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def check_mesh(
-    surface: Surface,
-    halfedges: Halfedges,
+    mesh: Mesh,
+    placement: Placement,
     normals: Any | None,
     report: dict[str, Any],
     settings: ConvertSettings,
@@ -33,34 +34,40 @@ def check_mesh(
     """
     by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
     closed_or_split = settings.surface.topology == "manifold" or settings.surface.border == "closed"
+    halfedges = mesh.halfedges
+    assert halfedges is not None
     check_halfedges(
-        surface.quads.numpy(),
+        mesh.faces.numpy(),
         halfedges.twin.numpy(),
         halfedges.vertex_halfedge.numpy(),
         one_fan=closed_or_split,
     )
     if not by_paper:
-        _check_geometry(surface, normals, report, settings)
+        _check_geometry(mesh, placement, normals, report, settings)
 
 
 def _check_geometry(
-    surface: Surface, normals: Any | None, report: dict[str, Any], settings: ConvertSettings
+    mesh: Mesh,
+    placement: Placement,
+    normals: Any | None,
+    report: dict[str, Any],
+    settings: ConvertSettings,
 ) -> None:
-    """Raise unless vertices, quads and normals are sound, on the surface, and manifold if they are to be."""
-    vertices, quads = surface.vertices.numpy(), surface.quads.numpy()
-    local = surface.vertex_local.numpy()
+    """Raise unless vertices, faces and normals are sound, on the surface, and manifold if they are to be."""
+    vertices, faces, local = mesh.positions.numpy(), mesh.faces.numpy(), placement.local.numpy()
     used = np.zeros(len(vertices), bool)
     for rows in pieces(len(vertices)):
         _require("vertex {} is not finite", np.isfinite(vertices[rows]).all(axis=1), rows)
         inside = (local[rows] >= 0) & (local[rows] <= 1)
         _require("vertex {} lies outside its cell", inside.all(axis=1), rows)
-    for rows in pieces(len(quads)):
-        inside = (quads[rows] >= 0) & (quads[rows] < len(vertices))
-        _require("quad {} names a vertex that is not there", inside.all(axis=1), rows)
-        corners = np.sort(quads[rows], axis=1)
-        _require("quad {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1), rows)
-        used[quads[rows]] = True
-    _require("vertex {} is in no quad", used)
+    for rows in pieces(len(faces)):
+        there = (faces[rows] >= 0) & (faces[rows] < len(vertices))
+        there[:, 3] |= faces[rows, 3] == NO_CORNER
+        _require("face {} names a vertex that is not there", there.all(axis=1), rows)
+        corners = np.sort(faces[rows], axis=1)
+        _require("face {} has a vertex twice", (corners[:, 1:] != corners[:, :-1]).all(axis=1), rows)
+        used[corners[corners >= 0]] = True
+    _require("vertex {} is in no face", used)
     directions = np.empty((0, 3)) if normals is None else normals.numpy()
     for rows in pieces(len(directions)):
         length = np.linalg.norm(directions[rows], axis=1)

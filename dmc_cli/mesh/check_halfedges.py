@@ -1,7 +1,7 @@
 """Check every invariant of a halfedge structure in plain NumPy: what is wrong, and where.
 
 Origin, face and next of a halfedge follow from its number, so that next has period four and face and origin
-agree with the quads by construction; what is stored can be wrong: twins and the vertices' halfedges.
+agree with the faces by construction; what is stored can be wrong: twins and the vertices' halfedges.
 """
 
 from collections.abc import Iterator
@@ -13,28 +13,28 @@ from dmc_cli.errors import MeshInvariantError
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-NO_TWIN = -1
+NO_CORNER = NO_TWIN = -1
 
 PIECE = 1 << 17
 """Halfedges or vertices that are looked at together."""
 
 
-def check_halfedges(quads: Array, twin: Array, vertex_halfedge: Array, *, one_fan: bool = True) -> None:
+def check_halfedges(faces: Array, twin: Array, vertex_halfedge: Array, *, one_fan: bool = True) -> None:
     """Raise MeshInvariantError with the first offender unless a halfedge structure is one.
 
     Args:
-        quads: Vertex numbers, (Q, 4).
-        twin: Twin of each halfedge, (4Q,), -1 on a boundary.
+        faces: Vertex numbers, (F, 4), -1 as the fourth of a triangle.
+        twin: Twin of each halfedge, (4F,), -1 on a boundary and at the fourth place of a triangle.
         vertex_halfedge: A halfedge that starts at each vertex, (V,).
-        one_fan: Whether the quads of a vertex must form one ring or one fan.
+        one_fan: Whether the faces of a vertex must form one ring or one fan.
     """
-    origin = quads.ravel()
+    origin = faces.ravel()
     _check_twins(origin, twin)
     _check_starts(origin, twin, vertex_halfedge)
-    fans = count_fans(quads, twin, vertex_halfedge)
+    fans = count_fans(faces, twin, vertex_halfedge)
     if one_fan and (fans != 1).any():
         vertex = int(np.argmax(fans != 1))
-        raise _broken(f"vertex {vertex} has {fans[vertex]} fans of quads; expected one ring or one fan")
+        raise _broken(f"vertex {vertex} has {fans[vertex]} fans of faces; expected one ring or one fan")
 
 
 def pieces(count: int) -> Iterator[slice]:
@@ -75,7 +75,7 @@ def _refuse_deaf(_: Array, twin: Array, halfedges: Array, twins: Array) -> None:
 
 def _refuse_askew(origin: Array, twin: Array, halfedges: Array, twins: Array) -> None:
     """Raise on the first halfedge that does not run opposite to its twin."""
-    heads, ends = origin[next_of(halfedges)], origin[next_of(twins)]
+    heads, ends = origin[next_of(origin, halfedges)], origin[next_of(origin, twins)]
     askew = (origin[halfedges] != ends) | (heads != origin[twins])
     if askew.any():
         n = int(np.argmax(askew))
@@ -90,13 +90,13 @@ def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
     """Raise unless each vertex has a halfedge that starts there, on a boundary one without a twin."""
     count, vertices = len(origin), len(vertex_halfedge)
     if count and origin.max() >= vertices:
-        raise _broken(f"a quad has vertex {origin.max()}; expected 0 to {vertices - 1}")
+        raise _broken(f"a face has vertex {origin.max()}; expected 0 to {vertices - 1}")
     off = (vertex_halfedge < 0) | (vertex_halfedge >= count)
     if off.any():
         vertex = int(np.argmax(off))
         raise _broken(f"vertex {vertex} has halfedge {vertex_halfedge[vertex]}; expected 0 to {count - 1}")
     on_boundary = np.zeros(vertices, bool)
-    on_boundary[origin[twin == NO_TWIN]] = True
+    on_boundary[origin[(twin == NO_TWIN) & (origin != NO_CORNER)]] = True
     for piece in pieces(vertices):
         elsewhere = origin[vertex_halfedge[piece]] != np.arange(piece.start, piece.stop)
         if elsewhere.any():
@@ -113,21 +113,21 @@ def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
             )
 
 
-def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
+def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
     """Return how many rings and fans the halfedges of each vertex form, (V,).
 
     All vertices walk at once, from twin to next: what the first walk from a vertex's own halfedge does not
     visit belongs to a further fan, for which the lowest boundary halfedge left, or any, starts another
     walk.
     """
-    origin = quads.ravel()
-    visited = np.zeros(len(origin), bool)
+    origin = faces.ravel()
+    visited = origin == NO_CORNER
     fans = np.zeros(len(vertex_halfedge), np.int32)
     starts = vertex_halfedge
     while len(starts):
         for piece in pieces(len(starts)):
             fans[origin[starts[piece]]] += 1
-            _walk(starts[piece], twin, visited)
+            _walk(origin, starts[piece], twin, visited)
         left = np.flatnonzero(~visited)
         at_boundary = left[twin[left] == NO_TWIN]
         left = at_boundary if len(at_boundary) else left
@@ -136,12 +136,12 @@ def count_fans(quads: Array, twin: Array, vertex_halfedge: Array) -> Array:
     return fans
 
 
-def _walk(starts: Array, twin: Array, visited: Array) -> None:
+def _walk(origin: Array, starts: Array, twin: Array, visited: Array) -> None:
     """Mark the halfedges met from each start by twin-of-previous, until home or a boundary."""
     visited[starts] = True
     home, here = starts, starts
     while len(here):
-        onward = twin[previous_of(here)]
+        onward = twin[previous_of(origin, here)]
         goes_on = (onward != NO_TWIN) & (onward != home)
         home, here = home[goes_on], onward[goes_on]
         again = visited[here]
@@ -150,14 +150,16 @@ def _walk(starts: Array, twin: Array, visited: Array) -> None:
         visited[here] = True
 
 
-def next_of(h: Array) -> Array:
-    """Return the halfedge after each in its quad."""
-    return (h & ~3) | ((h + 1) & 3)
+def next_of(origin: Array, h: Array) -> Array:
+    """Return the halfedge after each in its face."""
+    following = (h & ~3) | ((h + 1) & 3)
+    return np.where(origin[following] == NO_CORNER, h & ~3, following)
 
 
-def previous_of(h: Array) -> Array:
-    """Return the halfedge before each in its quad."""
-    return (h & ~3) | ((h + 3) & 3)
+def previous_of(origin: Array, h: Array) -> Array:
+    """Return the halfedge before each in its face."""
+    preceding = (h & ~3) | ((h + 3) & 3)
+    return preceding - (origin[preceding] == NO_CORNER)
 
 
 def _broken(found: str) -> MeshInvariantError:

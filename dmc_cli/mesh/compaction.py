@@ -1,19 +1,22 @@
-"""Close the gaps that removed quads and vertices leave: the last ones move into them.
+"""Renumber a mesh without what has gone: by filling the gaps, or in order.
 
-What does not move keeps its number; the gaps, in ascending order, take what stays of the numbers beyond the
-new end, in ascending order. So the work and the memory beside the mesh grow with what was removed, not with
-the mesh.
+Filling: what does not move keeps its number; the gaps, in ascending order, take what stays of the numbers
+beyond the new end, in ascending order. So the work and the memory beside the mesh grow with what was removed,
+not with the mesh. In order: all that stays moves to new arrays, where there are no gaps. Both are the same
+moves, of vertices, of faces and of all values that belong to them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_marks, part
 from dmc_cli.bits.words import VECTOR_FLAGS, low_bits
-from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.mesh import DEFECT, Mesh
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
@@ -24,65 +27,114 @@ wp.set_module_options(
 
 @dataclass(frozen=True)
 class Moves:
-    """Which items go where: `gaps` take `movers` in order; `moved_to` tells, from `end` on, a mover's gap."""
+    """Which items go where: `gaps` take `movers` in order.
+
+    Attributes:
+        end: Where the first of what may move is: the number of items that stay where gaps are filled, 0 where
+            all move.
+        count: Items that stay.
+        gaps: Places, int32 (M,).
+        movers: Items, int32 (M,).
+        moved_to: For each item from `end` on the place that it goes to, int32.
+    """
 
     end: int
+    count: int
     gaps: Any
     movers: Any
     moved_to: Any
 
 
-def compact(mesh: WorkingMesh) -> tuple[Surface, Halfedges, Any | None, Any | None]:
-    """Return the surface, its halfedges, the quads' colours and their colours from the grid, without gaps.
-
-    They are views of the arrays that the mesh was made of.
-    """
-    device, arrays, surface = mesh.device, mesh.arrays, mesh.surface
-    vertices, quads = _plan_moves(device, arrays.vertex_gone), _plan_moves(device, arrays.quad_gone)
-    device.launch(
-        move_vertices_kernel,
-        vertices.gaps.shape[0],
-        [arrays, vertices.gaps, vertices.movers],
-        [],
-        ITEMS_A_CHUNK,
-    )
-    device.launch(
-        move_quads_kernel, quads.gaps.shape[0], [arrays, quads.gaps, quads.movers], [], ITEMS_A_CHUNK
-    )
-    for color in (mesh.color, mesh.color24):
-        if color is not None:
-            device.launch(
-                move_colors_kernel, quads.gaps.shape[0], [quads.gaps, quads.movers], [color], FLAGS_A_CHUNK
-            )
+def fill_gaps(mesh: WorkingMesh) -> tuple[Mesh, Placement]:
+    """Return the mesh without gaps; its arrays are views of those that the working mesh has."""
+    device, arrays = mesh.device, mesh.arrays
+    vertices, faces = _plan_filling(device, arrays.vertex_gone), _plan_filling(device, arrays.face_gone)
+    _move(mesh, mesh, vertices, faces)
     if vertices.gaps.shape[0]:
-        inputs = [arrays, vertices.end, 4 * quads.end, vertices.moved_to]
-        device.launch(rename_vertices_kernel, -(-quads.end // 16), inputs, [])
-    inputs = [arrays, quads.gaps, quads.movers, quads.end, quads.moved_to]
-    device.launch(rename_quads_kernel, quads.gaps.shape[0], inputs, [], ITEMS_A_CHUNK)
-    halfedges = Halfedges(
-        part(device, mesh.quads, 0, quads.end),
-        part(device, arrays.twin, 0, 4 * quads.end),
-        part(device, arrays.vertex_halfedge, 0, vertices.end),
-        part(device, arrays.valence, 0, vertices.end),
-        part(device, arrays.defect, 0, quads.end),
-        None,
-    )
-    simplified = replace(
-        surface,
-        vertices=part(device, arrays.position, 0, vertices.end),
-        vertex_cell=part(device, arrays.cell, 0, vertices.end),
-        vertex_local=part(device, arrays.local, 0, vertices.end),
-        quads=halfedges.quads,
-        quad_starts=None,
-    )
-    colors = [
-        None if color is None else part(device, color, 0, quads.end) for color in (mesh.color, mesh.color24)
-    ]
-    return simplified, halfedges, colors[0], colors[1]
+        inputs = [arrays, vertices.end, 4 * faces.end, vertices.moved_to]
+        device.launch(rename_vertices_kernel, -(-faces.end // 16), inputs, [])
+    inputs = [arrays, faces.gaps, faces.movers, faces.end, faces.moved_to]
+    device.launch(rename_faces_kernel, faces.gaps.shape[0], inputs, [], ITEMS_A_CHUNK)
+    return _shortened(mesh, vertices.count, faces.count).as_mesh()
 
 
-def _plan_moves(device: Device, gone: Any) -> Moves:
-    """Return where items go, given a mark (uint8, not 0) for each that has gone."""
+def pack(mesh: WorkingMesh) -> tuple[WorkingMesh, Any]:
+    """Return a copy without gaps, all in the order that it was in, and the new number of each face, int32."""
+    device = mesh.device
+    vertices, faces = (
+        _plan_packing(device, gone) for gone in (mesh.arrays.vertex_gone, mesh.arrays.face_gone)
+    )
+    packed = _empty_like(mesh, vertices.count, faces.count)
+    _move(mesh, packed, vertices, faces)
+    inputs = [packed.arrays, vertices.moved_to, faces.moved_to]
+    device.launch(rename_packed_faces_kernel, faces.count, inputs, [])
+    device.launch(rename_packed_vertices_kernel, vertices.count, [packed.arrays, faces.moved_to], [])
+    return packed, faces.moved_to
+
+
+def _move(source: WorkingMesh, target: WorkingMesh, vertices: Moves, faces: Moves) -> None:
+    """Move vertices, faces and their values, numbers as they were."""
+    device, arrays = source.device, [source.arrays, target.arrays]
+    for kernel, moves in ((move_vertices_kernel, vertices), (move_faces_kernel, faces)):
+        inputs = [*arrays, moves.gaps, moves.movers]
+        device.launch(kernel, moves.gaps.shape[0], inputs, [], ITEMS_A_CHUNK)
+    for moves, old, new in (
+        (vertices, source.vertex_values, target.vertex_values),
+        (faces, source.face_values, target.face_values),
+    ):
+        for name, values in old.items():
+            inputs = [moves.gaps, moves.movers, as_bytes(values)]
+            device.launch(
+                move_values_kernel, moves.gaps.shape[0], inputs, [as_bytes(new[name])], FLAGS_A_CHUNK
+            )
+
+
+def as_bytes(values: Any) -> Any:
+    """Return values as uint8 (n, bytes of an item): the same memory."""
+    shape = (values.shape[0], wp.types.type_size_in_bytes(values.dtype))
+    return wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=values.device, copy=False)
+
+
+def _shortened(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:
+    """Return a mesh of its first vertices and faces; no array is copied."""
+    device, old = mesh.device, mesh.arrays
+    arrays = MeshArrays()
+    arrays.corners, arrays.twin = (part(device, a, 0, 4 * faces) for a in (old.corners, old.twin))
+    for name in ("vertex_halfedge", "valence", "position", "cell", "local"):
+        setattr(arrays, name, part(device, getattr(old, name), 0, vertices))
+    return replace(
+        mesh,
+        arrays=arrays,
+        vertex_values=_parts(device, mesh.vertex_values, vertices),
+        face_values=_parts(device, mesh.face_values, faces),
+    )
+
+
+def _parts(device: Device, values: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """Return the first items of values by name."""
+    return {name: part(device, found, 0, count) for name, found in values.items()}
+
+
+def _empty_like(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:
+    """Return a mesh with arrays of other lengths, to be written."""
+    device = mesh.device
+    arrays = MeshArrays()
+    arrays.corners, arrays.twin = (device.empty(4 * faces, wp.int32) for _ in range(2))
+    arrays.vertex_halfedge, arrays.valence = (device.empty(vertices, wp.int32) for _ in range(2))
+    arrays.position, arrays.local = (device.empty(vertices, wp.vec3) for _ in range(2))
+    arrays.cell = device.empty(vertices, wp.int64)
+    arrays.face_gone, arrays.vertex_gone = (device.zeros(n, wp.uint8) for n in (faces, vertices))
+    vertex_values, face_values = (
+        {name: device.empty(n, found.dtype) for name, found in values.items()}
+        for n, values in ((vertices, mesh.vertex_values), (faces, mesh.face_values))
+    )
+    if DEFECT in face_values:
+        arrays.defect = face_values[DEFECT]
+    return replace(mesh, arrays=arrays, vertex_values=vertex_values, face_values=face_values)
+
+
+def _plan_filling(device: Device, gone: Any) -> Moves:
+    """Return where items go that fill gaps, given a mark (uint8, not 0) for each that has gone."""
     count = gone.shape[0]
     mask, gone_count = mask_marks(device, gone)
     end = count - gone_count
@@ -92,7 +144,19 @@ def _plan_moves(device: Device, gone: Any) -> Moves:
     moved_to = device.empty(count - end, wp.int32)
     gaps, movers = part(device, listed, 0, half), part(device, listed, half, 2 * half)
     device.launch(tell_moves_kernel, half, [gaps, movers, end], [moved_to], FLAGS_A_CHUNK)
-    return Moves(end, gaps, movers, moved_to)
+    return Moves(end, end, gaps, movers, moved_to)
+
+
+def _plan_packing(device: Device, gone: Any) -> Moves:
+    """Return where all items go that stay, in order."""
+    count = gone.shape[0]
+    mask, gone_count = mask_marks(device, gone)
+    device.launch(find_staying_kernel, mask.shape[0], [count], [mask], 16 * WORDS_A_CHUNK)
+    movers = list_mask(device, mask)
+    gaps = wp.array(np.arange(count - gone_count, dtype=np.int32), dtype=wp.int32, device=device.name)
+    moved_to = device.empty(count, wp.int32)
+    device.launch(tell_moves_kernel, gaps.shape[0], [gaps, movers, 0], [moved_to], FLAGS_A_CHUNK)
+    return Moves(0, count - gone_count, gaps, movers, moved_to)
 
 
 @wp.kernel
@@ -114,6 +178,19 @@ def find_moves_kernel(
 
 
 @wp.kernel
+def find_staying_kernel(
+    # In:
+    first: wp.int32,
+    count: wp.int32,
+    # In/out:
+    mask_inout: wp.array(dtype=wp.uint32),
+):
+    """Turn a mask of what has gone into one of what stays. One thread 32 items."""
+    w = first + wp.tid()
+    mask_inout[w] = ~mask_inout[w] & low_bits(count - 32 * w)
+
+
+@wp.kernel
 def tell_moves_kernel(
     # In:
     first: wp.int32,
@@ -132,7 +209,8 @@ def tell_moves_kernel(
 def move_vertices_kernel(
     # In:
     first: wp.int32,
-    mesh: MeshArrays,  # changed
+    source: MeshArrays,
+    target: MeshArrays,  # changed
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
 ):
@@ -140,43 +218,45 @@ def move_vertices_kernel(
     n = first + wp.tid()
     gap = gaps[n]
     v = movers[n]
-    mesh.position[gap] = mesh.position[v]
-    mesh.cell[gap] = mesh.cell[v]
-    mesh.local[gap] = mesh.local[v]
-    mesh.valence[gap] = mesh.valence[v]
-    mesh.vertex_halfedge[gap] = mesh.vertex_halfedge[v]
+    target.position[gap] = source.position[v]
+    target.cell[gap] = source.cell[v]
+    target.local[gap] = source.local[v]
+    target.valence[gap] = source.valence[v]
+    target.vertex_halfedge[gap] = source.vertex_halfedge[v]
 
 
 @wp.kernel
-def move_quads_kernel(
+def move_faces_kernel(
     # In:
     first: wp.int32,
-    mesh: MeshArrays,  # changed
+    source: MeshArrays,
+    target: MeshArrays,  # changed
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
 ):
-    """Move the quads. One thread a mover."""
+    """Move the faces. One thread a mover."""
     n = first + wp.tid()
     gap = gaps[n]
-    q = movers[n]
+    f = movers[n]
     for c in range(4):
-        mesh.corners[4 * gap + c] = mesh.corners[4 * q + c]
-        mesh.twin[4 * gap + c] = mesh.twin[4 * q + c]
-    mesh.defect[gap] = mesh.defect[q]
+        target.corners[4 * gap + c] = source.corners[4 * f + c]
+        target.twin[4 * gap + c] = source.twin[4 * f + c]
 
 
 @wp.kernel
-def move_colors_kernel(
+def move_values_kernel(
     # In:
     first: wp.int32,
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
-    # In/out:
-    colors_inout: wp.array(dtype=wp.uint8),
+    source: wp.array2d(dtype=wp.uint8),
+    # Out:
+    target_out: wp.array2d(dtype=wp.uint8),
 ):
-    """Move the quads' colours. One thread a mover."""
+    """Move values, byte by byte. One thread a mover."""
     n = first + wp.tid()
-    colors_inout[gaps[n]] = colors_inout[movers[n]]
+    for byte in range(source.shape[1]):
+        target_out[gaps[n], byte] = source[movers[n], byte]
 
 
 @wp.func_native(
@@ -188,7 +268,7 @@ def move_colors_kernel(
     """
 )
 def highest_corner(corners: wp.array(dtype=wp.int32), block: wp.int32) -> wp.int32:
-    """Return the highest vertex of the quads 16 `block` to 16 `block` + 15."""
+    """Return the highest vertex of the faces 16 `block` to 16 `block` + 15."""
     ...
 
 
@@ -201,7 +281,7 @@ def rename_vertices_kernel(
     corner_count: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
 ):
-    """Give the quads their moved vertices' new numbers. One thread 16 quads: most have none."""
+    """Give the faces their moved vertices' new numbers. One thread 16 faces: most have none."""
     block = first + wp.tid()
     if 64 * block + 64 <= corner_count:
         if highest_corner(mesh.corners, block) < end:
@@ -213,7 +293,7 @@ def rename_vertices_kernel(
 
 
 @wp.kernel
-def rename_quads_kernel(
+def rename_faces_kernel(
     # In:
     first: wp.int32,
     mesh: MeshArrays,  # changed
@@ -222,9 +302,9 @@ def rename_quads_kernel(
     end: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
 ):
-    """Tell twins and vertices the moved quads' new numbers. One thread a mover.
+    """Tell twins and vertices the moved faces' new numbers. One thread a mover.
 
-    Two moved quads that are neighbours write the same to each other.
+    Two moved faces that are neighbours write the same to each other.
     """
     n = first + wp.tid()
     for c in range(4):
@@ -236,5 +316,41 @@ def rename_quads_kernel(
         if t >= 0:
             mesh.twin[t] = h
         v = mesh.corners[h]
-        if mesh.vertex_halfedge[v] == 4 * movers[n] + c:
-            mesh.vertex_halfedge[v] = h
+        if v >= 0:
+            if mesh.vertex_halfedge[v] == 4 * movers[n] + c:
+                mesh.vertex_halfedge[v] = h
+
+
+@wp.func
+def new_halfedge(new_faces: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
+    """Return a halfedge's number once its face has its own; an absent one stays so."""
+    return wp.where(h < 0, -1, 4 * new_faces[wp.max(h, 0) >> 2] + (h & 3))
+
+
+@wp.kernel
+def rename_packed_faces_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    new_vertices: wp.array(dtype=wp.int32),
+    new_faces: wp.array(dtype=wp.int32),
+):
+    """Give corners and twins their new numbers. One thread a face."""
+    f = first + wp.tid()
+    for c in range(4):
+        v = mesh.corners[4 * f + c]
+        if v >= 0:
+            mesh.corners[4 * f + c] = new_vertices[v]
+        mesh.twin[4 * f + c] = new_halfedge(new_faces, mesh.twin[4 * f + c])
+
+
+@wp.kernel
+def rename_packed_vertices_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,  # changed
+    new_faces: wp.array(dtype=wp.int32),
+):
+    """Give the vertices' halfedges their new numbers. One thread a vertex."""
+    v = first + wp.tid()
+    mesh.vertex_halfedge[v] = new_halfedge(new_faces, mesh.vertex_halfedge[v])

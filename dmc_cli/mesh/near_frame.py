@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.field.grid import kernel_matrix
-from dmc_cli.field.slices import map_vertices
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement
 
 LEAST_SPACING, LARGEST_SPACING = 1e-6, 1e6
 """Between these the fourth power of a length, times another, is a float32 number."""
@@ -25,28 +24,22 @@ HALF_STEP = 2.0**-24
 """Largest rounding of a float32, as a share of the number."""
 
 
-def in_near_frame(surface: Surface) -> Surface:
-    """Return the surface itself where its positions can be reckoned with, else in a frame of its own."""
-    linear, origin = surface.affine[:3, :3], surface.affine[:3, 3]
+def in_near_frame(mesh: Mesh, placement: Placement) -> tuple[Mesh, Placement]:
+    """Return the mesh itself where its positions can be reckoned with, else in a frame of its own."""
+    linear, origin = placement.frame.affine[:3, :3], placement.frame.affine[:3, 3]
     spacing = np.linalg.norm(linear, axis=0)
     rounding = HALF_STEP * np.abs(np.linalg.inv(linear)) @ np.abs(origin)
     is_handy = LEAST_SPACING <= spacing.min() and spacing.max() <= LARGEST_SPACING
     if is_handy and rounding.max() <= COARSE:
-        return surface
+        return mesh, placement
     near = np.eye(4)
     near[:3, :3] = linear if is_handy else np.ldexp(linear, -int(np.frexp(spacing.min())[1]))
-    return _mapped(surface, near)
+    return in_frame_of(near, mesh, placement)
 
 
-def in_frame_of(affine: np.ndarray[Any, Any], changed: Surface) -> Surface:
-    """Return a changed surface in the frame that it had at first, which `affine` was the map to."""
-    if changed.affine is affine:
-        return changed
-    return _mapped(changed, affine)
-
-
-def _mapped(surface: Surface, affine: np.ndarray[Any, Any]) -> Surface:
-    """Return the surface with another map from its grid to the output space."""
-    place = (surface.vertex_cell, surface.vertex_local, surface.depths)
-    vertices = map_vertices(*place, surface.grid, kernel_matrix(affine), surface.device)
-    return replace(surface, vertices=vertices, affine=affine)
+def in_frame_of(affine: np.ndarray[Any, Any], mesh: Mesh, placement: Placement) -> tuple[Mesh, Placement]:
+    """Return a mesh in the frame that `affine` is the map to."""
+    if placement.frame.affine is affine:
+        return mesh, placement
+    placement = placement.in_frame(affine)
+    return replace(mesh, positions=placement.positions()), placement

@@ -1,10 +1,8 @@
 """Compute the share of irregular vertices: those with other than four mesh edges."""
 
-from typing import Any
-
 import warp as wp
 
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh.mesh import Mesh
 
 wp.set_module_options({"enable_backward": False})
 
@@ -15,14 +13,14 @@ BLOCK = wp.constant(256)
 """Vertices that one thread counts."""
 
 
-def irregular_percent(device: Device, valence: Any) -> float:
-    """Return the share in percent of vertices whose valence, int32 (V,), is not 4; 0 without vertices."""
-    count = valence.shape[0]
-    if not count:
+def irregular_percent(mesh: Mesh) -> float:
+    """Return the share in percent of vertices of a connected mesh whose valence is not 4; 0 without any."""
+    device, count, halfedges = mesh.device, mesh.vertex_count, mesh.halfedges
+    if halfedges is None or not count:
         return 0.0
     blocks = -(-count // int(BLOCK))
     counts = device.empty(blocks, wp.int64)
-    device.launch(count_irregular_kernel, blocks, [valence], [counts])
+    device.launch(count_irregular_kernel, blocks, [halfedges.valence], [counts])
     return 100.0 * device.starts(counts)[1] / count
 
 

@@ -1,17 +1,19 @@
-"""A mesh while quads are being removed: numbers stay, what has gone is marked.
+"""A mesh while faces are removed and added: numbers stay, what is not there is marked.
 
-Every pass of the simplification changes the arrays in place and keeps twins, valences and the vertices'
-halfedges true; `mesh/compaction.py` renumbers once at the end. That is the papers' rebuild after each pass,
-with the work confined to where quads went.
+Stages change the arrays in place and keep twins, valences and the vertices' halfedges true;
+`compaction.py` renumbers at the end. That is the papers' rebuild after each pass, with the work confined to
+where faces went.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import Halfedges, flat_quads, previous_halfedge
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.halfedges import NO_CORNER, Halfedges
+from dmc_cli.mesh.mesh import DEFECT, Mesh, rows_of_four
+from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False})
@@ -19,15 +21,16 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class MeshArrays:
-    """The kernels' view of a mesh; corners and twin (4Q,), defect and quad_gone (Q,), the others (V,).
+    """The kernels' view of a mesh; corners and twin (4F,), defect and face_gone (F,), the others (V,).
 
-    Functions take the arrays that they need, never the whole: it is copied with every call.
+    What a stage has no use for may be empty: `defect`, and the marks of what has gone. Functions take the
+    arrays that they need, never the whole: it is copied with every call.
     """
 
     corners: wp.array(dtype=wp.int32)
     twin: wp.array(dtype=wp.int32)
     defect: wp.array(dtype=wp.uint8)
-    quad_gone: wp.array(dtype=wp.uint8)
+    face_gone: wp.array(dtype=wp.uint8)
     vertex_halfedge: wp.array(dtype=wp.int32)
     valence: wp.array(dtype=wp.int32)
     vertex_gone: wp.array(dtype=wp.uint8)
@@ -38,57 +41,112 @@ class MeshArrays:
 
 @dataclass(frozen=True)
 class WorkingMesh:
-    """The arrays and where they came from.
+    """The arrays, and what belongs to them.
 
     Attributes:
-        arrays: The kernels' `MeshArrays`, those of surface and halfedges themselves.
-        quads: `arrays.corners` as int32 vec4 (Q,).
-        quad_count: Quads at the beginning.
-        surface: For its field, grid and affine.
-        color: Colours 0 to 4 a quad, uint8 (Q,), proper at the beginning; None if they are not wanted.
-        color24: The grid's colours, uint8 (Q,), or None.
+        arrays: The kernels' `MeshArrays`.
+        frame: The surface that the vertices lie on.
+        vertex_values: As of a `Mesh`.
+        face_values: Likewise.
+        device: Where the arrays are.
+        has_triangles: Whether faces may have three corners.
         seams: Lists of the halfedges that got new twins, int32, -1 for none; each pass adds its own. Those
             where no colours clash may be left out.
-        device: Where the arrays are.
     """
 
     arrays: Any
-    quads: Any
-    quad_count: int
-    surface: Surface
-    color: Any | None
-    color24: Any | None
-    seams: list[Any]
+    frame: SurfaceFrame
+    vertex_values: Mapping[str, Any]
+    face_values: Mapping[str, Any]
     device: Device
+    has_triangles: bool = False
+    seams: list[Any] = field(default_factory=list)
+
+    @property
+    def face_count(self) -> int:
+        """Count the places for faces."""
+        return int(self.arrays.face_gone.shape[0])
+
+    @property
+    def vertex_count(self) -> int:
+        """Count the places for vertices."""
+        return int(self.arrays.vertex_gone.shape[0])
+
+    def as_mesh(self) -> tuple[Mesh, Placement]:
+        """Return a mesh without gaps as what it is; the arrays are the same."""
+        arrays = self.arrays
+        halfedges = Halfedges(arrays.twin, arrays.vertex_halfedge, arrays.valence)
+        faces = rows_of_four(arrays.corners)
+        triangles = int((faces.numpy()[:, 3] == NO_CORNER).sum()) if self.has_triangles else 0
+        mesh = Mesh(
+            arrays.position,
+            faces,
+            self.device,
+            triangle_count=triangles,
+            halfedges=halfedges,
+            vertex_values=self.vertex_values,
+            face_values=self.face_values,
+        )
+        return mesh, Placement(arrays.cell, arrays.local, self.frame)
 
 
-def working_mesh(
-    surface: Surface, halfedges: Halfedges, color: Any | None = None, color24: Any | None = None
-) -> WorkingMesh:
-    """Take over the arrays of a surface and its halfedges: both are of no use afterwards."""
-    device = surface.device
+def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
+    """Return the kernels' view of a connected mesh; nothing of it is marked as gone."""
+    halfedges = mesh.halfedges
+    assert halfedges is not None
     arrays = MeshArrays()
-    arrays.corners, arrays.twin = flat_quads(halfedges.quads), halfedges.twin
-    arrays.defect, arrays.valence = halfedges.defect, halfedges.valence
-    arrays.vertex_halfedge = halfedges.vertex_halfedge
-    arrays.position, arrays.cell = surface.vertices, surface.vertex_cell
-    arrays.local = surface.vertex_local
-    quad_count = surface.quads.shape[0]
-    arrays.quad_gone = device.zeros(quad_count, wp.uint8)
-    arrays.vertex_gone = device.zeros(surface.vertices.shape[0], wp.uint8)
-    return WorkingMesh(arrays, halfedges.quads, quad_count, surface, color, color24, [], device)
+    arrays.corners, arrays.twin, arrays.valence = mesh.corners, halfedges.twin, halfedges.valence
+    arrays.vertex_halfedge, arrays.position = halfedges.vertex_halfedge, mesh.positions
+    if placement is not None:
+        arrays.cell, arrays.local = placement.cell, placement.local
+    if DEFECT in mesh.face_values:
+        arrays.defect = mesh.face_values[DEFECT]
+    return arrays
 
 
-@wp.func
-def opposite_halfedge(h: wp.int32) -> wp.int32:
-    """Return the halfedge on the other side of the quad."""
-    return (h & ~3) | ((h + 2) & 3)
+def working_mesh(mesh: Mesh, placement: Placement) -> WorkingMesh:
+    """Take over the arrays of a connected mesh and its placement: both are of no use afterwards."""
+    arrays = mesh_arrays(mesh, placement)
+    arrays.face_gone = mesh.device.zeros(mesh.face_count, wp.uint8)
+    arrays.vertex_gone = mesh.device.zeros(mesh.vertex_count, wp.uint8)
+    return WorkingMesh(
+        arrays,
+        placement.frame,
+        mesh.vertex_values,
+        mesh.face_values,
+        mesh.device,
+        has_triangles=mesh.triangle_count > 0,
+    )
 
 
-@wp.func
-def next_outgoing(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
-    """Return the next outgoing halfedge of a vertex, twin of previous; -1 at the end of a fan."""
-    return twin[previous_halfedge(h)]
+def with_room(mesh: WorkingMesh, spare: int) -> WorkingMesh:
+    """Return a copy with `spare` more places for vertices and for faces, which are marked as gone."""
+    device, old = mesh.device, mesh.arrays
+    arrays = MeshArrays()
+    arrays.corners, arrays.twin = (_longer(a, 4 * spare, device) for a in (old.corners, old.twin))
+    arrays.vertex_halfedge = _longer(old.vertex_halfedge, spare, device)
+    arrays.valence, arrays.position = (_longer(a, spare, device) for a in (old.valence, old.position))
+    arrays.cell, arrays.local = (_longer(a, spare, device) for a in (old.cell, old.local))
+    arrays.face_gone = _longer(old.face_gone, spare, device, 1)
+    arrays.vertex_gone = _longer(old.vertex_gone, spare, device, 1)
+    face_values, vertex_values = (
+        {name: _longer(values, spare, device) for name, values in found.items()}
+        for found in (mesh.face_values, mesh.vertex_values)
+    )
+    if DEFECT in face_values:
+        arrays.defect = face_values[DEFECT]
+    return replace(mesh, arrays=arrays, face_values=face_values, vertex_values=vertex_values)
+
+
+def _longer(array: Any, more: int, device: Device, value: int = 0) -> Any:
+    """Return a copy of an array with more items at its end."""
+    count = array.shape[0]
+    longer = device.empty(count + more, array.dtype)
+    if count:
+        wp.copy(longer, array, count=count)
+    if more:
+        longer[count:].fill_(value)
+    return longer
 
 
 @wp.func

@@ -6,33 +6,29 @@ remeshing/        irregular vertices removed by local operations
 quad_square       how far a quad is from a square
 tangent_step      a vertex's step along the surface
 surface_distance  how far points are from the surface
+color_repair      different colours for quads that have become neighbours
 distance_guard    points of the mesh before that the new one must not leave behind
 """
 
 from types import ModuleType
 
 
-def kernel_modules(
-    *, simplify: bool = False, colors: bool = False, relax: bool = False, remesh: bool = False
-) -> list[ModuleType]:
+def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool = False) -> list[ModuleType]:
     """Return the modules whose kernels the stages need, for loading them ahead of time."""
-    from dmc_cli.bits import selection
-    from dmc_cli.contouring.dual_marching_cubes import coloring
-    from dmc_cli.contouring.dual_marching_cubes.halfedges import grid_twins, quad_ranks, vertex_rings
-
-    modules = [quad_ranks, grid_twins, vertex_rings]
-    if colors or simplify:
-        modules += [coloring, selection]
+    modules: list[ModuleType] = []
     if simplify:
+        from dmc_cli.bits import selection
         from dmc_cli.mesh import compaction, valences
+        from dmc_cli.processing import color_repair
         from dmc_cli.processing.patterns import masks, removal_3x3y, simplify_3x3y, simplify_3333
 
-        modules += [masks, simplify_3x3y, removal_3x3y, simplify_3333, compaction, valences]
+        modules += [selection, color_repair, masks, simplify_3x3y, removal_3x3y, simplify_3333]
+        modules += [compaction, valences]
     if remesh:
         from dmc_cli.processing import distance_guard
-        from dmc_cli.processing.remeshing import blocks, mend, mesh, sweep
+        from dmc_cli.processing.remeshing import blocks, inheritance, mend, sweep
 
-        modules += [distance_guard, mesh, blocks, sweep, mend]
+        modules += [distance_guard, blocks, sweep, mend, inheritance]
     if relax or remesh:
         from dmc_cli.processing.relaxation import relax as relaxation
         from dmc_cli.processing.relaxation import relax_checks

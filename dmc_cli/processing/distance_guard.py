@@ -13,9 +13,8 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.projection import index_position
-from dmc_cli.mesh.halfedges import previous_halfedge
+from dmc_cli.field.grid import Grid, GridShape, index_position
+from dmc_cli.mesh.halfedges import next_outgoing
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -52,7 +51,7 @@ def track_vertices(
 
 
 def with_nearer_quads(tracked: TrackedPoints, grid: GridShape, mesh: Any, device: Device) -> TrackedPoints:
-    """Return the tracked points of a mesh without gaps, assigned to the nearest quads at hand."""
+    """Return the tracked points assigned to the nearest quads at hand; `mesh` is a `MeshArrays`."""
     nearest_quad = device.empty(tracked.count, wp.int32)
     inputs = [
         grid.struct(),
@@ -65,6 +64,13 @@ def with_nearer_quads(tracked: TrackedPoints, grid: GridShape, mesh: Any, device
     ]
     device.launch(assign_nearest_kernel, tracked.count, inputs, [nearest_quad])
     return replace(tracked, nearest_quad=nearest_quad)
+
+
+def renumbered(nearest_quad: Any, new_faces: Any, device: Device) -> Any:
+    """Return the new numbers of quads, int32 (G,); `new_faces` tells that of each quad there was."""
+    found = device.empty(nearest_quad.shape[0], wp.int32)
+    device.launch(renumber_kernel, nearest_quad.shape[0], [nearest_quad, new_faces], [found])
+    return found
 
 
 def list_points(tracked: TrackedPoints, quads: int, device: Device) -> tuple[Any, Any]:
@@ -179,8 +185,22 @@ def assign_nearest_kernel(
                     if distance < least:
                         least = distance
                         best = t >> 2
-                    t = twin[previous_halfedge(t)]
+                    t = next_outgoing(twin, t)
     nearest_out[g] = best
+
+
+@wp.kernel
+def renumber_kernel(
+    # In:
+    first: wp.int32,
+    nearest_quad: wp.array(dtype=wp.int32),
+    new_faces: wp.array(dtype=wp.int32),
+    # Out:
+    nearest_out: wp.array(dtype=wp.int32),
+):
+    """Find the new numbers of the points' quads. One thread a point."""
+    g = first + wp.tid()
+    nearest_out[g] = new_faces[nearest_quad[g]]
 
 
 @wp.kernel

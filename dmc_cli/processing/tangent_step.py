@@ -10,11 +10,11 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, kernel_matrix, world_coordinate
-from dmc_cli.field.projection import GridPoint, cell_node, index_position, node_cell, project_point
-from dmc_cli.field.slices import depth_of, slice_distance
+from dmc_cli.field.grid import Grid, cell_node, index_position, kernel_matrix, node_cell
+from dmc_cli.field.projection import GridPoint, project_point
+from dmc_cli.field.slices import slice_distance
 from dmc_cli.field.trilinear import single_precision, trilinear_gradient
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.placement import SurfaceFrame
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -39,30 +39,16 @@ class SurfaceContext:
     normal_to_output: wp.mat33
 
 
-def make_context(surface: Surface) -> Any:
-    """Return the kernels' view of the surface's origin."""
+def make_context(frame: SurfaceFrame) -> Any:
+    """Return the kernels' view of a frame."""
     context = SurfaceContext()
-    inverse = np.linalg.inv(surface.affine[:3, :3])
-    context.field, context.grid = surface.field, surface.grid.struct()
-    context.depths = surface.depths
-    context.to_output = kernel_matrix(surface.affine)
+    inverse = np.linalg.inv(frame.affine[:3, :3])
+    context.field, context.grid = frame.field, frame.grid.struct()
+    context.depths = frame.depths
+    context.to_output = kernel_matrix(frame.affine)
     context.to_grid = wp.mat33(*inverse.ravel())
     context.normal_to_output = wp.mat33(*inverse.T.ravel())
     return context
-
-
-@wp.func
-def output_position(context: SurfaceContext, cell: wp.vec3i, local: wp.vec3) -> wp.vec3:
-    """Return the position of a point of a cell in the output space."""
-    m = context.to_output
-    x = wp.float64(cell[0]) + wp.float64(local[0])
-    y = wp.float64(cell[1]) + wp.float64(local[1])
-    z = depth_of(context.depths, cell[2], wp.float64(local[2]))
-    return wp.vec3(
-        world_coordinate(m[0, 0], m[0, 1], m[0, 2], m[0, 3], x, y, z),
-        world_coordinate(m[1, 0], m[1, 1], m[1, 2], m[1, 3], x, y, z),
-        world_coordinate(m[2, 0], m[2, 1], m[2, 2], m[2, 3], x, y, z),
-    )
 
 
 @wp.func

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from dmc_cli.contouring.surface import SurfaceCounts
 from dmc_cli.measures.plain_values import plain
-from dmc_cli.mesh.surface import SurfaceCounts
 from dmc_cli.printable import json_text
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume.volume import Volume

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.measures.faces import flat_corners
 from dmc_cli.measures.quality import choose_diagonals, measure_quality
 from dmc_cli.measures.topology import QUAD_VALENCE, TRIANGLE_VALENCE
 from dmc_cli.measures.vertex_fans import inspect_vertices
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
-from dmc_cli.runtime.device import Device
 from dmc_cli.volume_io.synthetic import FIELDS
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -34,20 +33,16 @@ class SyntheticMesh:
 
     Attributes:
         data: The field and its nodes.
-        points: Positions on [-1, 1]^3 on the device, (V,) vec3f.
+        mesh: Its positions on [-1, 1]^3, quads and halfedges.
         cells: Linear number of each vertex's cell, (V,) int64, on the host.
         locals: Place of each vertex in its cell, (V, 3) float32, on the host.
-        quads: Corners on the device, (Q, 4) int32 or (Q,) vec4i.
-        twins: Twin of each halfedge on the device, (4Q,) int32.
         unused_vertices: Polygons whose vertex no quad uses; 0 after simplification.
     """
 
     data: DataSet
-    points: Any
+    mesh: Mesh
     cells: Array
     locals: Array
-    quads: Any
-    twins: Any
     unused_vertices: int
 
 
@@ -64,23 +59,18 @@ class Row:
         return None if self.found is None else self.found - self.value.printed
 
 
-def measure_synthetic(device: Device, mesh: SyntheticMesh) -> dict[str, float]:
-    """Return every quantity of tables 3 and 6 to 9 that a mesh by itself tells.
-
-    Args:
-        device: Where the mesh is.
-        mesh: The mesh, which has vertices.
-    """
-    vertex_count = mesh.points.shape[0]
-    valences = inspect_vertices(device, flat_corners(mesh.quads), mesh.twins, vertex_count).valences
-    quality = measure_quality(device, mesh.points, mesh.quads)
-    triangle_valences = valences + _diagonal_ends(device, mesh, vertex_count)
+def measure_synthetic(mesh: SyntheticMesh) -> dict[str, float]:
+    """Return every quantity of tables 3 and 6 to 9 that a mesh, which has vertices, by itself tells."""
+    vertex_count = mesh.mesh.vertex_count
+    valences = inspect_vertices(mesh.mesh).valences
+    quality = measure_quality(mesh.mesh)
+    triangle_valences = valences + _diagonal_ends(mesh.mesh)
     deviation = mean_field_value(mesh)
     irregular = int(np.count_nonzero(valences != QUAD_VALENCE)) + mesh.unused_vertices
     irregular_triangle = int(np.count_nonzero(triangle_valences != TRIANGLE_VALENCE))
     return {
         "vertices": vertex_count + mesh.unused_vertices,
-        "quads": mesh.quads.shape[0],
+        "quads": mesh.mesh.face_count,
         "mean_deviation": deviation,
         "mean_deviation_1e4": 1e4 * deviation,
         "shape": quality.shape_mean or 0.0,
@@ -161,11 +151,10 @@ def _columns(data: str, mesh: str, quantity: str, paper: str, found: str, differ
     return f"  {data:<14} {mesh:<15} {quantity:<27} {paper:>10} {found:>12} {difference:>11}"
 
 
-def _diagonal_ends(device: Device, mesh: SyntheticMesh, vertex_count: int) -> Array:
+def _diagonal_ends(mesh: Mesh) -> Array:
     """Return how many diagonals of the MaxMin-angle split end at each vertex."""
-    quads = flat_corners(mesh.quads).numpy().reshape(-1, 4)
-    diagonals = choose_diagonals(device, mesh.points, mesh.quads).numpy() == 1
+    quads, diagonals = mesh.faces.numpy(), choose_diagonals(mesh).numpy() == 1
     ends = np.concatenate(
         [np.where(diagonals, quads[:, 1], quads[:, 0]), np.where(diagonals, quads[:, 3], quads[:, 2])]
     )
-    return np.bincount(ends, minlength=vertex_count)
+    return np.bincount(ends, minlength=mesh.vertex_count)

@@ -6,21 +6,28 @@ left where they are. Times are those of one run with the kernels loaded and warm
 
 import time
 from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from dmc_cli.contouring import DeviceVolume, Surface, extract_surface, upload_volume
+from dmc_cli.contouring import (
+    DeviceVolume,
+    Surface,
+    color_faces,
+    connect_faces,
+    extract_surface,
+    mesh_kernel_modules,
+    upload_volume,
+)
 from dmc_cli.contouring import kernel_modules as surface_kernels
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
 from dmc_cli.measures import kernel_modules as report_kernels
-from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.processing import kernel_modules as mesh_kernels
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement
+from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.reproduction.paper_tables import DMC, DMCS, PAPER_VALUES, DataSet, MeshKind
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
 from dmc_cli.runtime.device import Device, load_kernels, select_device
-from dmc_cli.settings import MeshSettings, Placement, ReadSettings, ReproduceSettings, SurfaceSettings
+from dmc_cli.settings import MeshSettings, PlacementRule, ReadSettings, ReproduceSettings, SurfaceSettings
 from dmc_cli.volume_io.synthetic import synthetic_volume
 
 WARM_UP = DataSet(field="genus_two", nodes=32)
@@ -50,7 +57,7 @@ def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -
 def measure_data_sets(
     device: Device,
     data_sets: Iterable[DataSet],
-    placement: Placement = "sampled",
+    placement: PlacementRule = "sampled",
     progress: Progress = SILENT,
 ) -> dict[tuple[str, MeshKind], dict[str, float]]:
     """Return what was found on each data set, by its name and the kind of mesh, then by quantity.
@@ -63,7 +70,8 @@ def measure_data_sets(
     """
     modules = [
         *surface_kernels(normals_too=False, placement=placement),
-        *mesh_kernels(simplify=True, colors=True),
+        *mesh_kernel_modules(colors=True),
+        *processing_kernels(simplify=True),
         *report_kernels(),
     ]
     load_kernels(device, modules, progress)
@@ -76,24 +84,25 @@ def measure_data_sets(
 
 
 def _measure_data_set(
-    device: Device, data: DataSet, placement: Placement
+    device: Device, data: DataSet, placement: PlacementRule
 ) -> dict[tuple[str, MeshKind], dict[str, float]]:
     """Return what was found on the mesh of a data set, as it is and simplified."""
     uploaded = upload_volume(synthetic_volume(f"synth:{data.field}:{data.nodes}", ReadSettings()), device)
     surface, surface_ms = _timed(lambda: _extract(uploaded, placement))
-    halfedges, halfedges_ms = _timed(lambda: build_halfedges(surface))
-    colors, coloring_ms = _timed(lambda: _color(surface, halfedges))
+    unused, crossed = surface.counts.unused_vertices, surface.counts.crossed_edges
+    surface, halfedges_ms = _timed(lambda: connect_faces(surface))
+    surface, coloring_ms = _timed(lambda: color_faces(surface))
     plain = {
-        **measure_synthetic(device, _mesh(data, surface, halfedges, surface.counts.unused_vertices)),
-        "crossed_edges": surface.counts.crossed_edges,
+        **measure_synthetic(_synthetic(data, surface.mesh, surface.placement, unused)),
+        "crossed_edges": crossed,
         "surface_ms": surface_ms,
         "halfedges_ms": halfedges_ms,
         "coloring_ms": coloring_ms,
     }
     # takes over the arrays of the surface
-    result, simplify_ms = _timed(lambda: simplify(surface, halfedges, PAPER_RULES, *colors))
+    result, simplify_ms = _timed(lambda: simplify(surface.mesh, surface.placement, PAPER_RULES))
     simplified = {
-        **measure_synthetic(device, _mesh(data, result.surface, result.halfedges, 0)),
+        **measure_synthetic(_synthetic(data, result.mesh, result.placement, 0)),
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
         "simplify_ms": simplify_ms,
@@ -111,25 +120,17 @@ def _timed(stage: Callable[[], Result]) -> tuple[Result, float]:
     return result, 1e3 * (time.perf_counter() - start)
 
 
-def _extract(volume: DeviceVolume, placement: Placement) -> Surface:
+def _extract(volume: DeviceVolume, placement: PlacementRule) -> Surface:
     """Return the surface as the papers cut it, open and with the asymptotic decider."""
     return extract_surface(volume, SurfaceSettings(isovalue=0.0, topology="asymptotic", placement=placement))
 
 
-def _color(surface: Surface, halfedges: Halfedges) -> tuple[Any, Any]:
-    """Return the quads' five colours, and those of the grid."""
-    color24 = color_quads(surface, halfedges.words)
-    return reduce_colors(surface, halfedges.words, halfedges.twin, color24), color24
-
-
-def _mesh(data: DataSet, surface: Surface, halfedges: Halfedges, unused_vertices: int) -> SyntheticMesh:
+def _synthetic(data: DataSet, mesh: Mesh, placement: Placement, unused_vertices: int) -> SyntheticMesh:
     """Return a mesh for the measures."""
     return SyntheticMesh(
         data=data,
-        points=surface.vertices,
-        cells=surface.vertex_cell.numpy(),
-        locals=surface.vertex_local.numpy(),
-        quads=surface.quads,
-        twins=halfedges.twin,
+        mesh=mesh,
+        cells=placement.cell.numpy(),
+        locals=placement.local.numpy(),
         unused_vertices=unused_vertices,
     )

@@ -27,7 +27,7 @@ def ball(n=24, space="RAS", slope=1.0):
 def mesh_of(volume, isovalue, border="open", space=None, inside="above"):
     settings = SurfaceSettings(isovalue=isovalue, border=border, inside=inside)
     surface = extract_surface(upload_volume(volume, DEVICE), settings)
-    points, faces = surface.vertices.numpy().astype(float), surface.quads.numpy()
+    points, faces = surface.mesh.positions.numpy().astype(float), surface.mesh.faces.numpy()
     return MeshFile(points=points, faces=faces, space=space or volume.space)
 
 

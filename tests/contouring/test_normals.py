@@ -26,7 +26,7 @@ def find_normals(device):
     def run(volume, isovalue=0.0, **settings):
         chosen = SurfaceSettings(isovalue=isovalue, **settings)
         surface = extract_on(device, volume, chosen)
-        return surface, compute_normals(surface, chosen).numpy()
+        return surface, compute_normals(surface.placement, chosen).numpy()
 
     return run
 
@@ -35,7 +35,7 @@ def assert_normals_agree(find_normals, volume, isovalue=0.0, **settings):
     chosen = SurfaceSettings(isovalue=isovalue, **settings)
     surface, normals = find_normals(volume, isovalue, **settings)
     grid = cut_grid(volume, chosen)
-    cells, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy()
+    cells, local = surface.placement.cell.numpy(), surface.placement.local.numpy()
     expected = vertex_normals(grid, cells, local, volume.affine, chosen)
     assert len(normals) > 0
     np.testing.assert_allclose(normals, expected, rtol=0, atol=2e-4)
@@ -74,7 +74,7 @@ def test_values_of_any_size_have_the_same_normals(find_normals, exponent, make, 
     values = make().values.astype(float)
     plain, expected = find_normals(volume_of(values), border=border)
     scaled, normals = find_normals(volume_of(np.ldexp(values, exponent)), border=border)
-    still = np.abs(scaled.vertex_local.numpy() - plain.vertex_local.numpy()).max(axis=1) < 1e-4
+    still = np.abs(scaled.placement.local.numpy() - plain.placement.local.numpy()).max(axis=1) < 1e-4
     assert still.mean() > 0.99
     np.testing.assert_allclose(normals[still], expected[still], rtol=0, atol=1e-3)
 
@@ -84,7 +84,7 @@ def test_values_of_any_size_have_the_same_normals(find_normals, exponent, make, 
 def test_normals_of_a_sphere_of_any_size_of_values_point_outwards(find_normals, dtype, exponent):
     values = np.ldexp(sphere(nodes=24).values.astype(float), exponent).astype(dtype)
     surface, normals = find_normals(volume_of(values))
-    radial = surface.vertices.numpy() - 11.5
+    radial = surface.mesh.positions.numpy() - 11.5
     radial /= np.linalg.norm(radial, axis=1, keepdims=True)
     assert np.sum(normals * radial, axis=1).min() > 0.99
 
@@ -122,7 +122,7 @@ def test_where_the_gradient_vanishes_the_normal_is_along_z(find_normals):
     thin = np.zeros((3, 5, 5), np.float32)
     thin[:, :, 2] = 1.0  # central differences along x are 0 in the middle of the sheet
     surface, normals = find_normals(volume_of(thin), 1.0)
-    middle = surface.vertex_local.numpy()[:, 0] % 1.0 == 0.0
+    middle = surface.placement.local.numpy()[:, 0] % 1.0 == 0.0
     assert middle.all()
     np.testing.assert_array_equal(normals, np.broadcast_to([0, 0, 1], normals.shape))
 
@@ -134,7 +134,7 @@ def test_normals_of_a_plane_are_exact_up_to_the_border(find_normals):
 
 def test_normals_of_a_sphere_point_outwards(find_normals):
     surface, normals = find_normals(sphere(nodes=32))
-    radial = surface.vertices.numpy() - 15.5
+    radial = surface.mesh.positions.numpy() - 15.5
     radial /= np.linalg.norm(radial, axis=1, keepdims=True)
     assert np.sum(normals * radial, axis=1).min() > 0.999
 
@@ -146,6 +146,6 @@ def test_normals_have_unit_length(find_normals):
 
 def test_normals_agree_with_the_sides_of_the_quads(find_normals):
     surface, normals = find_normals(sphere(nodes=32), border="closed")
-    quads, p = surface.quads.numpy(), surface.vertices.numpy().astype(np.float64)
+    quads, p = surface.mesh.faces.numpy(), surface.mesh.positions.numpy().astype(np.float64)
     across = np.cross(p[quads[:, 2]] - p[quads[:, 0]], p[quads[:, 3]] - p[quads[:, 1]])
     assert (np.sum(across * normals[quads].mean(axis=1), axis=1) > 0).all()

@@ -1,5 +1,7 @@
 """Unevenly spaced slices: vertices lie where the slices say, normals and distances follow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -39,7 +41,7 @@ def test_a_ball_in_uneven_slices_is_round(border, shear):
     surface = extract_surface(
         upload_volume(volume, select_device("cpu")), SurfaceSettings(isovalue=0.0, border=border)
     )
-    radii = np.linalg.norm(surface.vertices.numpy(), axis=1)
+    radii = np.linalg.norm(surface.mesh.positions.numpy(), axis=1)
     assert np.abs(radii - RADIUS).max() < 0.1
 
 
@@ -47,9 +49,9 @@ def test_normals_in_uneven_slices_point_outwards():
     volume = sphere(UNEVEN, 0.4)
     settings = SurfaceSettings(isovalue=0.0)
     surface = extract_surface(upload_volume(volume, select_device("cpu")), settings)
-    vertices = surface.vertices.numpy()
+    vertices = surface.mesh.positions.numpy()
     outwards = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    cosines = (compute_normals(surface, settings).numpy() * outwards).sum(axis=1)
+    cosines = (compute_normals(surface.placement, settings).numpy() * outwards).sum(axis=1)
     assert cosines.min() > np.cos(np.deg2rad(6))
 
 
@@ -60,8 +62,10 @@ def test_even_positions_change_nothing():
     device = select_device("cpu")
     settings = SurfaceSettings(isovalue=0.0, border="closed")
     found = [extract_surface(upload_volume(volume, device), settings) for volume in (table, plain)]
-    np.testing.assert_allclose(found[0].vertices.numpy(), found[1].vertices.numpy(), rtol=0, atol=1e-5)
-    np.testing.assert_array_equal(found[0].quads.numpy(), found[1].quads.numpy())
+    np.testing.assert_allclose(
+        found[0].mesh.positions.numpy(), found[1].mesh.positions.numpy(), rtol=0, atol=1e-5
+    )
+    np.testing.assert_array_equal(found[0].mesh.faces.numpy(), found[1].mesh.faces.numpy())
 
 
 def test_grid_coordinates_leave_the_positions_aside():
@@ -70,10 +74,10 @@ def test_grid_coordinates_leave_the_positions_aside():
     surface = extract_surface(
         upload_volume(volume, device), SurfaceSettings(isovalue=0.0), np.eye(4), even_slices=True
     )
-    cells = surface.vertex_cell.numpy()
+    cells = surface.placement.cell.numpy()
     nx, ny, _ = volume.shape
-    k = cells // (nx * ny) + surface.vertex_local.numpy()[:, 2].astype(float)
-    np.testing.assert_allclose(surface.vertices.numpy()[:, 2], k, rtol=0, atol=1e-5)
+    k = cells // (nx * ny) + surface.placement.local.numpy()[:, 2].astype(float)
+    np.testing.assert_allclose(surface.mesh.positions.numpy()[:, 2], k, rtol=0, atol=1e-5)
 
 
 def test_distances_in_millimetres_use_the_local_slice_distance():
@@ -81,12 +85,10 @@ def test_distances_in_millimetres_use_the_local_slice_distance():
     device = select_device("cpu")
     uploaded = upload_volume(volume, device)
     surface = extract_surface(uploaded, SurfaceSettings(isovalue=0.0))
-    moved = surface.vertex_local.numpy()
+    moved = surface.placement.local.numpy()
     moved[:, 2] = np.clip(moved[:, 2] + 0.01, 0, 1)
     local = wp.array(moved, dtype=wp.vec3, device="cpu")
-    found = measure_deviation(
-        device, volume, volume.value_range(), surface.field, surface.grid, surface.vertex_cell, local
-    )
+    found = measure_deviation(replace(surface.placement, local=local), volume, volume.value_range())
     # the field is a distance, so its values are millimetres too, but for the chords between nodes
     assert found.mean_mm == pytest.approx(found.mean, rel=0.1)
 
@@ -108,19 +110,19 @@ def tilted_plane(border):
 
 def test_a_plane_across_uneven_slices_is_plane():
     surface, settings, normal, distance = tilted_plane("open")
-    positions = surface.vertices.numpy()
+    positions = surface.mesh.positions.numpy()
     assert len(positions) > 80
     np.testing.assert_allclose(positions @ normal, distance, atol=1e-5)
-    normals = compute_normals(surface, settings).numpy()
+    normals = compute_normals(surface.placement, settings).numpy()
     np.testing.assert_allclose(normals, np.broadcast_to(normal, normals.shape), atol=1e-5)
 
 
 def test_the_cap_beyond_uneven_slices_is_half_the_last_distance_away():
     surface, _, normal, distance = tilted_plane("closed")
-    positions = surface.vertices.numpy()
+    positions = surface.mesh.positions.numpy()
     on_plane = np.abs(positions @ normal - distance) < 1e-5
     depth = (positions[:, 2] - 2.0) / 1.2
-    slices = surface.depths.numpy()
+    slices = surface.placement.frame.depths.numpy()
     ends = 0.5 * (slices[0] + slices[1]), 0.5 * (slices[-2] + slices[-1])
     assert on_plane.sum() > 50
     assert depth.min() >= ends[0] - 1.0 - 1e-5

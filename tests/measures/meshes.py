@@ -4,24 +4,15 @@ import math
 from collections import defaultdict
 
 import numpy as np
-import warp as wp
 
 from dmc_cli.measures.topology import measure_topology
-from dmc_cli.measures.twins import pair_halfedges
 from dmc_cli.runtime.device import Device
+from tests.mesh.meshes import on_device
 
 
 def topology_of(shape, device="cpu", twins=None, threads=2):
     """Measure a shape of `shapes`, its twins paired by vertices unless given."""
-    points, faces = shape
-    twins = pair_halfedges(faces) if twins is None else twins
-    on_device = Device(device, threads)
-    return measure_topology(
-        on_device,
-        wp.array(faces, dtype=wp.int32, device=device),
-        wp.array(twins, dtype=wp.int32, device=device),
-        len(points),
-    )
+    return measure_topology(on_device(shape, Device(device, threads), twins))
 
 
 def face_rings(faces):

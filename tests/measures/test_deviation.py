@@ -8,8 +8,10 @@ from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
 from dmc_cli.field.field import make_field, upload_volume
-from dmc_cli.field.grid import grid_of
+from dmc_cli.field.grid import grid_affine, grid_of
+from dmc_cli.field.slices import slice_depths
 from dmc_cli.measures.deviation import measure_deviation
+from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
@@ -28,15 +30,15 @@ def deviation_of(volume, isovalue, indices, local, device="cpu", border="open", 
     grid = grid_of(volume.shape, 1 if border == "closed" else 0)
     i, j, k = np.asarray(indices).reshape(-1, 3).T
     cells = (i + grid.nx * (j + grid.ny * k)).astype(np.int64)
-    return measure_deviation(
-        on_device,
-        volume,
-        volume.value_range(),
-        make_field(uploaded, settings),
-        grid,
+    depths = slice_depths(volume, grid, on_device)
+    affine = grid_affine(volume.affine, grid)
+    frame = SurfaceFrame(make_field(uploaded, settings), grid, affine, depths, 1.0, on_device)
+    placement = Placement(
         wp.array(cells, dtype=wp.int64, device=device),
         wp.array(np.asarray(local).reshape(-1, 3), dtype=wp.vec3f, device=device),
+        frame,
     )
+    return measure_deviation(placement, volume, volume.value_range())
 
 
 def random_case(seed, count=700, shape=(5, 6, 7)):

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-import warp as wp
 
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.runtime.device import Device
 from tests import shapes
+from tests.mesh.meshes import on_device
 
 
 @pytest.mark.parametrize("scale", [2.0**-60, 1.0, 2.0**60])
@@ -15,11 +15,7 @@ def test_the_volume_of_a_house_does_not_depend_on_where_it_stands(device, offset
     points, faces = shapes.house()
     expected = 1 + 0.5 / 3
     moved = (scale * (np.asarray(points, float) + offset)).astype(np.float32)
-    found = measure_quality(
-        Device(device, 2),
-        wp.array(moved, dtype=wp.vec3f, device=device),
-        wp.array(np.asarray(faces, np.int32), device=device),
-    )
+    found = measure_quality(on_device((moved, faces), Device(device, 2)))
     assert found.signed_volume == pytest.approx(scale**3 * expected, rel=1e-13)
     assert found.shape_mean == pytest.approx(1.0, abs=1e-12)
     assert found.bounds[0] == (scale * offset,) * 3

@@ -6,8 +6,10 @@ import warp as wp
 
 import tests.measures.meshes as plain
 from dmc_cli.measures import components, quality
+from dmc_cli.mesh.twins import pair_halfedges
 from dmc_cli.runtime.device import Device
 from tests import shapes
+from tests.mesh.meshes import on_device
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +24,7 @@ def sieve():
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_patch_with_many_holes_agrees_with_plain_counting(sieve, threads):
     points, quads = sieve
-    twins = plain.pair_halfedges(quads)
+    twins = pair_halfedges(quads)
     assert twins.size > 2 * int(components.BLOCK)
     found = plain.topology_of(sieve, twins=twins, threads=threads)
     links = [(h // 4, twin // 4) for h, twin in enumerate(twins.tolist()) if twin >= 0]
@@ -43,7 +45,7 @@ def test_a_patch_with_many_holes_agrees_with_plain_counting(sieve, threads):
 
 @pytest.mark.parametrize("labels", [components.label_components, None])
 def test_a_class_is_labelled_by_its_least_member(sieve, labels):
-    twins = plain.pair_halfedges(sieve[1])
+    twins = pair_halfedges(sieve[1])
     device, arrays = Device("cpu", 2), [wp.array(a, dtype=wp.int32) for a in (sieve[1].ravel(), twins)]
     if labels is not None:
         parents = labels(device, arrays[1]).numpy()
@@ -67,11 +69,11 @@ def test_a_class_is_labelled_by_its_least_member(sieve, labels):
 @pytest.mark.parametrize("count", [1, 255, 256, 257, 600])
 def test_bounds_are_those_of_all_points_wherever_the_extremes_are(count):
     rng = np.random.default_rng(count)
-    faces = wp.array(np.zeros((1, 4)), dtype=wp.int32)
+    faces = np.zeros((1, 4))
     for place in {0, count // 2, max(count - 2, 0), count - 1}:
         points = rng.uniform(-1, 1, (count, 3)).astype(np.float32)
         points[place] = (7, -8, 9) if place % 2 else (-7, 8, -9)
-        found = quality.measure_quality(Device("cpu", 2), wp.array(points, dtype=wp.vec3f), faces).bounds
+        found = measured((points, faces)).bounds
         assert np.array_equal(found, [points.min(axis=0), points.max(axis=0)])
 
 
@@ -94,8 +96,7 @@ def test_the_worst_quad_counts_wherever_it_is(place):
 
 
 def measured(shape):
-    points, faces = (wp.array(a, dtype=t) for a, t in zip(shape, (wp.vec3f, wp.int32), strict=True))
-    return quality.measure_quality(Device("cpu", 2), points, faces)
+    return quality.measure_quality(on_device(shape, Device("cpu", 2)))
 
 
 @pytest.mark.parametrize("shape", [0.0, 0.049, 0.051, 0.4999, 0.5001, 0.949, 0.951, 1.0])

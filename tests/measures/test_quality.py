@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 import trimesh
-import warp as wp
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -14,15 +13,11 @@ from dmc_cli.measures.quality import choose_diagonals, measure_quality
 from dmc_cli.runtime.device import Device
 from tests import shapes
 from tests.measures.meshes import corner_angles, face_rings
+from tests.mesh.meshes import on_device
 
 
 def quality_of(shape, device="cpu", threads=2):
-    points, faces = shape
-    return measure_quality(
-        Device(device, threads),
-        wp.array(points, dtype=wp.vec3f, device=device),
-        wp.array(faces, dtype=wp.int32, device=device),
-    )
+    return measure_quality(on_device(shape, Device(device, threads)))
 
 
 def one_quad(*corners):
@@ -64,13 +59,7 @@ def test_a_rhombus_is_split_along_its_short_diagonal(measure):
 
 
 def diagonals_of(shape):
-    points, quads = shape
-    found = choose_diagonals(
-        Device("cpu"),
-        wp.array(points, dtype=wp.vec3f, device="cpu"),
-        wp.array(quads, dtype=wp.int32, device="cpu"),
-    )
-    return found.numpy()
+    return choose_diagonals(on_device(shape, Device("cpu"))).numpy()
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.1, 6.2, 7))

@@ -37,17 +37,17 @@ def surface_of(volume, device="cpu", border="open", space="native"):
 
 def exact_way(surface, v):
     """From where a vertex is to where it is written, in exact numbers."""
-    grid, cell = surface.grid, int(surface.vertex_cell.numpy()[v])
+    grid, cell = surface.placement.frame.grid, int(surface.placement.cell.numpy()[v])
     node = cell % grid.nx, cell // grid.nx % grid.ny, cell // (grid.nx * grid.ny)
-    local = surface.vertex_local.numpy()[v].tolist()
+    local = surface.placement.local.numpy()[v].tolist()
     x, y, z = (n + Fraction(u) for n, u in zip(node, local, strict=True))
-    depths = surface.depths.numpy().tolist()
+    depths = surface.placement.frame.depths.numpy().tolist()
     if depths:
         low, high = depths[node[2]], depths[node[2] + 1]
         z = Fraction(low) + Fraction(local[2]) * (Fraction(high) - Fraction(low))
-    rows = [[Fraction(a) for a in row] for row in surface.affine[:3].tolist()]
+    rows = [[Fraction(a) for a in row] for row in surface.placement.frame.affine[:3].tolist()]
     exact = [a * x + b * y + c * z + d for a, b, c, d in rows]
-    written = map(Fraction, surface.vertices.numpy()[v].tolist())
+    written = map(Fraction, surface.mesh.positions.numpy()[v].tolist())
     return np.array([float(p - q) for p, q in zip(written, exact, strict=True)])
 
 
@@ -56,9 +56,9 @@ def exact_way(surface, v):
 def test_the_rounding_is_the_largest_of_all_vertices(device, origin, border):
     volume = far_volume(origin, OBLIQUE)
     surface = surface_of(volume, device, border)
-    ways = np.array([exact_way(surface, v) for v in range(surface.vertices.shape[0])])
+    ways = np.array([exact_way(surface, v) for v in range(surface.mesh.vertex_count)])
     cells = ways @ np.linalg.inv(OBLIQUE).T
-    found = measure_rounding(surface, volume)
+    found = measure_rounding(surface.mesh, surface.placement, volume)
     assert found.mm == pytest.approx(np.linalg.norm(ways, axis=1).max(), rel=1e-6)
     assert found.relative == pytest.approx(np.abs(cells).max(), rel=1e-6)
 
@@ -67,26 +67,29 @@ def test_between_uneven_slices_the_share_is_that_of_their_distance(device):
     positions = np.cumsum([0, *np.random.default_rng(2).uniform(0.01, 4, 11)])
     volume = far_volume((0, 0, 1e6), slice_positions=positions)
     surface = surface_of(volume, device)
-    ways = np.array([exact_way(surface, v) for v in range(surface.vertices.shape[0])])
-    layers = surface.vertex_cell.numpy() // 144
-    ways[:, 2] /= np.diff(surface.depths.numpy())[layers]
-    assert measure_rounding(surface, volume).relative == pytest.approx(np.abs(ways).max(), rel=1e-6)
+    ways = np.array([exact_way(surface, v) for v in range(surface.mesh.vertex_count)])
+    layers = surface.placement.cell.numpy() // 144
+    ways[:, 2] /= np.diff(surface.placement.frame.depths.numpy())[layers]
+    assert measure_rounding(surface.mesh, surface.placement, volume).relative == pytest.approx(
+        np.abs(ways).max(), rel=1e-6
+    )
 
 
 def test_millimetres_are_told_of_grid_coordinates_too():
     volume = far_volume((1e8, 0, 0), 7.0 * np.eye(3))
     native, voxel = surface_of(volume), surface_of(volume, space="voxel")
-    found = measure_rounding(voxel, volume)
+    found = measure_rounding(voxel.mesh, voxel.placement, volume)
     assert found.mm == pytest.approx(
         7.0 * max(np.linalg.norm(exact_way(voxel, v)) for v in range(300)), rel=0.5
     )
-    assert found.relative < 1e-6 < COARSE < measure_rounding(native, volume).relative
-    assert (may_be_coarse(native), may_be_coarse(voxel)) == (True, False)
+    assert found.relative < 1e-6 < COARSE < measure_rounding(native.mesh, native.placement, volume).relative
+    assert (may_be_coarse(native.placement.frame), may_be_coarse(voxel.placement.frame)) == (True, False)
 
 
 def test_without_vertices_there_is_no_rounding():
     volume = volume_of(np.zeros((3, 3, 3), np.float32))
-    assert measure_rounding(surface_of(replace(volume, values=volume.values - 1)), volume) is None
+    nothing = surface_of(replace(volume, values=volume.values - 1))
+    assert measure_rounding(nothing.mesh, nothing.placement, volume) is None
 
 
 @pytest.mark.parametrize(
@@ -103,23 +106,24 @@ def test_without_vertices_there_is_no_rounding():
 )
 def test_whether_rounding_may_count_is_seen_by_the_grid(origin, linear, coarse):
     volume = far_volume((0, origin, 0), linear * np.eye(3))
-    assert may_be_coarse(surface_of(volume)) == coarse
-    assert coarse or measure_rounding(surface_of(volume), volume).relative <= COARSE
+    surface = surface_of(volume)
+    assert may_be_coarse(surface.placement.frame) == coarse
+    assert coarse or measure_rounding(surface.mesh, surface.placement, volume).relative <= COARSE
 
 
 def test_coordinates_beyond_float32_are_refused():
     with pytest.raises(VolumeError, match=r"reaches as far as 1e\+39 mm.*--space voxel"):
         surface_of(far_volume((0, 1e39, 0)))
-    assert np.isfinite(surface_of(far_volume((0, 1e39, 0)), space="voxel").vertices.numpy()).all()
+    assert np.isfinite(surface_of(far_volume((0, 1e39, 0)), space="voxel").mesh.positions.numpy()).all()
     nearly = far_volume((3.22e38, 0, 0), 1.6e36 * np.eye(3))
-    assert np.isfinite(surface_of(nearly).vertices.numpy()).all()
+    assert np.isfinite(surface_of(nearly).mesh.positions.numpy()).all()
 
 
 def test_uneven_slices_that_reach_beyond_float32_are_refused():
     volume = far_volume((0, 0, 3e38), slice_positions=np.arange(12.0) * 2e37)
     with pytest.raises(VolumeError, match=r"reaches as far as 5.2e\+38 mm"):
         surface_of(volume)
-    assert np.isfinite(surface_of(volume, space="voxel").vertices.numpy()).all()
+    assert np.isfinite(surface_of(volume, space="voxel").mesh.positions.numpy()).all()
 
 
 def test_the_rounding_of_a_file_is_half_a_step_of_its_largest_coordinates():

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tests.measures.meshes as plain
+from dmc_cli.mesh.twins import pair_halfedges
 from tests import shapes
 
 
@@ -69,7 +70,7 @@ def test_cubes_that_share_an_edge_have_one_crowded_edge(measure):
 
 def test_right_twins_keep_cubes_apart_that_share_an_edge(device):
     apart = shapes.joined(shapes.cube(), shapes.moved(shapes.cube(), (1, 1, 0)))
-    twins = plain.pair_halfedges(apart[1])
+    twins = pair_halfedges(apart[1])
     found = plain.topology_of(shapes.welded(*apart), device, twins)
     assert (found.components, found.non_manifold_edges, found.non_manifold_vertices) == (2, 1, 2)
 
@@ -169,7 +170,7 @@ def cut_open(twins, share, seed=0):
 def test_an_edge_that_is_cut_open_is_one_edge_of_two_boundaries(device):
     """The fan of each of its ends begins and ends at the same vertex."""
     points, quads = shapes.cube()
-    twins = np.array(plain.pair_halfedges(quads))
+    twins = np.array(pair_halfedges(quads))
     twins[[0, twins[0]]] = -1
     found = plain.topology_of((points, quads), device, twins)
     assert found.valence_histogram == {3: 8}
@@ -191,7 +192,7 @@ def soups(draw):
 @given(soups(), st.sampled_from([1, 3]), st.sampled_from([0.0, 0.2, 0.6]), st.integers(0, 99))
 def test_random_soups_agree_with_plain_counting(soup, threads, share, seed):
     vertex_count, faces = soup
-    twins = cut_open(plain.pair_halfedges(faces), share, seed)
+    twins = cut_open(pair_halfedges(faces), share, seed)
     found = plain.topology_of((np.zeros((vertex_count, 3)), faces), twins=twins, threads=threads)
     valences = plain.plain_valences(faces, vertex_count)
     values, counts = np.unique(valences[valences > 0], return_counts=True)

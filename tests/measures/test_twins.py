@@ -6,7 +6,7 @@ import warp as wp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmc_cli.measures.twins import LONGEST_LIST, find_twins, pair_halfedges
+from dmc_cli.mesh.twins import LONGEST_LIST, find_twins, pair_halfedges
 from dmc_cli.runtime.device import Device
 from tests import shapes
 from tests.measures.meshes import face_edges
@@ -61,7 +61,7 @@ def test_twins_are_an_involution_and_none_is_missed(rows):
 
 
 def twins_on(device, faces, vertex_count, threads=3):
-    corners = wp.array(faces, dtype=wp.int32, device=device)
+    corners = wp.array(faces, dtype=wp.vec4i, device=device)
     return find_twins(Device(device, threads), corners, vertex_count).numpy()
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.measures.twins import pair_halfedges
+from dmc_cli.mesh.twins import pair_halfedges
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
 from dmc_cli.runtime.device import Device
 from tests.oracle.edges import vertex_pairs
@@ -23,22 +23,13 @@ def working(shape, device="cpu"):
     mesh.corners = _on(device, quads.ravel(), wp.int32)
     mesh.twin = _on(device, twin, wp.int32)
     mesh.defect = _on(device, defect, wp.uint8)
-    mesh.quad_gone = _on(device, np.zeros(len(quads)), wp.uint8)
+    mesh.face_gone = _on(device, np.zeros(len(quads)), wp.uint8)
     mesh.vertex_halfedge = _on(device, start, wp.int32)
     mesh.valence = _on(device, valences(quads, twin, len(points)), wp.int32)
     mesh.vertex_gone = _on(device, np.zeros(len(points)), wp.uint8)
     mesh.position = wp.array(points.astype(np.float32), dtype=wp.vec3, device=device)
     on_device = Device(device, 2)
-    return WorkingMesh(
-        mesh,
-        _on(device, quads, wp.vec4i),
-        len(quads),
-        surface=None,
-        color=None,
-        color24=None,
-        seams=[],
-        device=on_device,
-    )
+    return WorkingMesh(mesh, None, {}, {}, on_device)
 
 
 def _on(device, values, dtype):

@@ -1,15 +1,18 @@
 """A mesh through the stages, and as plain arrays for the oracle."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import warp as wp
 
-from dmc_cli.contouring import Surface
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
-from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.contouring import Surface, color_faces, connect_faces
+from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.processing.patterns.simplify import Simplified, simplify
+from dmc_cli.processing.relaxation.relax import relax
+from dmc_cli.runtime.device import Device
 from dmc_cli.settings import MeshSettings
 from tests.oracle.simplify import (
     ColoredMesh,
@@ -23,36 +26,54 @@ from tests.oracle.simplify import (
 )
 
 
-@dataclass(frozen=True)
-class ColoredSurface:
-    """A surface with halfedges and colours."""
-
-    surface: Surface
-    halfedges: Halfedges
-    color: Any
-    color24: Any
-
-    def for_oracle(self) -> ColoredMesh:
-        """Copies of the arrays, positions in double precision."""
-        return ColoredMesh(
-            self.surface.vertices.numpy().astype(np.float64),
-            self.surface.quads.numpy().astype(np.int64),
-            self.halfedges.twin.numpy().astype(np.int64),
-            self.color.numpy().copy(),
-        )
-
-    def simplified(self, **settings: Any) -> Simplified:
-        """The result of simplification; the arrays are of no use afterwards."""
-        chosen = MeshSettings(**{"simplify": "all", **settings})
-        return simplify(self.surface, self.halfedges, chosen, self.color, self.color24)
+def on_device(shape, device: Device, twin: Any = None) -> Mesh:
+    """A shape of `shapes` as a mesh, its twins those given, else not yet found."""
+    points, faces = shape
+    mesh = Mesh(
+        wp.array(np.asarray(points, np.float32), dtype=wp.vec3f, device=device.name),
+        wp.array(np.asarray(faces, np.int32), dtype=wp.vec4i, device=device.name),
+        device,
+        triangle_count=int((np.asarray(faces)[:, 3] < 0).sum()) if len(faces) else 0,
+    )
+    if twin is None:
+        return mesh
+    halfedges = connect(mesh).halfedges
+    given = wp.array(np.asarray(twin, np.int32), dtype=wp.int32, device=device.name)
+    return replace(mesh, halfedges=replace(halfedges, twin=given))
 
 
-def colored(surface: Surface) -> ColoredSurface:
+def for_oracle(surface: Surface) -> ColoredMesh:
+    """Copies of the arrays of a coloured surface, positions in double precision."""
+    mesh = surface.mesh
+    return ColoredMesh(
+        mesh.positions.numpy().astype(np.float64),
+        mesh.faces.numpy().astype(np.int64),
+        mesh.halfedges.twin.numpy().astype(np.int64),
+        mesh.face_values["color"].numpy().copy(),
+    )
+
+
+def simplified(surface: Surface, **settings: Any) -> Simplified:
+    """The result of simplification; the surface's arrays are of no use afterwards."""
+    return simplify(surface.mesh, surface.placement, MeshSettings(**{"simplify": "all", **settings}))
+
+
+def colored(surface: Surface) -> Surface:
     """A surface with its halfedges and colours."""
-    halfedges = build_halfedges(surface)
-    color24 = color_quads(surface, halfedges.words)
-    color = reduce_colors(surface, halfedges.words, halfedges.twin, color24)
-    return ColoredSurface(surface, halfedges, color, color24)
+    return color_faces(connect_faces(surface))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A mesh and where its vertices lie, as surfaces and results have both."""
+
+    mesh: Mesh
+    placement: Placement
+
+
+def relaxed(surface: Any, steps: int, **settings: Any) -> Placed:
+    """What relaxation makes of a surface or a result."""
+    return Placed(*relax(surface.mesh, surface.placement, steps, **settings))
 
 
 def vertex_pair_uses(quads: np.ndarray) -> np.ndarray:

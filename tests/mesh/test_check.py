@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.contouring import compute_normals
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import compute_normals, connect_faces
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check import DEVIATION_TOLERANCE, UNIT_TOLERANCE, check_mesh
+from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import one_cell, sphere
@@ -22,18 +23,33 @@ class Finished:
 
     def __init__(self, volume, **surface):
         chosen = SurfaceSettings(isovalue=0.0, **surface)
-        self.surface = extract_on("cpu", volume, chosen)
-        self.halfedges = build_halfedges(self.surface)
+        surface = connect_faces(extract_on("cpu", volume, chosen))
+        self.mesh, self.placement = surface.mesh, surface.placement
         self.normals = None
         self.report = {"deviation": {"max_relative": 0.0}, "topology": dict(SOUND)}
         self.settings = ConvertSettings(input="a", surface=chosen, output=OutputSettings(path="a.ply"))
 
     def check(self):
-        check_mesh(self.surface, self.halfedges, self.normals, self.report, self.settings)
+        check_mesh(self.mesh, self.placement, self.normals, self.report, self.settings)
 
     def refused(self, message):
         with pytest.raises(MeshInvariantError, match=f"{message}.*; please report this"):
             self.check()
+
+    def cut(self, quads, vertices, twin, vertex_halfedge):
+        """Take other quads, of as many of the vertices."""
+        found = [wp.array(np.asarray(a, np.int32), dtype=wp.int32) for a in (twin, vertex_halfedge)]
+        self.mesh = replace(
+            self.mesh,
+            faces=wp.array(quads, dtype=wp.vec4i),
+            positions=wp.array(self.mesh.positions.numpy()[:vertices], dtype=wp.vec3),
+            halfedges=Halfedges(*found, None),
+        )
+        self.placement = replace(
+            self.placement,
+            local=wp.array(self.placement.local.numpy()[:vertices], dtype=wp.vec3),
+            cell=wp.array(self.placement.cell.numpy()[:vertices], dtype=wp.int64),
+        )
 
     def with_mesh(self, **settings):
         self.settings = replace(self.settings, mesh=MeshSettings(**settings))
@@ -47,26 +63,26 @@ def ball():
 
 def test_a_good_mesh_is_accepted(ball):
     ball.check()
-    ball.normals = wp.array(np.tile([0.0, 0.6, 0.8], (ball.surface.vertices.shape[0], 1)), dtype=wp.vec3)
+    ball.normals = wp.array(np.tile([0.0, 0.6, 0.8], (ball.mesh.vertex_count, 1)), dtype=wp.vec3)
     ball.check()
 
 
 def test_the_programs_own_normals_are_accepted(ball):
-    ball.normals = compute_normals(ball.surface, ball.settings.surface)
+    ball.normals = compute_normals(ball.placement, ball.settings.surface)
     ball.check()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("axis", range(3))
 def test_a_vertex_that_is_not_finite_is_named(ball, bad, axis):
-    ball.surface.vertices.numpy()[5, axis] = bad
+    ball.mesh.positions.numpy()[5, axis] = bad
     ball.refused("vertex 5 is not finite")
 
 
 @pytest.mark.parametrize(("bad", "is_good"), [(-0.001, False), (1.001, False), (0.0, True), (1.0, True)])
 @pytest.mark.parametrize("axis", range(3))
 def test_a_vertex_outside_its_cell_is_named(ball, bad, is_good, axis):
-    ball.surface.vertex_local.numpy()[7, axis] = bad
+    ball.placement.local.numpy()[7, axis] = bad
     if is_good:
         ball.check()
     else:
@@ -75,52 +91,33 @@ def test_a_vertex_outside_its_cell_is_named(ball, bad, is_good, axis):
 
 def test_a_quad_with_a_vertex_twice_is_named(ball):
     """The halfedges of such a quad are wrong as well, but looked at first."""
-    quads = ball.surface.quads.numpy()
+    quads = ball.mesh.faces.numpy()
     quads[3, 2] = quads[3, 0]
-    ball.refused("halfedge|quad 3 has a vertex twice")
+    ball.refused("halfedge|face 3 has a vertex twice")
 
 
 def test_a_folded_quad_is_named():
     """Two quads back to back on three vertices: the halfedges are those of a mesh, the quads are none."""
     ball = Finished(sphere(8))
     quads, vertices = np.array([[0, 1, 0, 2], [0, 2, 0, 1]], dtype=np.int32), 3
-    ball.surface = cut(ball.surface, quads, vertices)
-    ball.halfedges = replace(
-        ball.halfedges,
-        twin=wp.array(np.array([7, 6, 5, 4, 3, 2, 1, 0], dtype=np.int32), dtype=wp.int32),
-        vertex_halfedge=wp.array(np.array([0, 1, 3], dtype=np.int32), dtype=wp.int32),
-    )
+    ball.cut(quads, vertices, [7, 6, 5, 4, 3, 2, 1, 0], [0, 1, 3])
     ball.settings = replace(
         ball.settings, surface=SurfaceSettings(isovalue=0.0, topology="asymptotic", border="open")
     )
-    ball.refused("quad 0 has a vertex twice")
-
-
-def cut(surface, quads, vertices):
-    """Return the surface of other quads, of as many of its vertices."""
-    return replace(
-        surface,
-        quads=wp.array(quads, dtype=wp.vec4i),
-        vertices=wp.array(surface.vertices.numpy()[:vertices], dtype=wp.vec3),
-        vertex_local=wp.array(surface.vertex_local.numpy()[:vertices], dtype=wp.vec3),
-        vertex_cell=wp.array(surface.vertex_cell.numpy()[:vertices], dtype=wp.int64),
-    )
+    ball.refused("face 0 has a vertex twice")
 
 
 def test_a_vertex_without_quads_is_named(ball):
     """Its halfedge has to start somewhere else, so the halfedges have one vertex less here."""
-    last = ball.surface.vertices.shape[0]
-    ball.surface = replace(
-        ball.surface,
-        vertices=wp.array(np.zeros((last + 1, 3)), dtype=wp.vec3),
-    )
-    ball.refused(f"vertex {last} is in no quad")
+    last = ball.mesh.vertex_count
+    ball.mesh = replace(ball.mesh, positions=wp.array(np.zeros((last + 1, 3)), dtype=wp.vec3))
+    ball.refused(f"vertex {last} is in no face")
 
 
 def test_a_quad_with_a_vertex_that_is_not_there_is_named(ball):
-    quads, last = ball.surface.quads.numpy(), ball.surface.vertices.shape[0] - 1
-    ball.surface = replace(ball.surface, vertices=wp.array(np.zeros((last, 3)), dtype=wp.vec3))
-    ball.refused(f"quad {np.flatnonzero((quads == last).any(axis=1))[0]} names a vertex that is not there")
+    quads, last = ball.mesh.faces.numpy(), ball.mesh.vertex_count - 1
+    ball.mesh = replace(ball.mesh, positions=wp.array(np.zeros((last, 3)), dtype=wp.vec3))
+    ball.refused(f"face {np.flatnonzero((quads == last).any(axis=1))[0]} names a vertex that is not there")
 
 
 @pytest.mark.parametrize(
@@ -129,7 +126,7 @@ def test_a_quad_with_a_vertex_that_is_not_there_is_named(ball):
 )
 def test_a_normal_of_another_length_is_named(ball, length, is_good):
     assert UNIT_TOLERANCE == 1e-4
-    normals = np.tile([0.0, 0.0, 1.0], (ball.surface.vertices.shape[0], 1))
+    normals = np.tile([0.0, 0.0, 1.0], (ball.mesh.vertex_count, 1))
     normals[9] *= length
     ball.normals = wp.array(normals, dtype=wp.vec3)
     if is_good:
@@ -189,12 +186,12 @@ def test_a_manifold_that_is_none_is_told_of(ball, key):
 
 def test_of_the_papers_bare_rules_only_halfedges_are_checked(ball):
     ball.with_mesh(simplify="all", simplify_rules="paper")
-    ball.surface.vertices.numpy()[0] = np.nan
+    ball.mesh.positions.numpy()[0] = np.nan
     ball.check()
-    ball.halfedges.twin.numpy()[0] = 0
+    ball.mesh.halfedges.twin.numpy()[0] = 0
     ball.refused("halfedge 0 is its own twin")
     ball.with_mesh(simplify="none", simplify_rules="paper")
-    ball.halfedges = build_halfedges(ball.surface)
+    ball.mesh = connect(replace(ball.mesh, halfedges=None))
     ball.refused("vertex 0 is not finite")
 
 
@@ -205,12 +202,7 @@ def test_of_the_papers_bare_rules_only_halfedges_are_checked(ball):
 def test_two_fans_at_a_vertex_are_only_where_they_may_be(topology, border, is_refused):
     ball = Finished(sphere(8))
     quads = np.array([[0, 1, 2, 3], [0, 4, 5, 6]], dtype=np.int32)
-    ball.surface = cut(ball.surface, quads, 7)
-    ball.halfedges = replace(
-        ball.halfedges,
-        twin=wp.array(np.full(8, -1, np.int32), dtype=wp.int32),
-        vertex_halfedge=wp.array(np.array([0, 1, 2, 3, 5, 6, 7], dtype=np.int32), dtype=wp.int32),
-    )
+    ball.cut(quads, 7, np.full(8, -1), [0, 1, 2, 3, 5, 6, 7])
     ball.settings = replace(
         ball.settings, surface=SurfaceSettings(isovalue=0.0, topology=topology, border=border)
     )

@@ -31,7 +31,7 @@ def changed(tmp_path):
             threads=2,
         )
         mesh = convert(settings).mesh
-        return (mesh.vertices.astype(float) - origin) / spacing, mesh.quads, mesh.normals
+        return (mesh.points.astype(float) - origin) / spacing, mesh.faces, mesh.normals
 
     return run
 
@@ -73,22 +73,23 @@ def test_only_what_float32_cannot_reckon_with_gets_a_frame_of_its_own(spacing, o
     affine[:3, 3] = origin
     volume = volume_of(smooth_noise(10).values, affine=affine)
     surface = extract_on("cpu", volume, SurfaceSettings(isovalue=0.0))
-    near = in_near_frame(surface)
-    assert (near is surface) == is_near
-    back = in_frame_of(surface.affine, near)
-    assert (back is surface) == is_near
-    assert back.vertices.numpy().tobytes() == surface.vertices.numpy().tobytes()
+    mesh, placement = in_near_frame(surface.mesh, surface.placement)
+    assert (mesh is surface.mesh) == (placement is surface.placement) == is_near
+    near = placement.frame.affine
+    back, _ = in_frame_of(surface.placement.frame.affine, mesh, placement)
+    assert (back is surface.mesh) == is_near
+    assert back.positions.numpy().tobytes() == surface.mesh.positions.numpy().tobytes()
     if not is_near:
-        assert np.abs(near.affine[:3, 3]).max() == 0
-        ratio = np.diag(near.affine)[:3] / spacing
+        assert np.abs(near[:3, 3]).max() == 0
+        ratio = np.diag(near)[:3] / spacing
         assert ratio.min() == ratio.max() == 2.0 ** np.round(np.log2(ratio[0]))
 
 
 def test_a_vertex_that_leaves_its_cell_on_the_way_is_refused(changed, monkeypatch):
-    def spoil(surface, *_):
-        local = surface.vertex_local.numpy().copy()
+    def spoil(mesh, placement, *_):
+        local = placement.local.numpy().copy()
         local[7] = 0.5, 1.25, 0.0
-        return replace(surface, vertex_local=wp.array(local, dtype=wp.vec3, device="cpu"))
+        return mesh, replace(placement, local=wp.array(local, dtype=wp.vec3, device="cpu"))
 
     monkeypatch.setattr("dmc_cli.processing.relaxation.relax.relax", spoil)
     with pytest.raises(MeshInvariantError, match=r"vertex 7 lies at \(0.5, 1.25, 0\) of its cell, one of 1 "):

@@ -31,6 +31,10 @@ def placed(shape, scale=1.0):
     return mesh, points
 
 
+def quads_of(mesh):
+    return mesh.arrays.corners.numpy().reshape(-1, 4)
+
+
 def tracked_at(points, nearest):
     point = np.array(points, np.float32).reshape(-1, 3)
     return TrackedPoints(wp.array(point, dtype=wp.vec3), numbers("cpu", *nearest))
@@ -41,7 +45,7 @@ def test_every_vertex_is_the_tracked_point_of_one_of_its_quads():
     arrays = mesh.arrays
     tracked = track_vertices(GRID, arrays.vertex_halfedge, arrays.cell, arrays.local, mesh.device)
     np.testing.assert_allclose(tracked.point.numpy(), points, atol=1e-6)
-    quads = mesh.quads.numpy()
+    quads = quads_of(mesh)
     assert tracked.count == len(points)
     assert all(v in quads[nearest_quad] for v, nearest_quad in enumerate(tracked.nearest_quad.numpy()))
 
@@ -51,7 +55,7 @@ NINE = [(a, b) for a in (0, 0.5, 1) for b in (0, 0.5, 1)]
 
 def kept(mesh, tracked, moved):
     """Who has to retreat, and which quads fail."""
-    quads, vertices = mesh.quad_count, mesh.arrays.cell.shape[0]
+    quads, vertices = mesh.face_count, mesh.arrays.cell.shape[0]
     flags = np.zeros(vertices, np.uint8)
     flags[list(moved)] = 1
     retreat, failing = wp.zeros(vertices, dtype=wp.uint8), wp.zeros(quads, dtype=wp.uint8)
@@ -65,13 +69,13 @@ def kept(mesh, tracked, moved):
 def test_nine_points_of_a_nearest_quad_are_as_near_as_its_surface(place):
     """Quad 4 of a patch of large quads, and a tracked point above one of its points."""
     mesh, points = placed(shapes.grid(3, 3), scale=4.0)
-    a, b, _, d = (points[v] for v in mesh.quads.numpy()[4])
+    a, b, _, d = (points[v] for v in quads_of(mesh)[4])
     point = a + place[0] * (b - a) + place[1] * (d - a)
     for height, is_far in ((0.89, False), (-0.89, False), (0.91, True), (-0.91, True)):
         tracked = tracked_at([np.add(point, [0, 0, height])], [4])
         retreat, failing = kept(mesh, tracked, range(16))
         assert failing == ({4} if is_far else set())
-        assert retreat == (set(mesh.quads.numpy()[4]) if is_far else set())
+        assert retreat == (set(quads_of(mesh)[4]) if is_far else set())
 
 
 def test_a_tracked_point_between_the_nine_points_is_as_far_as_the_nearest():
@@ -83,7 +87,7 @@ def test_a_tracked_point_between_the_nine_points_is_as_far_as_the_nearest():
 @pytest.mark.parametrize("corner", range(4))
 def test_only_nearest_quads_with_a_corner_that_moves_are_looked_at(corner):
     mesh, points = placed(shapes.grid(3, 3))
-    quads = mesh.quads.numpy()
+    quads = quads_of(mesh)
     tracked = tracked_at([points[0] + [0, 0, 5]] * 2, [4, 0])
     moved = quads[4][corner]
     expected = {4, 0} if moved in quads[0] else {4}
@@ -106,12 +110,12 @@ def test_a_tracked_point_that_is_near_stays():
 @pytest.mark.parametrize("quad", [q for q in range(9) if q != 4])
 def test_a_tracked_point_moves_across_sides_and_to_quads_beside_these(quad):
     mesh, points = placed(shapes.grid(3, 3))
-    assert nearest(mesh, [points[mesh.quads.numpy()[quad]].mean(axis=0)], [4]) == [quad]
+    assert nearest(mesh, [points[quads_of(mesh)[quad]].mean(axis=0)], [4]) == [quad]
 
 
 def test_a_tracked_point_moves_no_further_than_there():
     mesh, points = placed(shapes.grid(5, 1))
-    at = points[mesh.quads.numpy()[4]].mean(axis=0)
+    at = points[quads_of(mesh)[4]].mean(axis=0)
     assert nearest(mesh, [at, at, at], [0, 2, 3]) == [1, 3, 4]
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-import warp as wp
 
 from dmc_cli.contouring import extract_surface, upload_volume
 from dmc_cli.errors import RequirementError
@@ -17,7 +16,7 @@ from dmc_cli.measures.deviation import measure_deviation
 from dmc_cli.measures.plain_values import plain
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
-from dmc_cli.measures.twins import pair_halfedges
+from dmc_cli.mesh.connect import connect
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, report_text
 from dmc_cli.report.requirements import CHECKS, check_requirements
@@ -42,23 +41,20 @@ def run_facts(values, isovalue, border="closed", path="ball.raw", files=(), warn
     )
     surface_settings = SurfaceSettings(isovalue=isovalue, border=border)
     surface = extract_surface(upload_volume(volume, device), surface_settings)
-    twins = wp.array(pair_halfedges(surface.quads.numpy()), dtype=wp.int32, device="cpu")
-    cells, local = surface.vertex_cell, surface.vertex_local
+    mesh = connect(surface.mesh)
     measures = Measures(
-        topology=measure_topology(device, surface.quads, twins, surface.vertices.shape[0]),
-        quality=measure_quality(device, surface.vertices, surface.quads),
-        deviation=measure_deviation(
-            device, volume, volume.value_range(), surface.field, surface.grid, cells, local
-        ),
+        topology=measure_topology(mesh),
+        quality=measure_quality(mesh),
+        deviation=measure_deviation(surface.placement, volume, volume.value_range()),
     )
     return RunFacts(
         volume=volume,
         settings=ConvertSettings(input=path, surface=surface_settings, output=OutputSettings(path="out.ply")),
         resolved={"device": "cpu", "threads": 2},
-        stored_isovalue=surface.stored_isovalue,
+        stored_isovalue=surface.placement.frame.stored_isovalue,
         counts=surface.counts,
-        vertex_count=surface.vertices.shape[0],
-        quad_count=surface.quads.shape[0],
+        vertex_count=surface.mesh.vertex_count,
+        quad_count=surface.mesh.face_count,
         measures=measures,
         timings_ms={"read": 1.23456, "total": np.float64(2.0)},
         memory=measure_memory("cpu"),

@@ -194,7 +194,7 @@ def test_unused_vertices_count_as_irregular(found):
 def test_the_deviation_is_the_formulas(found):
     volume = synthetic_volume("synth:sphere:16", ReadSettings())
     surface = extract_surface(upload_volume(volume, Device("cpu", 2)), SurfaceSettings(isovalue=0.0))
-    radii = np.linalg.norm(surface.vertices.numpy().astype(float), axis=1)
+    radii = np.linalg.norm(surface.mesh.positions.numpy().astype(float), axis=1)
     expected = np.abs(0.75 - radii).mean()
     assert found["sphere_16", "dmc"]["mean_deviation"] == pytest.approx(expected, rel=1e-4)
     assert found["sphere_16", "dmc"]["mean_deviation_1e4"] == pytest.approx(1e4 * expected, rel=1e-4)

@@ -11,17 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmc_cli.contouring import Surface, compute_normals, extract_surface, upload_volume
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_quads, reduce_colors
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
 from dmc_cli.errors import DeviceError
-from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.runtime import device as device_module
 from dmc_cli.runtime.buffer_pool import HostMemory
 from dmc_cli.runtime.device import SHORT_SCAN, Device, select_device
 from dmc_cli.runtime.prefix_sums import CHUNK
 from dmc_cli.runtime.worker_pool import worker_pool
-from dmc_cli.settings import MeshSettings, SurfaceSettings
+from dmc_cli.settings import SurfaceSettings
 from tests.fields import smooth_noise, volume_of, white_noise
+from tests.mesh.meshes import colored, simplified
 from tests.other_hardware import AsOnGpu
 
 LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
@@ -99,7 +97,7 @@ def test_nothing_is_begun_after_a_mesh_too_large(short_of, monkeypatch):
     device = select_device("cpu", 2)
     if short_of == "nothing":
         mesh = mesh_of_noise(device)
-        assert [mesh.vertices.shape[0], mesh.quads.shape[0]] == sizes
+        assert [mesh.mesh.vertex_count, mesh.mesh.face_count] == sizes
     else:
         with pytest.raises(DeviceError, match="vertices or quads"):
             mesh_of_noise(device)
@@ -151,13 +149,12 @@ def test_what_memory_held_before_never_shows(name, border, monkeypatch):
         device = select_device("cpu", 2)
         chosen = SurfaceSettings(isovalue=0.0, border=border)
         surface = extract_surface(upload_volume(VOLUMES[name], device), chosen)
-        halfedges = build_halfedges(surface)
-        normals = compute_normals(surface, chosen).numpy().copy()
-        twins = halfedges.twin.numpy().copy()
-        colors = color_quads(surface, halfedges.words)
-        reduced = reduce_colors(surface, halfedges.words, halfedges.twin, colors).numpy().copy()
-        found = simplify(surface, halfedges, MeshSettings(simplify="all"))
-        meshes.append([normals, twins, reduced, found.surface.vertices.numpy(), found.surface.quads.numpy()])
+        surface = colored(surface)
+        normals = compute_normals(surface.placement, chosen).numpy().copy()
+        twins = surface.mesh.halfedges.twin.numpy().copy()
+        reduced = surface.mesh.face_values["color"].numpy().copy()
+        found = simplified(surface).mesh
+        meshes.append([normals, twins, reduced, found.positions.numpy(), found.faces.numpy()])
     assert len(meshes[0][1]) > 1000
     for other in meshes[1:]:
         assert all(np.array_equal(a, b) for a, b in zip(meshes[0], other, strict=True))

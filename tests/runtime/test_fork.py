@@ -16,7 +16,7 @@ device = select_device("cpu", 3)
 
 def extract(_=None):
     surface = extract_surface(upload_volume(NOISE, device), SurfaceSettings(isovalue=0.0))
-    return surface.quads.numpy().tobytes() + surface.vertices.numpy().tobytes()
+    return surface.mesh.faces.numpy().tobytes() + surface.mesh.positions.numpy().tobytes()
 
 def keep_on():
     while not ended.is_set():

@@ -60,19 +60,19 @@ def test_kernels_go_on_and_the_loss_is_told(scan, left, threads):
 
 
 def test_a_file_that_grows_is_as_good_as_one_that_stays(scan):
-    expected = surface_of(read(scan)).vertices.numpy().copy()
+    expected = surface_of(read(scan)).mesh.positions.numpy().copy()
     volume = read(scan)
     with scan.open("ab") as file:
         file.write(bytes(10 * PAGE))
-    np.testing.assert_array_equal(surface_of(volume).vertices.numpy(), expected)
+    np.testing.assert_array_equal(surface_of(volume).mesh.positions.numpy(), expected)
 
 
 def test_a_file_that_is_replaced_by_another_is_read_to_its_end(scan):
-    expected = surface_of(read(scan)).vertices.numpy().copy()
+    expected = surface_of(read(scan)).mesh.positions.numpy().copy()
     volume = read(scan)
     scan.with_name("new").write_bytes(b"short")
     scan.with_name("new").replace(scan)
-    np.testing.assert_array_equal(surface_of(volume).vertices.numpy(), expected)
+    np.testing.assert_array_equal(surface_of(volume).mesh.positions.numpy(), expected)
 
 
 def test_a_loss_of_one_file_is_no_others(scan, tmp_path):
@@ -82,7 +82,7 @@ def test_a_loss_of_one_file_is_no_others(scan, tmp_path):
     os.truncate(scan, PAGE)
     with pytest.raises(DamagedVolumeError):
         surface_of(lost)
-    assert surface_of(kept).quads.shape[0] > 0
+    assert surface_of(kept).mesh.face_count > 0
 
 
 def test_normals_of_what_is_lost_do_not_stop_the_process(scan):
@@ -90,7 +90,7 @@ def test_normals_of_what_is_lost_do_not_stop_the_process(scan):
     surface = surface_of(volume)
     os.truncate(scan, PAGE)
     with pytest.raises(DamagedVolumeError, match=TOLD), intact(volume.values, str(scan)):
-        compute_normals(surface, SurfaceSettings(isovalue=0.0))
+        compute_normals(surface.placement, SurfaceSettings(isovalue=0.0))
 
 
 def test_numpy_goes_on_and_the_rest_of_the_mapping_is_zeros(scan):

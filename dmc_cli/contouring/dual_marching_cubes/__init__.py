@@ -12,6 +12,7 @@ placement/        one vertex a polygon, on the surface or as the papers have it
 vertices          vertices of all cells
 plain_quads       quads where all cells are ordinary
 quads             one quad a crossed edge
+numbering         what the stages number, for those that follow
 extraction        the stages in order
 halfedges/        the halfedge structure, from the grid
 color_words       colours of the quads of whole rows
@@ -21,12 +22,39 @@ coloring          colours of vertices and quads
 from types import ModuleType
 
 from dmc_cli.contouring.dual_marching_cubes.extraction import extract
-from dmc_cli.settings import Placement
+from dmc_cli.contouring.surface import Surface
+from dmc_cli.settings import PlacementRule
 
-__all__ = ["extract", "kernels"]
+__all__ = ["color", "connect", "extract", "kernels", "mesh_kernels"]
 
 
-def kernels(placement: Placement) -> list[ModuleType]:
+def connect(surface: Surface) -> Surface:
+    """Return the surface with halfedges; imported when it is first wanted, like `color`."""
+    from dmc_cli.contouring.dual_marching_cubes.halfedges.connect import connect
+
+    return connect(surface)
+
+
+def color(surface: Surface) -> Surface:
+    """Return the connected surface with colours of its quads."""
+    from dmc_cli.contouring.dual_marching_cubes.coloring import color
+
+    return color(surface)
+
+
+def mesh_kernels(*, colors: bool) -> list[ModuleType]:
+    """Return the modules whose kernels halfedges need, and those of colours if they are wanted."""
+    from dmc_cli.contouring.dual_marching_cubes.halfedges import grid_twins, quad_ranks, vertex_rings
+
+    modules = [quad_ranks, grid_twins, vertex_rings]
+    if colors:
+        from dmc_cli.contouring.dual_marching_cubes import coloring
+
+        modules.append(coloring)
+    return modules
+
+
+def kernels(placement: PlacementRule) -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, those that take longest to compile first."""
     from dmc_cli.contouring.dual_marching_cubes import (
         cells,

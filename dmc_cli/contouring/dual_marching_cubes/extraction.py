@@ -11,14 +11,17 @@ import numpy as np
 
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells, find_cells, words_near_quads
 from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits, find_inside
+from dmc_cli.contouring.dual_marching_cubes.numbering import Numbering
 from dmc_cli.contouring.dual_marching_cubes.polygons import Tallies, trace_polygons
 from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
 from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
+from dmc_cli.contouring.surface import Surface, SurfaceCounts
 from dmc_cli.errors import VolumeError
 from dmc_cli.field.field import DeviceVolume, make_field, nodata_value
 from dmc_cli.field.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
 from dmc_cli.field.slices import map_vertices, slice_depths
-from dmc_cli.mesh.surface import Surface, SurfaceCounts
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.checks import FARTHEST_MM
@@ -58,22 +61,14 @@ def extract(
         position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
     _refuse_infinite(position, to_output, grid, depths)
+    sense = 1.0 if is_reversed != is_mirrored(to_output) else -1.0
+    frame = SurfaceFrame(field, grid, to_output, depths, sense, device)
     return Surface(
-        vertices=position,
-        vertex_cell=vertices.cell,
-        vertex_local=vertices.local,
-        quads=quads.corners,
-        quad_starts=quads.starts,
-        is_reversed=is_reversed,
+        mesh=Mesh(position, quads.corners, device),
+        placement=Placement(vertices.cell, vertices.local, frame),
         counts=_counts(nodes, cells, tallies, vertices, device),
-        field=field,
-        grid=grid,
-        cells=cells,
-        polygons=polygons,
-        stored_isovalue=field.isovalue,
-        affine=to_output,
-        depths=depths,
-        device=device,
+        method=settings.method,
+        numbering=Numbering(cells, polygons, quads.starts, is_reversed),
     )
 
 

@@ -26,7 +26,7 @@ from dmc_cli.field.crossings import ALL_EDGES
 from dmc_cli.field.grid import Grid, GridShape
 from dmc_cli.field.planes import BITS_A_CHUNK, BLOCKS_A_CHUNK, before_line, block_count
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
-from dmc_cli.settings import Placement
+from dmc_cli.settings import PlacementRule
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -59,7 +59,7 @@ def place_vertices(
     grid: GridShape,
     matrix: Any,
     device: Device,
-    placement: Placement = "exact",
+    placement: PlacementRule = "exact",
 ) -> Vertices:
     """Place every vertex; all are placed for the next launch.
 

@@ -31,7 +31,7 @@ def list_3333(mesh: WorkingMesh) -> Any:
 
 def _listed(mesh: WorkingMesh, *, all_three: bool) -> Any:
     """Return the quads with one of the patterns."""
-    mask = mesh.device.empty(mask_length(mesh.quad_count), wp.uint32)
+    mask = mesh.device.empty(mask_length(mesh.face_count), wp.uint32)
     mesh.device.launch(find_pattern_kernel, mask.shape[0], [mesh.arrays, all_three], [mask], WORDS_A_CHUNK)
     return list_mask(mesh.device, mask)
 
@@ -94,5 +94,5 @@ def find_pattern_kernel(
     else:
         word = word_3x3y(mesh.corners, mesh.valence, w, count)
     if word != wp.uint32(0):
-        word &= ~marked(mesh.quad_gone, 32 * w, 32, ANY)
+        word &= ~marked(mesh.face_gone, 32 * w, 32, ANY)
     mask_out[w] = word

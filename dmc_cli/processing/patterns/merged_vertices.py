@@ -8,11 +8,9 @@ not found, gives way to the nearer of v1 and v2, which lie on the surface.
 import warp as wp
 
 from dmc_cli.field.field import Field
-from dmc_cli.field.grid import Grid, world_coordinate
-from dmc_cli.field.projection import GridPoint, cell_node, index_position, locate_point, project_point
-from dmc_cli.field.slices import depth_of
-from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.working_mesh import opposite_halfedge
+from dmc_cli.field.grid import Grid, cell_node, index_position
+from dmc_cli.field.projection import GridPoint, locate_point, project_point
+from dmc_cli.mesh.halfedges import next_in_quad, opposite_in_quad, previous_in_quad
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -28,8 +26,8 @@ def merged_point(
     project: wp.bool,
 ) -> GridPoint:
     """Return where the merged vertex of the quad with cut h goes; `project` puts it on the surface."""
-    x = corners[next_halfedge(h)]
-    y = corners[previous_halfedge(h)]
+    x = corners[next_in_quad(h)]
+    y = corners[previous_in_quad(h)]
     at_x = index_position(grid, cell[x], local[x])
     middle = wp.float64(0.5) * (at_x + index_position(grid, cell[y], local[y]))
     point = GridPoint()
@@ -40,7 +38,7 @@ def merged_point(
     if point.is_found:
         return point
     v = corners[h]
-    other = corners[opposite_halfedge(h)]
+    other = corners[opposite_in_quad(h)]
     near = wp.length_sq(index_position(grid, cell[v], local[v]) - middle)
     if wp.length_sq(index_position(grid, cell[other], local[other]) - middle) < near:
         v = other
@@ -50,27 +48,14 @@ def merged_point(
 
 
 @wp.func
-def point_position(matrix: wp.mat44d, depths: wp.array(dtype=wp.float64), point: GridPoint) -> wp.vec3:
-    """Return a point in the output space, as `map_vertices` does."""
-    x = wp.float64(point.cell[0]) + wp.float64(point.local[0])
-    y = wp.float64(point.cell[1]) + wp.float64(point.local[1])
-    z = depth_of(depths, point.cell[2], wp.float64(point.local[2]))
-    return wp.vec3(
-        world_coordinate(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3], x, y, z),
-        world_coordinate(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3], x, y, z),
-        world_coordinate(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3], x, y, z),
-    )
-
-
-@wp.func
 def turns_over(
     corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), h: wp.int32, target: wp.vec3
 ) -> wp.bool:
     """Return whether a quad's normal turns by 90 degrees or more if the origin of its halfedge h moves."""
     here = position[corners[h]]
-    b = position[corners[next_halfedge(h)]]
-    c = position[corners[opposite_halfedge(h)]]
-    d = position[corners[previous_halfedge(h)]]
+    b = position[corners[next_in_quad(h)]]
+    c = position[corners[opposite_in_quad(h)]]
+    d = position[corners[previous_in_quad(h)]]
     before = wp.cross(c - here, d - b)
     return wp.dot(before, wp.cross(c - target, d - b)) <= 0.0 and wp.length_sq(before) > 0.0
 
@@ -84,10 +69,10 @@ def folds(
     target: wp.vec3,
 ) -> wp.bool:
     """Return whether the cut h would turn over one of the four neighbours, the merged vertex at `target`."""
-    if turns_over(corners, position, next_halfedge(twin[h]), target):
+    if turns_over(corners, position, next_in_quad(twin[h]), target):
         return True
-    if turns_over(corners, position, twin[next_halfedge(h)], target):
+    if turns_over(corners, position, twin[next_in_quad(h)], target):
         return True
-    if turns_over(corners, position, next_halfedge(twin[opposite_halfedge(h)]), target):
+    if turns_over(corners, position, next_in_quad(twin[opposite_in_quad(h)]), target):
         return True
-    return turns_over(corners, position, twin[previous_halfedge(h)], target)
+    return turns_over(corners, position, twin[previous_in_quad(h)], target)

@@ -12,12 +12,14 @@ import warp as wp
 
 from dmc_cli.bits.selection import keep_masked, mask_length
 from dmc_cli.field.field import Field
-from dmc_cli.field.grid import Grid, kernel_matrix
+from dmc_cli.field.grid import Grid, kernel_matrix, node_cell
 from dmc_cli.field.prefetch import fetch_around_cuts
-from dmc_cli.field.projection import GridPoint, node_cell
-from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, next_outgoing, opposite_halfedge, set_twins
-from dmc_cli.processing.patterns.merged_vertices import folds, merged_point, point_position
+from dmc_cli.field.projection import GridPoint
+from dmc_cli.field.slices import output_position
+from dmc_cli.mesh.halfedges import next_in_quad, next_outgoing, opposite_in_quad, previous_in_quad
+from dmc_cli.mesh.mesh import COLOR
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, set_twins
+from dmc_cli.processing.patterns.merged_vertices import folds, merged_point
 from dmc_cli.processing.patterns.simplify_3x3y import LISTED_A_CHUNK
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -38,17 +40,18 @@ def remove_3x3y(
     Returns:
         The numbers of quads that went and of those that were refused, int32, one for 32 of the list.
     """
-    device, surface, count = mesh.device, mesh.surface, cuts.shape[0]
+    device, frame, count = mesh.device, mesh.frame, cuts.shape[0]
     blocks = mask_length(count)
     removed, refused = device.empty(blocks, wp.int32), device.empty(blocks, wp.int32)
     seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * blocks, wp.uint32)
-    color = mesh.arrays.defect if mesh.color is None else mesh.color
-    inputs = [mesh.arrays, surface.grid.struct(), surface.field, kernel_matrix(surface.affine)]
-    inputs += [surface.depths, project, safe, color, cuts, mesh.arrays.quad_gone if state is None else state]
+    color = mesh.face_values.get(COLOR)
+    inputs = [mesh.arrays, frame.grid.struct(), frame.field, kernel_matrix(frame.affine)]
+    inputs += [frame.depths, project, safe, mesh.arrays.defect if color is None else color, cuts]
+    inputs.append(mesh.arrays.face_gone if state is None else state)
     device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
     if not safe:
         device.launch(mark_nonmanifold_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
-    if mesh.color is not None:
+    if color is not None:
         mesh.seams.append(keep_masked(device, seams, clashes))
     return removed, refused
 
@@ -81,19 +84,19 @@ def cut_out(
     to the quad's own four vertices: nothing that another thread reads, but for valences of X and Y.
     """
     kept = corners[h]
-    at_x = next_halfedge(h)  # X to v2
-    at_y = previous_halfedge(h)  # Y to v1
-    to_y = opposite_halfedge(h)  # v2 to Y
+    at_x = next_in_quad(h)  # X to v2
+    at_y = previous_in_quad(h)  # Y to v1
+    to_y = opposite_in_quad(h)  # v2 to Y
     # v2's other two halfedges start at m from now on
     corners[twin[at_x]] = kept
-    corners[next_halfedge(twin[to_y])] = kept
+    corners[next_in_quad(twin[to_y])] = kept
     x = corners[at_x]
     y = corners[at_y]
-    vertex_halfedge[kept] = next_halfedge(twin[h])
+    vertex_halfedge[kept] = next_in_quad(twin[h])
     if vertex_halfedge[x] == at_x:
-        vertex_halfedge[x] = next_halfedge(twin[at_x])
+        vertex_halfedge[x] = next_in_quad(twin[at_x])
     if vertex_halfedge[y] == at_y:
-        vertex_halfedge[y] = next_halfedge(twin[at_y])
+        vertex_halfedge[y] = next_in_quad(twin[at_y])
     set_twins(twin, twin[h], twin[at_x])
     set_twins(twin, twin[to_y], twin[at_y])
     valence[kept] = 4
@@ -113,15 +116,15 @@ def merge_ends(
     seams_out: wp.array(dtype=wp.int32),
 ) -> wp.int32:
     """Remove the quad of cut n; return a bit for each of its two seams that has one colour on both sides."""
-    h = wp.where(mesh.corners[cut] > mesh.corners[opposite_halfedge(cut)], opposite_halfedge(cut), cut)
+    h = wp.where(mesh.corners[cut] > mesh.corners[opposite_in_quad(cut)], opposite_in_quad(cut), cut)
     kept = mesh.corners[h]
     mesh.position[kept] = target
     mesh.cell[kept] = node_cell(grid, point.cell)
     mesh.local[kept] = point.local
-    mesh.quad_gone[h >> 2] = wp.uint8(1)
-    mesh.vertex_gone[mesh.corners[opposite_halfedge(h)]] = wp.uint8(1)
+    mesh.face_gone[h >> 2] = wp.uint8(1)
+    mesh.vertex_gone[mesh.corners[opposite_in_quad(h)]] = wp.uint8(1)
     seam_x = mesh.twin[h]
-    seam_y = mesh.twin[opposite_halfedge(h)]
+    seam_y = mesh.twin[opposite_in_quad(h)]
     cut_out(mesh.corners, mesh.twin, mesh.vertex_halfedge, mesh.valence, h)
     seams_out[2 * n] = seam_x
     seams_out[2 * n + 1] = seam_y
@@ -163,7 +166,7 @@ def remove_3x3y_kernel(
         h = cuts[n]
         if h >= 0:
             point = merged_point(grid, field, mesh.corners, mesh.cell, mesh.local, h, project)
-            target = point_position(matrix, depths, point)
+            target = output_position(matrix, depths, point.cell, point.local)
             refuses = wp.bool(False)
             if safe:
                 refuses = folds(mesh.corners, mesh.twin, mesh.position, h, target)
@@ -193,12 +196,12 @@ def mark_nonmanifold_kernel(
     """
     h = cuts[first + wp.tid()]
     if h >= 0:
-        m = wp.min(mesh.corners[h], mesh.corners[opposite_halfedge(h)])
+        m = wp.min(mesh.corners[h], mesh.corners[opposite_in_quad(h)])
         here = mesh.vertex_halfedge[m]
         for _turn in range(4):
             other = next_outgoing(mesh.twin, here)
             for _rest in range(3):
-                if mesh.corners[next_halfedge(other)] == mesh.corners[next_halfedge(here)]:
+                if mesh.corners[next_in_quad(other)] == mesh.corners[next_in_quad(here)]:
                     mesh.defect[here >> 2] = wp.uint8(1)
                     mesh.defect[mesh.twin[here] >> 2] = wp.uint8(1)
                 other = next_outgoing(mesh.twin, other)

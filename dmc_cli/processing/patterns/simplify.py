@@ -7,16 +7,17 @@ rebuild.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import warp as wp
 
 from dmc_cli.bits.selection import keep_masked
-from dmc_cli.contouring.dual_marching_cubes.coloring import repair_colors
-from dmc_cli.mesh.compaction import compact
-from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.mesh.compaction import fill_gaps
+from dmc_cli.mesh.connect import connect, require_quads
+from dmc_cli.mesh.defects import with_defects
+from dmc_cli.mesh.mesh import COLOR, Mesh
+from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working_mesh import WorkingMesh, working_mesh
+from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.patterns.masks import list_3x3y, list_3333
 from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y
 from dmc_cli.processing.patterns.simplify_3x3y import choose_apart, choose_by_paper, judge_topology
@@ -35,58 +36,53 @@ class Simplified:
     """A mesh after simplification.
 
     Attributes:
-        surface: Its vertices and quads; `quad_starts` is None, since quads are no ranks any more.
-        halfedges: Their halfedges.
-        color: Colours 0 to 4, proper, uint8 (Q,); None if they were not asked for.
-        color24: The grid's colours, uint8 (Q,), or None.
+        mesh: Its vertices, quads and halfedges.
+        placement: Where its vertices lie.
         removed_3x3y: Quads that each pass of 3-X-3-Y removed.
         removed_3333: Quads that 3-3-3-3 removed.
         refused: Quads with a pattern that the safe rules kept.
     """
 
-    surface: Surface
-    halfedges: Halfedges
-    color: Any | None
-    color24: Any | None
+    mesh: Mesh
+    placement: Placement
     removed_3x3y: tuple[int, ...]
     removed_3333: int
     refused: int
 
 
-def simplify(
-    surface: Surface,
-    halfedges: Halfedges,
-    settings: MeshSettings,
-    color: Any | None = None,
-    color24: Any | None = None,
-) -> Simplified:
-    """Remove the papers' patterns; the arrays of surface and halfedges are of no use afterwards.
+def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simplified:
+    """Remove the papers' patterns; the arrays of mesh and placement are of no use afterwards.
 
     Args:
-        surface: The surface as it was extracted.
-        halfedges: Its halfedges.
+        mesh: A mesh of quads. Its colours, 0 to 4, are kept proper where it has any; the papers' rules need
+            them.
+        placement: Where its vertices lie.
         settings: Which patterns, by which rules, and whether merged vertices go back on the surface.
-        color: Colours 0 to 4, uint8 (Q,); the papers' rules need them. Changed in place.
-        color24: The grid's colours, uint8 (Q,), to be carried along.
+
+    Raises:
+        SettingsError: The mesh has triangles.
     """
-    mesh = working_mesh(surface, halfedges, color, color24)
+    working = working_mesh(with_defects(connect(require_quads(mesh, "--simplify"))), placement)
     removed: list[int] = []
     removed_3333 = refused = 0
     safe = settings.simplify_rules == "safe"
     if settings.simplify in ("3x3y", "all"):
         if safe:
-            gone, refused = _safe_3x3y(mesh, project=settings.project)
+            gone, refused = _safe_3x3y(working, project=settings.project)
             removed.append(gone)
         else:
             removed = [
-                _paper_3x3y(mesh, by_color=by_color, project=settings.project) for by_color in (True, False)
+                _paper_3x3y(working, by_color=by_color, project=settings.project)
+                for by_color in (True, False)
             ]
     if settings.simplify in ("3333", "all"):
-        removed_3333, kept = _pass_3333(mesh, safe=safe)
+        removed_3333, kept = _pass_3333(working, safe=safe)
         refused += kept
+    color = working.face_values.get(COLOR)
     if color is not None:
-        repair_colors(mesh.device, mesh.arrays.twin, color, *mesh.seams, gone=mesh.arrays.quad_gone)
-    return Simplified(*compact(mesh), tuple(removed), removed_3333, refused)
+        arrays = working.arrays
+        repair_colors(working.device, arrays.twin, color, *working.seams, gone=arrays.face_gone)
+    return Simplified(*fill_gaps(working), tuple(removed), removed_3333, refused)
 
 
 def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:
@@ -99,7 +95,7 @@ def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:
 def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
     """Remove quads in sweeps until none that may go is left; return how many went and were refused."""
     device = mesh.device
-    state = device.zeros(mesh.quad_count, wp.uint8)
+    state = device.zeros(mesh.face_count, wp.uint8)
     quads = list_3x3y(mesh)
     gone = refusals = 0
     while quads.shape[0]:

@@ -21,7 +21,8 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits.selection import keep_flagged, turn_key
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
+from dmc_cli.mesh.halfedges import opposite_in_quad
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -83,7 +84,7 @@ def still_waiting(device: Device, quads: Any, eligible: Any, gone: Any) -> Any:
 def has_3333(mesh: MeshArrays, q: wp.int32) -> wp.bool:
     """Return whether all four vertices of a quad that is there have valence 3."""
     return (
-        mesh.quad_gone[q] == wp.uint8(0)
+        mesh.face_gone[q] == wp.uint8(0)
         and mesh.valence[mesh.corners[4 * q]] == 3
         and mesh.valence[mesh.corners[4 * q + 1]] == 3
         and mesh.valence[mesh.corners[4 * q + 2]] == 3
@@ -94,7 +95,7 @@ def has_3333(mesh: MeshArrays, q: wp.int32) -> wp.bool:
 @wp.func
 def outer_side(twin: wp.array(dtype=wp.int32), h: wp.int32) -> wp.int32:
     """Return the halfedge on the far side of the neighbour across h; it runs the same way as h."""
-    return opposite_halfedge(twin[h])
+    return opposite_in_quad(twin[h])
 
 
 @wp.func
@@ -217,7 +218,7 @@ def mark_3333_kernel(
     if flags[n] == wp.int64(1):
         for c in range(4):
             h = 4 * quads[n] + c
-            mesh.quad_gone[mesh.twin[h] >> 2] = wp.uint8(1)
+            mesh.face_gone[mesh.twin[h] >> 2] = wp.uint8(1)
             mesh.vertex_gone[mesh.corners[h]] = wp.uint8(1)
 
 
@@ -244,8 +245,8 @@ def gather_sides_kernel(
             sides[c] = outer_side(mesh.twin, 4 * quads[n] + c)
             beyond = mesh.twin[sides[c]]
             if beyond >= 0:
-                if mesh.quad_gone[beyond >> 2] == wp.uint8(1):
-                    beyond = mesh.twin[opposite_halfedge(beyond)]
+                if mesh.face_gone[beyond >> 2] == wp.uint8(1):
+                    beyond = mesh.twin[opposite_in_quad(beyond)]
             twins[c] = beyond
         sides_out[n] = sides
         twins_out[n] = twins

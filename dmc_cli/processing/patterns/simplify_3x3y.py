@@ -25,7 +25,9 @@ import warp as wp
 
 from dmc_cli.bits.selection import KEY_FACTOR, mask_length
 from dmc_cli.field.prefetch import fetch_neighbors
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped, opposite_halfedge
+from dmc_cli.mesh.halfedges import opposite_in_quad
+from dmc_cli.mesh.mesh import COLOR
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -51,7 +53,7 @@ def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
         by_color: The coloured pass, else the counter pass.
     """
     cuts = mesh.device.empty(quads.shape[0], wp.int32)
-    color = mesh.color if by_color else mesh.arrays.defect
+    color = mesh.face_values[COLOR] if by_color else mesh.arrays.defect
     inputs = [mesh.arrays, quads, color, by_color]
     mesh.device.launch(choose_by_paper_kernel, mask_length(quads.shape[0]), inputs, [cuts], LISTED_A_CHUNK)
     return cuts
@@ -163,8 +165,8 @@ def safe_cut(
         return NO_CUT
     if is_skipped(twin, defect, q):
         return NO_CUT
-    p1 = corners[opposite_halfedge(twin[h])]
-    p2 = corners[opposite_halfedge(twin[opposite_halfedge(h)])]
+    p1 = corners[opposite_in_quad(twin[h])]
+    p2 = corners[opposite_in_quad(twin[opposite_in_quad(h)])]
     if p1 == p2:
         return REFUSED
     return h
@@ -190,7 +192,7 @@ def judge_topology_kernel(
     for n in range(32 * block, end):
         q = quads[n]
         h = wp.int32(NO_CUT)
-        if mesh.quad_gone[q] == wp.uint8(0):
+        if mesh.face_gone[q] == wp.uint8(0):
             h = safe_cut(mesh.corners, mesh.twin, mesh.valence, mesh.defect, q)
         refused += wp.where(h == REFUSED, 1, 0)
         state_out[q] = wp.uint8(wp.where(h >= 0, 1, 0))

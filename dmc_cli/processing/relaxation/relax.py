@@ -20,26 +20,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.projection import cell_node, node_cell
-from dmc_cli.mesh.halfedges import Halfedges, flat_quads
-from dmc_cli.mesh.surface import Surface
+from dmc_cli.field.grid import cell_node, node_cell
+from dmc_cli.field.slices import output_position
+from dmc_cli.mesh.connect import connect, require_quads
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner, ring_size
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.placement import Placement
+from dmc_cli.mesh.working_mesh import MeshArrays, mesh_arrays
 from dmc_cli.processing.distance_guard import TrackedPoints, keep_points_near
 from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
-from dmc_cli.processing.relaxation.relax_checks import (
-    Ring,
-    Spots,
-    check_kernel,
-    corner_point,
-    ring_size,
-    turn,
-)
-from dmc_cli.processing.tangent_step import (
-    SurfaceContext,
-    glide,
-    make_context,
-    output_position,
-    surface_normal,
-)
+from dmc_cli.processing.relaxation.relax_checks import Spots, check_kernel
+from dmc_cli.processing.tangent_step import SurfaceContext, glide, make_context, surface_normal
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime.device import Device
 
@@ -63,48 +54,49 @@ WEIGHT_OF_SHAPE = wp.constant(3.0)
 
 
 def relax(
-    surface: Surface,
-    halfedges: Halfedges,
+    mesh: Mesh,
+    placement: Placement,
     steps: int,
     progress: Progress = SILENT,
     tracked: TrackedPoints | None = None,
-) -> Surface:
-    """Return the surface after at most `steps` steps of its vertices to better shapes; no array is changed.
+) -> tuple[Mesh, Placement]:
+    """Return the mesh after at most `steps` steps of its vertices to better shapes; no array is changed.
 
     Args:
-        surface: The mesh and what it was made from.
-        halfedges: Its halfedges.
+        mesh: A mesh of quads.
+        placement: Where its vertices lie.
         steps: How many; fewer where the mean shape rises no more.
         progress: Told the share of the steps that are done.
         tracked: Points that must not be left behind.
+
+    Raises:
+        SettingsError: The mesh has triangles.
     """
-    device = surface.device
-    count = surface.vertices.shape[0]
-    ring, context = _make_ring(halfedges, surface), make_context(surface)
-    now = _spots(surface.vertices, surface.vertex_cell, surface.vertex_local, device)
+    mesh = connect(require_quads(mesh, "--relax"))
+    device, count, frame = mesh.device, mesh.vertex_count, placement.frame
+    arrays, context = mesh_arrays(mesh), make_context(frame)
+    now = _spots(mesh.positions, placement.cell, placement.local, device)
     device.launch(find_normals_kernel, count, [context], [now])
     spare = [_empty_spots(count, device) for _ in range(min(steps, 2))]
-    scratch = _Scratch.of(count, halfedges.quads.shape[0], device)
-    total_shape = _measure(ring, now, scratch, device)
+    scratch = _Scratch.of(count, mesh.face_count, device)
+    total_shape = _measure(arrays, now, scratch, device)
     for step in range(steps):
         progress.advance(step / steps)
         then = spare.pop()
-        _take_step(ring, context, now, then, scratch, tracked, device)
-        before, total_shape = total_shape, _measure(ring, then, scratch, device)
+        _take_step(arrays, context, frame.sense, now, then, scratch, tracked, device)
+        before, total_shape = total_shape, _measure(arrays, then, scratch, device)
         if not total_shape > before:
             break
         if step:
             spare.append(now)
         now = then
-    return replace(surface, vertices=now.position, vertex_cell=now.cell, vertex_local=now.local)
+    return replace(mesh, positions=now.position), replace(placement, cell=now.cell, local=now.local)
 
 
-def measure_shapes(surface: Surface, halfedges: Halfedges) -> Any:
-    """Return the shapes of the quads, float32 (Q,)."""
-    quads, device = halfedges.quads.shape[0], surface.device
-    shape = device.empty(quads, wp.float32)
-    inputs = [_make_ring(halfedges, surface), surface.vertices]
-    device.launch(measure_shapes_kernel, quads, inputs, [shape])
+def measure_shapes(mesh: Mesh) -> Any:
+    """Return the shapes of the quads of a connected mesh, float32 (Q,)."""
+    shape = mesh.device.empty(mesh.face_count, wp.float32)
+    mesh.device.launch(measure_shapes_kernel, mesh.face_count, [mesh.corners, mesh.positions], [shape])
     return shape
 
 
@@ -129,15 +121,18 @@ class _Scratch:
         return _Scratch(*quads, *vertices, device.zeros(vertex_count, wp.uint8))
 
 
-def _measure(ring: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
+def _measure(mesh: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
     """Measure the quads and return the sum of their shapes."""
-    device.launch(measure_shapes_kernel, scratch.shape.shape[0], [ring, spots.position], [scratch.shape])
+    device.launch(
+        measure_shapes_kernel, scratch.shape.shape[0], [mesh.corners, spots.position], [scratch.shape]
+    )
     return float(scratch.shape.numpy().sum(dtype=np.float64))
 
 
 def _take_step(
-    ring: Any,
+    mesh: Any,
     context: Any,
+    sense: float,
     now: Any,
     then: Any,
     scratch: _Scratch,
@@ -147,28 +142,19 @@ def _take_step(
     """Move the vertices from `now`, whose shapes are measured, to `then`, as far as no quad suffers."""
     vertex_count, quad_count = scratch.level.shape[0], scratch.shape.shape[0]
     outputs = [scratch.floor, scratch.aim, scratch.level]
-    device.launch(aim_kernel, vertex_count, [ring, scratch.shape, now], outputs)
+    device.launch(aim_kernel, vertex_count, [mesh, scratch.shape, now], outputs)
     is_failing, checks = True, 0
     while is_failing:
         inputs = [context, now, scratch.aim, int(checks < PATIENT_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
         is_strict = int(tracked is not None)
-        inputs = [context, ring, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
+        inputs = [context, mesh, sense, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
         if tracked is not None:
             outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]
-            keep_points_near(tracked, context.grid, ring.corners, then, *outputs, device)
+            keep_points_near(tracked, context.grid, mesh.corners, then, *outputs, device)
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
-
-
-def _make_ring(halfedges: Halfedges, surface: Surface) -> Any:
-    """Return the kernels' view of the mesh."""
-    ring = Ring()
-    ring.corners, ring.twin = flat_quads(halfedges.quads), halfedges.twin
-    ring.start, ring.valence = halfedges.vertex_halfedge, halfedges.valence
-    ring.sense = surface.sense
-    return ring
 
 
 def _spots(position: Any, cell: Any, local: Any, device: Device) -> Any:
@@ -202,7 +188,7 @@ def find_normals_kernel(
 def measure_shapes_kernel(
     # In:
     first: wp.int32,
-    ring: Ring,
+    corners: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
     # Out:
     shape_out: wp.array(dtype=wp.float32),
@@ -210,10 +196,10 @@ def measure_shapes_kernel(
     """Measure the quads. One thread a quad."""
     q = first + wp.tid()
     h = 4 * q
-    a = corner_point(ring, position, h, 0)
-    b = corner_point(ring, position, h, 1)
-    c = corner_point(ring, position, h, 2)
-    d = corner_point(ring, position, h, 3)
+    a = position[quad_corner(corners, h, 0)]
+    b = position[quad_corner(corners, h, 1)]
+    c = position[quad_corner(corners, h, 2)]
+    d = position[quad_corner(corners, h, 3)]
     shape_out[q] = quad_shape(a, b, c, d)
 
 
@@ -221,7 +207,7 @@ def measure_shapes_kernel(
 def aim_kernel(
     # In:
     first: wp.int32,
-    ring: Ring,
+    mesh: MeshArrays,
     shape: wp.array(dtype=wp.float32),
     spots: Spots,
     # Out:
@@ -231,21 +217,21 @@ def aim_kernel(
 ):
     """Find each vertex's worst quad and the step that it would like to take. One thread a vertex."""
     v = first + wp.tid()
-    size = ring_size(ring, v)
+    h = mesh.vertex_halfedge[v]
+    size = ring_size(mesh.twin, h, mesh.valence[v])
     floor = float(1.0)
     goal = wp.vec3(0.0, 0.0, 0.0)
     weights = float(0.0)
-    h = ring.start[v]
     for _quad in range(size):
-        a = corner_point(ring, spots.position, h, 0)
-        b = corner_point(ring, spots.position, h, 1)
-        c = corner_point(ring, spots.position, h, 2)
-        d = corner_point(ring, spots.position, h, 3)
+        a = spots.position[quad_corner(mesh.corners, h, 0)]
+        b = spots.position[quad_corner(mesh.corners, h, 1)]
+        c = spots.position[quad_corner(mesh.corners, h, 2)]
+        d = spots.position[quad_corner(mesh.corners, h, 3)]
         weight = 1.0 + WEIGHT_OF_SHAPE * (1.0 - shape[h >> 2])
         goal += weight * nearest_square_corner(a, b, c, d)
         weights += weight
         floor = wp.min(floor, shape[h >> 2])
-        h = turn(ring, h)
+        h = next_outgoing(mesh.twin, h)
     aim = wp.vec3(0.0, 0.0, 0.0)
     level = wp.int8(FIXED)
     if size > 0:
@@ -294,7 +280,7 @@ def move_kernel(
         if end.is_found:
             facing = surface_normal(context, end.cell, end.local)
         if wp.dot(facing, normal) > 0.0:
-            position = output_position(context, end.cell, end.local)
+            position = output_position(context.to_output, context.depths, end.cell, end.local)
             cell = node_cell(context.grid, end.cell)
             local = end.local
             normal = facing

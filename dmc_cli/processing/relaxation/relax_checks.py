@@ -2,7 +2,8 @@
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import previous_halfedge
+from dmc_cli.mesh.halfedges import quad_corner
+from dmc_cli.mesh.working_mesh import MeshArrays
 from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.processing.tangent_step import SurfaceContext
@@ -12,17 +13,6 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 SLIVER = wp.constant(0.4)
 """Shape of quads that may fold: on a blob flatter than a cell they get better in no other way."""
-
-
-@wp.struct
-class Ring:
-    """The mesh that a kernel walks on; `sense` is 1 if quads face along the gradient of F, else -1."""
-
-    corners: wp.array(dtype=wp.int32)
-    twin: wp.array(dtype=wp.int32)
-    start: wp.array(dtype=wp.int32)
-    valence: wp.array(dtype=wp.int32)
-    sense: wp.float32
 
 
 @wp.struct
@@ -36,97 +26,85 @@ class Spots:
 
 
 @wp.func
-def turn(ring: Ring, h: wp.int32) -> wp.int32:
-    """Return the next halfedge that leaves the same vertex, or -1 on a boundary."""
-    return ring.twin[previous_halfedge(h)]
-
-
-@wp.func
-def ring_size(ring: Ring, v: wp.int32) -> wp.int32:
-    """Return the number of quads round a vertex if they form one ring, else 0."""
-    size = int(0)
-    start = ring.start[v]
-    valence = ring.valence[v]
-    h = start
-    while h >= 0 and size < valence:
-        size += 1
-        h = turn(ring, h)
-        if h == start:
-            if size == valence:
-                return size
-            return 0
-    return 0
-
-
-@wp.func
-def corner_point(ring: Ring, position: wp.array(dtype=wp.vec3), h: wp.int32, step: wp.int32) -> wp.vec3:
-    """Return the position of the corner `step` corners after halfedge h's in its quad."""
-    return position[ring.corners[(h & ~3) | ((h + step) & 3)]]
-
-
-@wp.func
-def faces_surface(ring: Ring, spots: Spots, h: wp.int32) -> wp.bool:
+def faces_surface(corners: wp.array(dtype=wp.int32), spots: Spots, h: wp.int32, sense: wp.float32) -> wp.bool:
     """Return whether the corner of halfedge h turns the way that the surface faces there."""
-    v = ring.corners[h]
+    v = corners[h]
     here = spots.position[v]
-    before = here - corner_point(ring, spots.position, h, 3)
-    after = corner_point(ring, spots.position, h, 1) - here
-    return ring.sense * wp.dot(wp.cross(before, after), spots.normal[v]) > 0.0
+    before = here - spots.position[quad_corner(corners, h, 3)]
+    after = spots.position[quad_corner(corners, h, 1)] - here
+    return sense * wp.dot(wp.cross(before, after), spots.normal[v]) > 0.0
 
 
 @wp.func
-def area_of(ring: Ring, position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
+def area_of(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
     """Return a quad's normal, as long as twice its area."""
-    across = corner_point(ring, position, 4 * q, 2) - corner_point(ring, position, 4 * q, 0)
-    return wp.cross(across, corner_point(ring, position, 4 * q, 3) - corner_point(ring, position, 4 * q, 1))
+    across = position[quad_corner(corners, 4 * q, 2)] - position[quad_corner(corners, 4 * q, 0)]
+    return wp.cross(
+        across, position[quad_corner(corners, 4 * q, 3)] - position[quad_corner(corners, 4 * q, 1)]
+    )
 
 
 @wp.func
 def folds_anew(
-    ring: Ring, now: Spots, then: Spots, q: wp.int32, shape: wp.array(dtype=wp.float32)
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    now: Spots,
+    then: Spots,
+    q: wp.int32,
+    shape: wp.array(dtype=wp.float32),
 ) -> wp.bool:
     """Return whether the moves turn a quad and one across a side, both not slivers, over 90 degrees apart."""
     result = bool(False)
-    area = area_of(ring, then.position, q)
+    area = area_of(corners, then.position, q)
     for c in range(4):
-        t = ring.twin[4 * q + c]
+        t = twin[4 * q + c]
         if t >= 0:
             if (
                 wp.min(shape[q], shape[t >> 2]) > SLIVER
-                and wp.dot(area, area_of(ring, then.position, t >> 2)) < 0.0
+                and wp.dot(area, area_of(corners, then.position, t >> 2)) < 0.0
             ):
-                if wp.dot(area_of(ring, now.position, q), area_of(ring, now.position, t >> 2)) >= 0.0:
+                if wp.dot(area_of(corners, now.position, q), area_of(corners, now.position, t >> 2)) >= 0.0:
                     result = bool(True)
     return result
 
 
 @wp.func
 def is_spoilt(
-    ring: Ring, now: Spots, then: Spots, q: wp.int32, shape: wp.float32, floor: wp.array(dtype=wp.float32)
+    corners: wp.array(dtype=wp.int32),
+    now: Spots,
+    then: Spots,
+    q: wp.int32,
+    shape: wp.float32,
+    floor: wp.array(dtype=wp.float32),
+    sense: wp.float32,
 ) -> wp.bool:
     """Return whether the moves worsen a quad below its vertices' floors or turn one of its corners."""
     h = 4 * q
     least = float(1.0)
     is_inverted = bool(False)
     for corner in range(4):
-        least = wp.min(least, floor[ring.corners[h + corner]])
-        if faces_surface(ring, now, h + corner) and not faces_surface(ring, then, h + corner):
+        least = wp.min(least, floor[corners[h + corner]])
+        if faces_surface(corners, now, h + corner, sense) and not faces_surface(
+            corners, then, h + corner, sense
+        ):
             is_inverted = bool(True)
-    a = corner_point(ring, then.position, h, 0)
-    b = corner_point(ring, then.position, h, 1)
-    c = corner_point(ring, then.position, h, 2)
-    d = corner_point(ring, then.position, h, 3)
+    a = then.position[quad_corner(corners, h, 0)]
+    b = then.position[quad_corner(corners, h, 1)]
+    c = then.position[quad_corner(corners, h, 2)]
+    d = then.position[quad_corner(corners, h, 3)]
     found = quad_shape(a, b, c, d)
     return is_inverted or (found < shape and (found < least or found <= 0.0))
 
 
 @wp.func
-def rises(context: SurfaceContext, ring: Ring, now: Spots, then: Spots, q: wp.int32) -> wp.bool:
+def rises(
+    context: SurfaceContext, corners: wp.array(dtype=wp.int32), now: Spots, then: Spots, q: wp.int32
+) -> wp.bool:
     """Return whether the moves take a quad's centre away from the surface, too far."""
-    height = distance_from_surface(context, quad_centre(context, ring.corners, then.cell, then.local, q))
+    height = distance_from_surface(context, quad_centre(context, corners, then.cell, then.local, q))
     too_far = height > HIGHEST
     if too_far:
-        centre = quad_centre(context, ring.corners, now.cell, now.local, q)
+        centre = quad_centre(context, corners, now.cell, now.local, q)
         too_far = height > distance_from_surface(context, centre)
     return too_far
 
@@ -136,7 +114,8 @@ def check_kernel(
     # In:
     first: wp.int32,
     context: SurfaceContext,
-    ring: Ring,
+    mesh: MeshArrays,
+    sense: wp.float32,
     now: Spots,
     then: Spots,
     shape: wp.array(dtype=wp.float32),
@@ -155,15 +134,16 @@ def check_kernel(
     q = first + wp.tid()
     is_touched = bool(False)
     for corner in range(4):
-        if has_moved[ring.corners[4 * q + corner]] != wp.uint8(0):
+        if has_moved[mesh.corners[4 * q + corner]] != wp.uint8(0):
             is_touched = bool(True)
     failing = wp.uint8(0)
     if is_touched:
-        spoilt = is_spoilt(ring, now, then, q, shape[q], floor)
+        spoilt = is_spoilt(mesh.corners, now, then, q, shape[q], floor, sense)
         if not spoilt and is_strict == 1:
-            spoilt = folds_anew(ring, now, then, q, shape) or rises(context, ring, now, then, q)
+            spoilt = folds_anew(mesh.corners, mesh.twin, now, then, q, shape)
+            spoilt = spoilt or rises(context, mesh.corners, now, then, q)
         if spoilt:
             failing = wp.uint8(1)
             for corner in range(4):
-                must_retreat_inout[ring.corners[4 * q + corner]] = wp.uint8(1)
+                must_retreat_inout[mesh.corners[4 * q + corner]] = wp.uint8(1)
     failing_out[q] = failing

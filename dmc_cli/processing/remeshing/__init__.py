@@ -6,7 +6,7 @@ checks      what an operation must leave, and what it is worth
 chains      rotations that follow an operation until there is a gain
 moves       how the vertices that it touches move
 tracked_points  their nearest quads in a patch
-mesh        the mesh between rounds
+inheritance  values of what is new
 blocks      who works where in a round
 sweep       operations tried at irregular vertices
 mend        high quads made lower, the worst better

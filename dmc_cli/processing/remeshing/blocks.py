@@ -9,10 +9,11 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.projection import cell_node
-from dmc_cli.mesh.halfedges import previous_halfedge
-from dmc_cli.processing.remeshing.mesh import Mesh
+from dmc_cli.field.grid import Grid, GridShape, cell_node
+from dmc_cli.mesh.halfedges import next_outgoing, ring_size
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.working_mesh import WorkingMesh
+from dmc_cli.processing.remeshing.work import LONGEST_RING
 from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
 from dmc_cli.runtime.device import Device
 
@@ -24,8 +25,8 @@ SIDE = 32
 SPARE_SHARE = 32
 """A block may open one quad for so many own vertices in a round, and one more."""
 
-LONGEST_RING = 32
-"""As in `remeshing/work.py`."""
+FROZEN = "frozen"
+"""The value of the working mesh's vertices that tells which must stay: uint8, 1 for those."""
 
 
 @dataclass(frozen=True)
@@ -49,31 +50,37 @@ class Blocks:
     spare: int
 
 
-def freeze_fans(mesh: Mesh, device: Device) -> None:
-    """Mark the vertices on a boundary and those with several fans as frozen."""
-    inputs = [mesh.twin, mesh.vertex_halfedge, mesh.valence]
-    device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [mesh.frozen])
+def frozen_vertices(mesh: Mesh) -> Any:
+    """Return a mark for each vertex of a connected mesh on a boundary or with several fans, uint8 (V,)."""
+    frozen, halfedges = mesh.device.empty(mesh.vertex_count, wp.uint8), mesh.halfedges
+    assert halfedges is not None
+    inputs = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence]
+    mesh.device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [frozen])
+    return frozen
 
 
-def find_normals(mesh: Mesh, context: Any, device: Device) -> Any:
+def find_normals(mesh: WorkingMesh, context: Any) -> Any:
     """Return the surface's unit normals at the vertices, along the gradient, vec3 (V,)."""
-    normal = device.empty(mesh.vertex_count, wp.vec3)
-    device.launch(find_normals_kernel, mesh.vertex_count, [context, mesh.cell, mesh.local], [normal])
+    normal = mesh.device.empty(mesh.vertex_count, wp.vec3)
+    inputs = [context, mesh.arrays.cell, mesh.arrays.local]
+    mesh.device.launch(find_normals_kernel, mesh.vertex_count, inputs, [normal])
     return normal
 
 
-def make_blocks(mesh: Mesh, grid: GridShape, turn: int, device: Device) -> Blocks:
+def make_blocks(mesh: WorkingMesh, grid: GridShape, turn: int) -> Blocks:
     """Return the blocks of a round."""
-    vertices, quads = mesh.vertex_count, mesh.quad_count
+    device, arrays = mesh.device, mesh.arrays
+    vertices, quads = mesh.vertex_count, mesh.face_count
     sizes = [n // SIDE + 2 for n in (grid.nx, grid.ny, grid.nz)]
     shift = wp.vec3i(*(int(SIDE * ((turn * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
     box, taken = device.empty(quads, wp.int32), device.zeros(sizes[0] * sizes[1] * sizes[2], wp.int64)
-    inputs = [mesh.corners, mesh.cell, grid.struct(), shift, wp.vec3i(*sizes)]
+    inputs = [arrays.corners, arrays.cell, grid.struct(), shift, wp.vec3i(*sizes)]
     device.launch(find_boxes_kernel, quads, inputs, [box, taken])
     ranks, count = device.starts(taken)
     vertex_block = device.empty(vertices, wp.int32)
     keys, items = device.empty(2 * vertices, wp.int32), device.empty(2 * vertices, wp.int32)
-    inputs = [mesh.twin, mesh.vertex_halfedge, mesh.valence, mesh.frozen, box, ranks, count]
+    inputs = [arrays.twin, arrays.vertex_halfedge, arrays.valence, mesh.vertex_values[FROZEN]]
+    inputs += [box, ranks, count]
     device.launch(own_vertices_kernel, vertices, inputs, [vertex_block, keys, items])
     if vertices:
         wp.utils.radix_sort_pairs(keys, items, vertices)
@@ -93,19 +100,6 @@ def with_spares(blocks: Blocks, vertices: int, device: Device) -> Any:
     return longer
 
 
-@wp.func
-def has_ring(twin: wp.array(dtype=wp.int32), start: wp.int32, valence: wp.int32) -> wp.bool:
-    """Return whether the quads round a vertex form one ring."""
-    h = start
-    size = int(0)
-    closed = bool(False)
-    while h >= 0 and size < valence and not closed:
-        h = twin[previous_halfedge(h)]
-        size += 1
-        closed = h == start
-    return closed and size == valence and size <= LONGEST_RING
-
-
 @wp.kernel
 def freeze_fans_kernel(
     # In:
@@ -118,7 +112,8 @@ def freeze_fans_kernel(
 ):
     """Freeze what has no ring. One thread a vertex."""
     v = first + wp.tid()
-    frozen_out[v] = wp.where(has_ring(twin, vertex_halfedge[v], valence[v]), wp.uint8(0), wp.uint8(1))
+    size = ring_size(twin, vertex_halfedge[v], valence[v])
+    frozen_out[v] = wp.where(size > 0 and size <= LONGEST_RING, wp.uint8(0), wp.uint8(1))
 
 
 @wp.kernel
@@ -183,7 +178,7 @@ def own_vertices_kernel(
         for _turn in range(valence[v]):
             if box[h >> 2] != common:
                 block = int(-1)
-            h = twin[previous_halfedge(h)]
+            h = next_outgoing(twin, h)
     vertex_block_out[v] = block
     keys_out[v] = wp.where(block < 0, count, block)
     items_out[v] = v

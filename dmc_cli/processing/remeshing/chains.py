@@ -9,9 +9,10 @@ B. W. Kernighan's of 1973 for tours). The whole is then judged as one operation.
 
 import warp as wp
 
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
 from dmc_cli.mesh.valences import REGULAR
 from dmc_cli.processing.remeshing.checks import irregularity_change
-from dmc_cli.processing.remeshing.work import LINKED, TOUCHED, Work, is_own, onward, quad_corner
+from dmc_cli.processing.remeshing.work import LINKED, TOUCHED, Work, is_own
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -63,26 +64,28 @@ def distance_change(valence: wp.int32, more: wp.int32) -> wp.int32:
 def rotation_cost(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> wp.int32:
     """Return what rotating an edge adds to the irregularity, or `UNKNOWN` or `OFF_BLOCK`."""
     cost = int(OFF_BLOCK)
-    if is_own(work, b, quad_corner(work, h, 0)) and is_own(work, b, quad_corner(work, h, 1)):
-        t = work.twin[h]
-        u = work.valence[quad_corner(work, h, 0)]
-        w = work.valence[quad_corner(work, h, 1)]
+    if is_own(work, b, quad_corner(work.mesh.corners, h, 0)) and is_own(
+        work, b, quad_corner(work.mesh.corners, h, 1)
+    ):
+        t = work.mesh.twin[h]
+        u = work.mesh.valence[quad_corner(work.mesh.corners, h, 0)]
+        w = work.mesh.valence[quad_corner(work.mesh.corners, h, 1)]
         cost = int(UNKNOWN)
         if u > 3 and w > 3:
             step = wp.where(forward, 2, 3)
             cost = distance_change(u, -1) + distance_change(w, -1)
-            cost += distance_change(work.valence[quad_corner(work, h, step)], 1)
-            cost += distance_change(work.valence[quad_corner(work, t, step)], 1)
+            cost += distance_change(work.mesh.valence[quad_corner(work.mesh.corners, h, step)], 1)
+            cost += distance_change(work.mesh.valence[quad_corner(work.mesh.corners, t, step)], 1)
     return cost
 
 
 @wp.func
 def collapse_cost(work: Work, h: wp.int32) -> wp.int32:
     """Return what collapsing a diagonal adds to the irregularity, 0 if a doublet comes of it."""
-    u = work.valence[quad_corner(work, h, 0)]
-    w = work.valence[quad_corner(work, h, 2)]
-    s = work.valence[quad_corner(work, h, 1)]
-    t = work.valence[quad_corner(work, h, 3)]
+    u = work.mesh.valence[quad_corner(work.mesh.corners, h, 0)]
+    w = work.mesh.valence[quad_corner(work.mesh.corners, h, 2)]
+    s = work.mesh.valence[quad_corner(work.mesh.corners, h, 1)]
+    t = work.mesh.valence[quad_corner(work.mesh.corners, h, 3)]
     cost = int(0)
     if s > 3 and t > 3:
         cost = distance_change(s, -1) + distance_change(t, -1)
@@ -102,7 +105,7 @@ def is_in_chain(work: Work, b: wp.int32, h: wp.int32) -> wp.bool:
     """Return whether an edge is one that the chain has rotated."""
     known = bool(False)
     for n in range(work.tally[b, LINKED]):
-        if work.chain[b, n] == h or work.chain[b, n] == work.twin[h]:
+        if work.chain[b, n] == h or work.chain[b, n] == work.mesh.twin[h]:
             known = bool(True)
     return known
 
@@ -118,9 +121,9 @@ def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
     draw = wp.uint32(number)
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
-            h = work.vertex_halfedge[v]
-            for _turn in range(work.valence[v]):
+        if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
+            h = work.mesh.vertex_halfedge[v]
+            for _turn in range(work.mesh.valence[v]):
                 for choice in range(8):
                     side = (h & ~3) | (choice >> 1)
                     cost = rotation_cost(work, b, side, (choice & 1) == 1)
@@ -130,7 +133,7 @@ def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
                         if key < best and not is_in_chain(work, b, side):
                             best = key
                             found = 2 * side + (choice & 1)
-                h = onward(work, h)
+                h = next_outgoing(work.mesh.twin, h)
     if work.tally[b, LINKED] == DEPTH or irregularity_change(work, b) + best / TIES > ASCENT:
         found = int(-1)
     return found

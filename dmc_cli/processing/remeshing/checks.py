@@ -8,7 +8,8 @@ as long as no two vertices of a ring become one.
 
 import warp as wp
 
-from dmc_cli.field.projection import index_position
+from dmc_cli.field.grid import index_position
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.remeshing.work import (
     LONGEST_RING,
@@ -20,8 +21,6 @@ from dmc_cli.processing.remeshing.work import (
     Work,
     fail,
     is_own,
-    onward,
-    quad_corner,
 )
 from dmc_cli.processing.surface_distance import (
     distance_from_surface,
@@ -41,34 +40,34 @@ SHAPE_WEIGHT = wp.constant(0.6)
 def is_link_vertex_twice(work: Work, v: wp.int32, w: wp.int32) -> wp.bool:
     """Return whether w comes more than once among the other vertices of v's quads, sides counted once."""
     times = int(0)
-    h = work.vertex_halfedge[v]
-    for _turn in range(work.valence[v]):
-        if quad_corner(work, h, 1) == w:
+    h = work.mesh.vertex_halfedge[v]
+    for _turn in range(work.mesh.valence[v]):
+        if quad_corner(work.mesh.corners, h, 1) == w:
             times += 1
-        if quad_corner(work, h, 2) == w:
+        if quad_corner(work.mesh.corners, h, 2) == w:
             times += 1
-        h = onward(work, h)
+        h = next_outgoing(work.mesh.twin, h)
     return times != 1
 
 
 @wp.func
 def is_sound(work: Work, v: wp.int32) -> wp.bool:
     """Return whether the quads round a vertex form one ring of 3 to 8 without a vertex twice."""
-    size = work.valence[v]
-    start = work.vertex_halfedge[v]
+    size = work.mesh.valence[v]
+    start = work.mesh.vertex_halfedge[v]
     sound = size >= 3 and size <= MOST_VALENCE
     if sound:
         h = start
         for turn in range(size):
-            if work.corners[h] != v or (turn > 0 and h == start):
+            if work.mesh.corners[h] != v or (turn > 0 and h == start):
                 sound = bool(False)
-            near = quad_corner(work, h, 1)
-            far = quad_corner(work, h, 2)
+            near = quad_corner(work.mesh.corners, h, 1)
+            far = quad_corner(work.mesh.corners, h, 2)
             if near == v or far == v:
                 sound = bool(False)
             if sound and (is_link_vertex_twice(work, v, near) or is_link_vertex_twice(work, v, far)):
                 sound = bool(False)
-            h = onward(work, h)
+            h = next_outgoing(work.mesh.twin, h)
         sound = sound and h == start
     return sound
 
@@ -79,7 +78,7 @@ def is_core_sound(work: Work, b: wp.int32) -> wp.bool:
     sound = bool(True)
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        if sound and work.vertex_gone[v] == wp.uint8(0):
+        if sound and work.mesh.vertex_gone[v] == wp.uint8(0):
             sound = is_sound(work, v)
     return sound
 
@@ -91,7 +90,7 @@ def irregularity_change(work: Work, b: wp.int32) -> wp.int32:
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
         before = work.core_valence[b, n] - 4
-        after = wp.where(work.vertex_gone[v] == wp.uint8(0), work.valence[v] - 4, 0)
+        after = wp.where(work.mesh.vertex_gone[v] == wp.uint8(0), work.mesh.valence[v] - 4, 0)
         result += after * after - before * before
     return result
 
@@ -101,7 +100,7 @@ def quads_removed(work: Work, b: wp.int32) -> wp.int32:
     """Return how many quads, and as many vertices, an operation takes away."""
     gone = -work.tally[b, OPENED]
     for n in range(work.tally[b, TOUCHED]):
-        gone += wp.int32(work.vertex_gone[work.core[b, n]])
+        gone += wp.int32(work.mesh.vertex_gone[work.core[b, n]])
     return gone
 
 
@@ -111,9 +110,9 @@ def gather_patch(work: Work, b: wp.int32):
     work.tally[b, PATCHED] = 0
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        if work.vertex_gone[v] == wp.uint8(0):
-            h = work.vertex_halfedge[v]
-            for _turn in range(wp.min(work.valence[v], LONGEST_RING)):
+        if work.mesh.vertex_gone[v] == wp.uint8(0):
+            h = work.mesh.vertex_halfedge[v]
+            for _turn in range(wp.min(work.mesh.valence[v], LONGEST_RING)):
                 q = h >> 2
                 known = bool(False)
                 count = work.tally[b, PATCHED]
@@ -126,24 +125,24 @@ def gather_patch(work: Work, b: wp.int32):
                     else:
                         work.patch[b, count] = q
                         work.tally[b, PATCHED] = count + 1
-                h = onward(work, h)
+                h = next_outgoing(work.mesh.twin, h)
 
 
 @wp.func
 def quad_area(work: Work, q: wp.int32) -> wp.vec3:
     """Return a quad's normal, as long as twice its area."""
-    a = work.position[work.corners[4 * q]]
-    b = work.position[work.corners[4 * q + 1]]
-    c = work.position[work.corners[4 * q + 2]]
-    d = work.position[work.corners[4 * q + 3]]
+    a = work.mesh.position[work.mesh.corners[4 * q]]
+    b = work.mesh.position[work.mesh.corners[4 * q + 1]]
+    c = work.mesh.position[work.mesh.corners[4 * q + 2]]
+    d = work.mesh.position[work.mesh.corners[4 * q + 3]]
     return wp.cross(c - a, d - b)
 
 
 @wp.func
 def is_inverted(work: Work, q: wp.int32) -> wp.bool:
     """Return whether a quad faces away from the mean of the surface's normals at its corners."""
-    up = work.normal[work.corners[4 * q]] + work.normal[work.corners[4 * q + 1]]
-    up += work.normal[work.corners[4 * q + 2]] + work.normal[work.corners[4 * q + 3]]
+    up = work.normal[work.mesh.corners[4 * q]] + work.normal[work.mesh.corners[4 * q + 1]]
+    up += work.normal[work.mesh.corners[4 * q + 2]] + work.normal[work.mesh.corners[4 * q + 3]]
     return work.sense * wp.dot(quad_area(work, q), up) <= 0.0
 
 
@@ -156,10 +155,10 @@ def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
         shape = quad_shape(
-            work.position[work.corners[4 * q]],
-            work.position[work.corners[4 * q + 1]],
-            work.position[work.corners[4 * q + 2]],
-            work.position[work.corners[4 * q + 3]],
+            work.mesh.position[work.mesh.corners[4 * q]],
+            work.mesh.position[work.mesh.corners[4 * q + 1]],
+            work.mesh.position[work.mesh.corners[4 * q + 2]],
+            work.mesh.position[work.mesh.corners[4 * q + 3]],
         )
         total += 1.0 - shape
         least = wp.min(least, shape)
@@ -177,12 +176,12 @@ def folded_sides(work: Work, b: wp.int32) -> wp.int32:
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
         area = quad_area(work, q)
-        is_inner = is_own(work, b, work.corners[4 * q + 3])
+        is_inner = is_own(work, b, work.mesh.corners[4 * q + 3])
         for c in range(4):
             was_inner = is_inner
-            is_inner = is_own(work, b, work.corners[4 * q + c])
+            is_inner = is_own(work, b, work.mesh.corners[4 * q + c])
             if is_inner or was_inner:
-                if wp.dot(area, quad_area(work, work.twin[4 * q + ((c + 3) & 3)] >> 2)) < 0.0:
+                if wp.dot(area, quad_area(work, work.mesh.twin[4 * q + ((c + 3) & 3)] >> 2)) < 0.0:
                     result += 1
             else:
                 fail(work, b)
@@ -200,7 +199,7 @@ def highest_of_patch(context: SurfaceContext, work: Work, b: wp.int32) -> wp.flo
             here = corner_index(context, work, 4 * q + c)
             highest = wp.max(highest, height_above_surface(context, wp.float64(0.5) * (before + here)))
             before = here
-        centre = quad_centre(context, work.corners, work.cell, work.local, q)
+        centre = quad_centre(context, work.mesh.corners, work.mesh.cell, work.mesh.local, q)
         highest = wp.max(highest, distance_from_surface(context, centre))
     return highest
 
@@ -210,12 +209,12 @@ def excess_of_patch(context: SurfaceContext, work: Work, b: wp.int32) -> wp.floa
     """Return the sum of the excess heights of a patch's quads."""
     total = float(0.0)
     for n in range(work.tally[b, PATCHED]):
-        total += excess_height(context, work.corners, work.cell, work.local, work.patch[b, n])
+        total += excess_height(context, work.mesh.corners, work.mesh.cell, work.mesh.local, work.patch[b, n])
     return total
 
 
 @wp.func
 def corner_index(context: SurfaceContext, work: Work, h: wp.int32) -> wp.vec3d:
     """Return where a quad's corner is, in node indices."""
-    v = work.corners[h]
-    return index_position(context.grid, work.cell[v], work.local[v])
+    v = work.mesh.corners[h]
+    return index_position(context.grid, work.mesh.cell[v], work.mesh.local[v])

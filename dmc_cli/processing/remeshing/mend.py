@@ -15,6 +15,8 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
+from dmc_cli.mesh.working_mesh import WorkingMesh
 from dmc_cli.processing.relaxation.relax_checks import SLIVER
 from dmc_cli.processing.remeshing.checks import (
     excess_of_patch,
@@ -24,13 +26,11 @@ from dmc_cli.processing.remeshing.checks import (
     measure_patch,
     quad_area,
 )
-from dmc_cli.processing.remeshing.mesh import Mesh
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core
 from dmc_cli.processing.remeshing.tracked_points import assign_points
-from dmc_cli.processing.remeshing.work import Work, begin, fail, has_failed, onward, quad_corner, touch
+from dmc_cli.processing.remeshing.work import Work, begin, fail, has_failed, touch
 from dmc_cli.processing.surface_distance import excess_height
 from dmc_cli.processing.tangent_step import SurfaceContext
-from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -68,11 +68,11 @@ class Limits:
     may_fold: wp.int32
 
 
-def mark_high(mesh: Mesh, context: Any, device: Device) -> Any:
+def mark_high(mesh: WorkingMesh, context: Any) -> Any:
     """Return a mark for each vertex, uint8 (V,): 1 if one of its quads is high."""
-    high = device.zeros(mesh.vertex_count, wp.uint8)
-    inputs = [context, mesh.corners, mesh.cell, mesh.local]
-    device.launch(mark_high_kernel, mesh.quad_count, inputs, [high])
+    high, arrays = mesh.device.zeros(mesh.vertex_count, wp.uint8), mesh.arrays
+    inputs = [context, arrays.corners, arrays.cell, arrays.local]
+    mesh.device.launch(mark_high_kernel, mesh.face_count, inputs, [high])
     return high
 
 
@@ -80,11 +80,11 @@ def mark_high(mesh: Mesh, context: Any, device: Device) -> Any:
 def mean_side(work: Work, v: wp.int32) -> wp.float32:
     """Return the mean length of the sides at a vertex."""
     total = float(0.0)
-    h = work.vertex_halfedge[v]
-    size = work.valence[v]
+    h = work.mesh.vertex_halfedge[v]
+    size = work.mesh.valence[v]
     for _turn in range(size):
-        total += wp.length(work.position[quad_corner(work, h, 1)] - work.position[v])
-        h = onward(work, h)
+        total += wp.length(work.mesh.position[quad_corner(work.mesh.corners, h, 1)] - work.mesh.position[v])
+        h = next_outgoing(work.mesh.twin, h)
     return total / float(size)
 
 
@@ -93,10 +93,10 @@ def upward(work: Work, v: wp.int32) -> wp.vec3:
     """Return the surface's normal at a vertex; where the field's gradient vanishes, that of its quads."""
     up = work.normal[v]
     if wp.length_sq(up) == 0.0:
-        h = work.vertex_halfedge[v]
-        for _turn in range(work.valence[v]):
+        h = work.mesh.vertex_halfedge[v]
+        for _turn in range(work.mesh.valence[v]):
             up += quad_area(work, h >> 2)
-            h = onward(work, h)
+            h = next_outgoing(work.mesh.twin, h)
     return wp.normalize(up)
 
 
@@ -143,7 +143,7 @@ def try_step(
     begin(work, b)
     touch(work, b, v)
     keep_places(work, b)
-    work.position[v] = work.position[v] + step
+    work.mesh.position[v] = work.mesh.position[v] + step
     settle_core(context, work, b)
     if not has_failed(work, b):
         found = measure_ring(context, work, b)

@@ -2,8 +2,10 @@
 
 import warp as wp
 
-from dmc_cli.field.projection import index_position, node_cell, project_point
-from dmc_cli.field.slices import slice_distance
+from dmc_cli.field.grid import index_position, node_cell
+from dmc_cli.field.projection import project_point
+from dmc_cli.field.slices import output_position, slice_distance
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import nearest_square_corner
 from dmc_cli.processing.remeshing.work import (
     LEFT,
@@ -12,10 +14,8 @@ from dmc_cli.processing.remeshing.work import (
     Work,
     fail,
     has_failed,
-    onward,
-    quad_corner,
 )
-from dmc_cli.processing.tangent_step import SurfaceContext, output_position, surface_normal
+from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -31,13 +31,13 @@ def keep_places(work: Work, b: wp.int32):
     """Note where the touched vertices are, and put a merged one midway."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        work.core_position[b, n] = work.position[v]
-        work.core_cell[b, n] = work.cell[v]
-        work.core_local[b, n] = work.local[v]
+        work.core_position[b, n] = work.mesh.position[v]
+        work.core_cell[b, n] = work.mesh.cell[v]
+        work.core_local[b, n] = work.mesh.local[v]
         work.core_normal[b, n] = work.normal[v]
     kept = work.tally[b, MERGED]
     if kept >= 0:
-        work.position[kept] = 0.5 * (work.position[kept] + work.position[work.tally[b, LEFT]])
+        work.mesh.position[kept] = 0.5 * (work.mesh.position[kept] + work.mesh.position[work.tally[b, LEFT]])
 
 
 @wp.func
@@ -45,25 +45,25 @@ def restore_places(work: Work, b: wp.int32):
     """Put the touched vertices back."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        work.position[v] = work.core_position[b, n]
-        work.cell[v] = work.core_cell[b, n]
-        work.local[v] = work.core_local[b, n]
+        work.mesh.position[v] = work.core_position[b, n]
+        work.mesh.cell[v] = work.core_cell[b, n]
+        work.mesh.local[v] = work.core_local[b, n]
         work.normal[v] = work.core_normal[b, n]
 
 
 @wp.func
 def goal_of(work: Work, v: wp.int32) -> wp.vec3:
     """Return where the squares nearest to a vertex's quads want it, on its tangent plane."""
-    here = work.position[v]
+    here = work.mesh.position[v]
     goal = wp.vec3(0.0, 0.0, 0.0)
-    h = work.vertex_halfedge[v]
-    size = work.valence[v]
+    h = work.mesh.vertex_halfedge[v]
+    size = work.mesh.valence[v]
     for _turn in range(size):
-        b = work.position[quad_corner(work, h, 1)]
-        c = work.position[quad_corner(work, h, 2)]
-        d = work.position[quad_corner(work, h, 3)]
+        b = work.mesh.position[quad_corner(work.mesh.corners, h, 1)]
+        c = work.mesh.position[quad_corner(work.mesh.corners, h, 2)]
+        d = work.mesh.position[quad_corner(work.mesh.corners, h, 3)]
         goal += nearest_square_corner(here, b, c, d)
-        h = onward(work, h)
+        h = next_outgoing(work.mesh.twin, h)
     step = goal / float(size) - here
     return here + (step - wp.dot(step, work.normal[v]) * work.normal[v])
 
@@ -74,8 +74,8 @@ def smooth_core(work: Work, b: wp.int32):
     for _step in range(STEPS):
         for n in range(work.tally[b, TOUCHED]):
             v = work.core[b, n]
-            if work.vertex_gone[v] == wp.uint8(0):
-                work.position[v] = goal_of(work, v)
+            if work.mesh.vertex_gone[v] == wp.uint8(0):
+                work.mesh.position[v] = goal_of(work, v)
 
 
 @wp.func
@@ -87,7 +87,7 @@ def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
     v = work.core[b, n]
     cell = work.core_cell[b, n]
     start = index_position(context.grid, cell, work.core_local[b, n])
-    way = context.to_grid * (work.position[v] - work.core_position[b, n])
+    way = context.to_grid * (work.mesh.position[v] - work.core_position[b, n])
     k = wp.int32(start[2])
     if context.depths.shape[0] > 0:
         k = wp.min(k, context.depths.shape[0] - 2)
@@ -100,9 +100,9 @@ def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
             facing = surface_normal(context, end.cell, end.local)
     normal = work.core_normal[b, n]
     if wp.dot(facing, normal) > 0.0 or (wp.length_sq(normal) == 0.0 and wp.length_sq(facing) > 0.0):
-        work.position[v] = output_position(context, end.cell, end.local)
-        work.cell[v] = node_cell(context.grid, end.cell)
-        work.local[v] = end.local
+        work.mesh.position[v] = output_position(context.to_output, context.depths, end.cell, end.local)
+        work.mesh.cell[v] = node_cell(context.grid, end.cell)
+        work.mesh.local[v] = end.local
         work.normal[v] = facing
     else:
         fail(work, b)
@@ -112,5 +112,5 @@ def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
 def settle_core(context: SurfaceContext, work: Work, b: wp.int32):
     """Put the touched vertices on the surface."""
     for n in range(work.tally[b, TOUCHED]):
-        if work.vertex_gone[work.core[b, n]] == wp.uint8(0) and not has_failed(work, b):
+        if work.mesh.vertex_gone[work.core[b, n]] == wp.uint8(0) and not has_failed(work, b):
             settle(context, work, b, n)

@@ -7,13 +7,18 @@ with two sides in common, is removed by collapsing one of them on the diagonal f
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_halfedge, previous_halfedge
-from dmc_cli.mesh.working_mesh import opposite_halfedge
+from dmc_cli.mesh.halfedges import (
+    next_in_quad,
+    next_outgoing,
+    opposite_in_quad,
+    previous_in_quad,
+    quad_corner,
+)
 from dmc_cli.processing.remeshing.work import (
     CORNER,
+    FACE_GONE,
     LONGEST_RING,
     OPENED,
-    QUAD_GONE,
     SPARE_QUAD,
     SPARE_VERTEX,
     START,
@@ -23,9 +28,7 @@ from dmc_cli.processing.remeshing.work import (
     Work,
     fail,
     has_failed,
-    onward,
     put,
-    quad_corner,
     touch,
 )
 
@@ -47,7 +50,7 @@ def place_side(work: Work, b: wp.int32, h: wp.int32, v: wp.int32, t: wp.int32):
 @wp.func
 def add_valence(work: Work, b: wp.int32, v: wp.int32, more: wp.int32):
     """Change the valence of a vertex."""
-    put(work, b, VALENCE, v, work.valence[v] + more)
+    put(work, b, VALENCE, v, work.mesh.valence[v] + more)
 
 
 @wp.func
@@ -57,13 +60,13 @@ def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool):
     The edge joins p3 and p0; turned forward it joins p4 and p1, else p2 and p5. The quads' sides without
     the edge are, as halfedges, e01, e12, e23 of one and e34, e45, e50 of the other.
     """
-    t = work.twin[h]
-    p0 = quad_corner(work, h, 1)
-    p1 = quad_corner(work, h, 2)
-    p2 = quad_corner(work, h, 3)
-    p3 = quad_corner(work, h, 0)
-    p4 = quad_corner(work, t, 2)
-    p5 = quad_corner(work, t, 3)
+    t = work.mesh.twin[h]
+    p0 = quad_corner(work.mesh.corners, h, 1)
+    p1 = quad_corner(work.mesh.corners, h, 2)
+    p2 = quad_corner(work.mesh.corners, h, 3)
+    p3 = quad_corner(work.mesh.corners, h, 0)
+    p4 = quad_corner(work.mesh.corners, t, 2)
+    p5 = quad_corner(work.mesh.corners, t, 3)
     touch(work, b, p0)
     touch(work, b, p1)
     touch(work, b, p2)
@@ -75,24 +78,24 @@ def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool):
     if p1 == p4 or p1 == p5 or p2 == p4 or p2 == p5 or p1 == p3 or p0 == p3:
         fail(work, b)
     if not has_failed(work, b):
-        e01 = work.twin[next_halfedge(h)]
-        e12 = work.twin[opposite_halfedge(h)]
-        e23 = work.twin[previous_halfedge(h)]
-        e34 = work.twin[next_halfedge(t)]
-        e45 = work.twin[opposite_halfedge(t)]
-        e50 = work.twin[previous_halfedge(t)]
+        e01 = work.mesh.twin[next_in_quad(h)]
+        e12 = work.mesh.twin[opposite_in_quad(h)]
+        e23 = work.mesh.twin[previous_in_quad(h)]
+        e34 = work.mesh.twin[next_in_quad(t)]
+        e45 = work.mesh.twin[opposite_in_quad(t)]
+        e50 = work.mesh.twin[previous_in_quad(t)]
         a1 = wp.where(forward, p1, p5)
         a2 = wp.where(forward, p2, p0)
         a3 = wp.where(forward, p3, p1)
         b1 = wp.where(forward, p4, p2)
         b2 = wp.where(forward, p5, p3)
         b3 = wp.where(forward, p0, p4)
-        place_side(work, b, next_halfedge(h), a1, wp.where(forward, e12, e50))
-        place_side(work, b, opposite_halfedge(h), a2, wp.where(forward, e23, e01))
-        place_side(work, b, previous_halfedge(h), a3, wp.where(forward, e34, e12))
-        place_side(work, b, next_halfedge(t), b1, wp.where(forward, e45, e23))
-        place_side(work, b, opposite_halfedge(t), b2, wp.where(forward, e50, e34))
-        place_side(work, b, previous_halfedge(t), b3, wp.where(forward, e01, e45))
+        place_side(work, b, next_in_quad(h), a1, wp.where(forward, e12, e50))
+        place_side(work, b, opposite_in_quad(h), a2, wp.where(forward, e23, e01))
+        place_side(work, b, previous_in_quad(h), a3, wp.where(forward, e34, e12))
+        place_side(work, b, next_in_quad(t), b1, wp.where(forward, e45, e23))
+        place_side(work, b, opposite_in_quad(t), b2, wp.where(forward, e50, e34))
+        place_side(work, b, previous_in_quad(t), b3, wp.where(forward, e01, e45))
         put(work, b, CORNER, h, b1)
         put(work, b, CORNER, t, a1)
         add_valence(work, b, a1, 1)
@@ -104,28 +107,28 @@ def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool):
 @wp.func
 def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32):
     """Remove the quad of halfedge h by merging the vertex where h starts into the one opposite."""
-    gone = quad_corner(work, h, 0)
-    side = quad_corner(work, h, 1)
-    kept = quad_corner(work, h, 2)
-    other = quad_corner(work, h, 3)
+    gone = quad_corner(work.mesh.corners, h, 0)
+    side = quad_corner(work.mesh.corners, h, 1)
+    kept = quad_corner(work.mesh.corners, h, 2)
+    other = quad_corner(work.mesh.corners, h, 3)
     touch(work, b, gone)
     touch(work, b, side)
     touch(work, b, kept)
     touch(work, b, other)
-    if gone == kept or side == other or work.valence[side] < 3 or work.valence[other] < 3:
+    if gone == kept or side == other or work.mesh.valence[side] < 3 or work.mesh.valence[other] < 3:
         fail(work, b)
     if not has_failed(work, b):
-        t0 = work.twin[h]
-        t1 = work.twin[next_halfedge(h)]
-        t2 = work.twin[opposite_halfedge(h)]
-        t3 = work.twin[previous_halfedge(h)]
+        t0 = work.mesh.twin[h]
+        t1 = work.mesh.twin[next_in_quad(h)]
+        t2 = work.mesh.twin[opposite_in_quad(h)]
+        t3 = work.mesh.twin[previous_in_quad(h)]
         if (t0 >> 2) == (t1 >> 2) or (t2 >> 2) == (t3 >> 2):
             fail(work, b)
         g = h
-        for _turn in range(work.valence[gone]):
+        for _turn in range(work.mesh.valence[gone]):
             if g != h:
                 put(work, b, CORNER, g, kept)
-            g = onward(work, g)
+            g = next_outgoing(work.mesh.twin, g)
         put(work, b, TWIN, t0, t1)
         put(work, b, TWIN, t1, t0)
         put(work, b, TWIN, t2, t3)
@@ -133,10 +136,10 @@ def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32):
         put(work, b, START, side, t0)
         put(work, b, START, kept, t1)
         put(work, b, START, other, t2)
-        add_valence(work, b, kept, work.valence[gone] - 2)
+        add_valence(work, b, kept, work.mesh.valence[gone] - 2)
         add_valence(work, b, side, -1)
         add_valence(work, b, other, -1)
-        put(work, b, QUAD_GONE, h >> 2, 1)
+        put(work, b, FACE_GONE, h >> 2, 1)
         put(work, b, VERTEX_GONE, gone, 1)
 
 
@@ -148,8 +151,8 @@ def open_quad(
 
     The quads from h on go to the new vertex. Spare numbers run up to `last_vertex` and `last_quad`.
     """
-    v = work.corners[h]
-    size = work.valence[v]
+    v = work.mesh.corners[h]
+    size = work.mesh.valence[v]
     fresh = work.tally[b, SPARE_VERTEX]
     q = work.tally[b, SPARE_QUAD]
     if fresh >= last_vertex or q >= last_quad or steps < 2 or steps > size - 2 or size > LONGEST_RING:
@@ -157,20 +160,20 @@ def open_quad(
     if not has_failed(work, b):
         end = h
         for _turn in range(steps):
-            end = onward(work, end)
-        side = quad_corner(work, h, 1)
-        other = quad_corner(work, end, 1)
+            end = next_outgoing(work.mesh.twin, end)
+        side = quad_corner(work.mesh.corners, h, 1)
+        other = quad_corner(work.mesh.corners, end, 1)
         touch(work, b, v)
         touch(work, b, fresh)
         touch(work, b, side)
         touch(work, b, other)
         if not has_failed(work, b):
-            before = work.twin[h]
-            last = work.twin[end]
+            before = work.mesh.twin[h]
+            last = work.mesh.twin[end]
             g = h
             for _turn in range(steps):
                 put(work, b, CORNER, g, fresh)
-                g = onward(work, g)
+                g = next_outgoing(work.mesh.twin, g)
             place_side(work, b, 4 * q, v, before)
             place_side(work, b, 4 * q + 1, side, h)
             place_side(work, b, 4 * q + 2, fresh, last)
@@ -179,7 +182,7 @@ def open_quad(
             put(work, b, VALENCE, v, size - steps + 1)
             add_valence(work, b, side, 1)
             add_valence(work, b, other, 1)
-            put(work, b, QUAD_GONE, q, 0)
+            put(work, b, FACE_GONE, q, 0)
             put(work, b, VERTEX_GONE, fresh, 0)
             work.tally[b, OPENED] = 1
 
@@ -190,6 +193,6 @@ def doublet_of(work: Work, b: wp.int32, count: wp.int32) -> wp.int32:
     found = int(-1)
     for n in range(count):
         v = work.core[b, n]
-        if found < 0 and work.vertex_gone[v] == wp.uint8(0) and work.valence[v] == 2:
+        if found < 0 and work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] == 2:
             found = v
     return found

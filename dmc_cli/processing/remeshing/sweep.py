@@ -9,6 +9,7 @@ and for any number of threads.
 
 import warp as wp
 
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
 from dmc_cli.mesh.valences import REGULAR
 from dmc_cli.processing.remeshing.chains import (
     UNKNOWN,
@@ -51,9 +52,7 @@ from dmc_cli.processing.remeshing.work import (
     fail,
     has_failed,
     is_own,
-    onward,
     outgoing,
-    quad_corner,
     redo,
     undo,
 )
@@ -107,7 +106,7 @@ def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: 
 
     It is `NOTHING` where it is plain that it adds more than `most` to the irregularity.
     """
-    h = outgoing(work, v, choice(number, 0, work.valence[v]))
+    h = outgoing(work, v, choice(number, 0, work.mesh.valence[v]))
     action = wp.vec3i(NOTHING, 0, 0)
     kind = choice(number, 8, 16)
     if kind < ROTATIONS:
@@ -119,13 +118,13 @@ def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: 
     elif kind < ROTATIONS + COLLAPSES:
         side = (h & ~3) | ((h + choice(number, 16, 2)) & 3)
         if float(collapse_cost(work, side)) <= most:
-            work.tally[b, LEFT] = quad_corner(work, side, 0)
-            work.tally[b, MERGED] = quad_corner(work, side, 2)
+            work.tally[b, LEFT] = quad_corner(work.mesh.corners, side, 0)
+            work.tally[b, MERGED] = quad_corner(work.mesh.corners, side, 2)
             action = wp.vec3i(COLLAPSE, side, 0)
     else:
         side = (h & ~3) | ((h + choice(number, 16, 4) / 3) & 3)
-        if is_own(work, b, work.corners[side]):
-            steps = 2 + choice(number, 24, wp.max(work.valence[work.corners[side]] - 3, 1))
+        if is_own(work, b, work.mesh.corners[side]):
+            steps = 2 + choice(number, 24, wp.max(work.mesh.valence[work.mesh.corners[side]] - 3, 1))
             action = wp.vec3i(OPEN, side, steps)
     return action
 
@@ -137,7 +136,7 @@ def next_action(work: Work, b: wp.int32, number: wp.uint32, done: wp.int32, is_c
     doublet = doublet_of(work, b, work.tally[b, TOUCHED])
     if doublet >= 0:
         if done <= DOUBLETS:
-            action = wp.vec3i(COLLAPSE, work.vertex_halfedge[doublet], 0)
+            action = wp.vec3i(COLLAPSE, work.mesh.vertex_halfedge[doublet], 0)
     elif is_chained:
         if irregularity_change(work, b) >= 0:
             rotation = next_rotation(work, b, scrambled(number + wp.uint32(done)))
@@ -178,22 +177,22 @@ def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.fl
 def begin_opened(work: Work, b: wp.int32, fresh: wp.int32):
     """Start a vertex that a quad was opened for where the one is that it was split from."""
     of = work.core[b, 0]
-    work.position[fresh] = work.position[of]
-    work.cell[fresh] = work.cell[of]
-    work.local[fresh] = work.local[of]
+    work.mesh.position[fresh] = work.mesh.position[of]
+    work.mesh.cell[fresh] = work.mesh.cell[of]
+    work.mesh.local[fresh] = work.mesh.local[of]
     work.normal[fresh] = work.normal[of]
 
 
 @wp.func
 def spread_opened(work: Work, fresh: wp.int32):
     """Move it a little to its side."""
-    h = work.vertex_halfedge[fresh]
+    h = work.mesh.vertex_halfedge[fresh]
     mean = wp.vec3(0.0, 0.0, 0.0)
-    size = work.valence[fresh]
+    size = work.mesh.valence[fresh]
     for _turn in range(size):
-        mean += work.position[quad_corner(work, h, 1)]
-        h = onward(work, h)
-    work.position[fresh] = 0.6 * work.position[fresh] + 0.4 * mean / float(size)
+        mean += work.mesh.position[quad_corner(work.mesh.corners, h, 1)]
+        h = next_outgoing(work.mesh.twin, h)
+    work.mesh.position[fresh] = 0.6 * work.mesh.position[fresh] + 0.4 * mean / float(size)
 
 
 @wp.func
@@ -292,7 +291,7 @@ def try_vertex(
 ):
     """Try operations at a vertex as long as it is there and irregular."""
     for n in range(rules.tries):
-        if work.vertex_gone[v] == wp.uint8(0) and work.valence[v] != REGULAR:
+        if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
             seed = scrambled(wp.uint32((rules.round * PASSES + turn) * rules.tries + n))
             attempt(context, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
 

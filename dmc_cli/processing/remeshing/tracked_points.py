@@ -3,7 +3,7 @@
 import warp as wp
 
 from dmc_cli.processing.distance_guard import FARTHEST, distance_from_quad
-from dmc_cli.processing.remeshing.work import JOURNALLED, PATCHED, QUAD_GONE, TRACKED, Work, fail, has_failed
+from dmc_cli.processing.remeshing.work import FACE_GONE, JOURNALLED, PATCHED, TRACKED, Work, fail, has_failed
 from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -31,8 +31,8 @@ def list_points_of_patch(work: Work, b: wp.int32) -> wp.int32:
     for n in range(work.tally[b, JOURNALLED]):
         place = work.journal_place[b, n]
         q = wp.int32(place >> wp.int64(3))
-        if wp.int32(place & wp.int64(7)) == QUAD_GONE:
-            if work.quad_gone[q] != wp.uint8(0):
+        if wp.int32(place & wp.int64(7)) == FACE_GONE:
+            if work.mesh.face_gone[q] != wp.uint8(0):
                 size = list_points_of(work, b, q, size)
     return size
 
@@ -44,16 +44,20 @@ def nearest_in_patch(context: SurfaceContext, work: Work, b: wp.int32, g: wp.int
     point = work.tracked_point[g]
     least = float(FARTHEST)
     best = int(-1)
-    if work.quad_gone[nearest_quad] == wp.uint8(0):
+    if work.mesh.face_gone[nearest_quad] == wp.uint8(0):
         if (
-            distance_from_quad(context.grid, work.corners, work.cell, work.local, nearest_quad, point)
+            distance_from_quad(
+                context.grid, work.mesh.corners, work.mesh.cell, work.mesh.local, nearest_quad, point
+            )
             <= FARTHEST
         ):
             best = nearest_quad
     if best < 0:
         for n in range(work.tally[b, PATCHED]):
             q = work.patch[b, n]
-            distance = distance_from_quad(context.grid, work.corners, work.cell, work.local, q, point)
+            distance = distance_from_quad(
+                context.grid, work.mesh.corners, work.mesh.cell, work.mesh.local, q, point
+            )
             if distance <= least:
                 least = distance
                 best = q

@@ -9,11 +9,12 @@ again. So an operation is done first and judged afterwards, on the mesh as it wo
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import previous_halfedge
+from dmc_cli.mesh.halfedges import next_outgoing
+from dmc_cli.mesh.working_mesh import MeshArrays
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-CORNER, TWIN, START, VALENCE, QUAD_GONE, VERTEX_GONE = range(6)
+CORNER, TWIN, START, VALENCE, FACE_GONE, VERTEX_GONE = range(6)
 """The arrays whose changes are journalled."""
 
 JOURNAL = 640
@@ -46,20 +47,12 @@ LONGEST_RING = 32
 class Work:
     """A mesh and the benches of its blocks.
 
-    Of halfedges corners and twin; of quads quad_gone and first_point; of vertices vertex_halfedge to
-    vertex_block (-1: nobody's); of tracked points tracked_point, nearest_quad and next_point; of blocks and
-    places on the bench the others. `sense` is 1 if quads face along the gradient of F, else -1.
+    Of vertices normal and vertex_block (-1: nobody's); of quads first_point; of tracked points tracked_point,
+    nearest_quad and next_point; of blocks and places on the bench the others. `sense` is 1 if quads face
+    along the gradient of F, else -1.
     """
 
-    corners: wp.array(dtype=wp.int32)
-    twin: wp.array(dtype=wp.int32)
-    quad_gone: wp.array(dtype=wp.uint8)
-    vertex_halfedge: wp.array(dtype=wp.int32)
-    valence: wp.array(dtype=wp.int32)
-    vertex_gone: wp.array(dtype=wp.uint8)
-    position: wp.array(dtype=wp.vec3)
-    cell: wp.array(dtype=wp.int64)
-    local: wp.array(dtype=wp.vec3)
+    mesh: MeshArrays
     normal: wp.array(dtype=wp.vec3)
     vertex_block: wp.array(dtype=wp.int32)
     first_point: wp.array(dtype=wp.int32)
@@ -126,7 +119,9 @@ def touch(work: Work, b: wp.int32, v: wp.int32):
             fail(work, b)
         else:
             work.core[b, count] = v
-            work.core_valence[b, count] = wp.where(work.vertex_gone[v] == wp.uint8(0), work.valence[v], 4)
+            work.core_valence[b, count] = wp.where(
+                work.mesh.vertex_gone[v] == wp.uint8(0), work.mesh.valence[v], 4
+            )
             work.tally[b, TOUCHED] = count + 1
 
 
@@ -139,23 +134,23 @@ def exchange(work: Work, b: wp.int32, n: wp.int32):
     value = work.journal_value[b, n]
     old = int(0)
     if kind == CORNER:
-        old = work.corners[index]
-        work.corners[index] = value
+        old = work.mesh.corners[index]
+        work.mesh.corners[index] = value
     elif kind == TWIN:
-        old = work.twin[index]
-        work.twin[index] = value
+        old = work.mesh.twin[index]
+        work.mesh.twin[index] = value
     elif kind == START:
-        old = work.vertex_halfedge[index]
-        work.vertex_halfedge[index] = value
+        old = work.mesh.vertex_halfedge[index]
+        work.mesh.vertex_halfedge[index] = value
     elif kind == VALENCE:
-        old = work.valence[index]
-        work.valence[index] = value
-    elif kind == QUAD_GONE:
-        old = wp.int32(work.quad_gone[index])
-        work.quad_gone[index] = wp.uint8(value)
+        old = work.mesh.valence[index]
+        work.mesh.valence[index] = value
+    elif kind == FACE_GONE:
+        old = wp.int32(work.mesh.face_gone[index])
+        work.mesh.face_gone[index] = wp.uint8(value)
     else:
-        old = wp.int32(work.vertex_gone[index])
-        work.vertex_gone[index] = wp.uint8(value)
+        old = wp.int32(work.mesh.vertex_gone[index])
+        work.mesh.vertex_gone[index] = wp.uint8(value)
     work.journal_value[b, n] = old
 
 
@@ -188,21 +183,9 @@ def redo(work: Work, b: wp.int32):
 
 
 @wp.func
-def onward(work: Work, h: wp.int32) -> wp.int32:
-    """Return the next outgoing halfedge of a vertex."""
-    return work.twin[previous_halfedge(h)]
-
-
-@wp.func
 def outgoing(work: Work, v: wp.int32, steps: wp.int32) -> wp.int32:
     """Return the outgoing halfedge of a vertex some steps after its first."""
-    h = work.vertex_halfedge[v]
+    h = work.mesh.vertex_halfedge[v]
     for _step in range(steps):
-        h = onward(work, h)
+        h = next_outgoing(work.mesh.twin, h)
     return h
-
-
-@wp.func
-def quad_corner(work: Work, h: wp.int32, step: wp.int32) -> wp.int32:
-    """Return the vertex `step` corners after halfedge h's in its quad."""
-    return work.corners[(h & ~3) | ((h + step) & 3)]

@@ -31,7 +31,7 @@ def assert_same_surface(surface: Surface, oracle: OracleSurface) -> None:
     """Fail unless both have the same counts, quads and vertices."""
     expected = oracle_counts(oracle)
     assert {name: getattr(surface.counts, name) for name in expected} == expected
-    quads, cells = surface.quads.numpy(), surface.vertex_cell.numpy()
+    quads, cells = surface.mesh.faces.numpy(), surface.placement.cell.numpy()
     assert len(quads) == len(oracle.quads)
     meaning: dict[int, object] = {}
     for q, (edge, corners) in enumerate(oracle.quads):
@@ -49,5 +49,7 @@ def assert_same_surface(surface: Surface, oracle: OracleSurface) -> None:
 
 def as_arrays(surface: Surface) -> dict[str, np.ndarray]:
     """The surface's arrays, for comparing bytes."""
-    names = ("vertices", "vertex_cell", "vertex_local", "quads")
-    return {name: getattr(surface, name).numpy() for name in names}
+    mesh, placement = surface.mesh, surface.placement
+    arrays = {"positions": mesh.positions, "cell": placement.cell, "local": placement.local}
+    arrays["faces"] = mesh.faces
+    return {name: array.numpy() for name, array in arrays.items()}

@@ -28,6 +28,6 @@ def test_the_form_of_an_array_does_not_show(extract, form):
         for values in (given, np.ascontiguousarray(given, plain))
     ]
     found, expected = (as_arrays(surface) for surface in surfaces)
-    assert len(found["quads"]) > 1000
+    assert len(found["faces"]) > 1000
     for key, array in expected.items():
         np.testing.assert_array_equal(found[key], array)

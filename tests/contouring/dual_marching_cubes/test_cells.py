@@ -60,12 +60,12 @@ def test_cells_of_several_polygons_and_those_that_lack_quads_are_special(extract
     values[rng.random(values.shape) < missing] = np.nan
     surface = extract(volume_of(values), border=border)
     active, special = cells_of(values, border)
-    rows, row_cells = surface.cells.special_row.numpy(), surface.cells.special_i.numpy()
+    rows, row_cells = surface.numbering.cells.special_row.numpy(), surface.numbering.cells.special_i.numpy()
     k, j, i = np.nonzero(special)
-    np.testing.assert_array_equal(rows, j + k * surface.grid.ny)
+    np.testing.assert_array_equal(rows, j + k * surface.placement.frame.grid.ny)
     np.testing.assert_array_equal(row_cells, i)
     assert surface.counts.crossed_edges == crossed_edges(values, border)
-    assert surface.cells.ordinary_count == (active & ~special).sum() > 0 or nx == 2
+    assert surface.numbering.cells.ordinary_count == (active & ~special).sum() > 0 or nx == 2
 
 
 def test_cells_of_every_case(extract):
@@ -76,6 +76,6 @@ def test_cells_of_every_case(extract):
         values[1:3, j : j + 2, i : i + 2] = np.where([case >> c & 1 for c in range(8)], 1.0, -1.0).reshape(
             2, 2, 2
         )
-    cells = extract(volume_of(values), border="closed").cells
+    cells = extract(volume_of(values), border="closed").numbering.cells
     _, special = cells_of(values, "closed")
     np.testing.assert_array_equal(cells.special_i.numpy(), np.nonzero(special)[2])

@@ -5,12 +5,9 @@ import pytest
 import warp as wp
 from hypothesis import given
 
-from dmc_cli.contouring.dual_marching_cubes.coloring import (
-    choose_colors_kernel,
-    color_vertices,
-    repair_colors,
-)
+from dmc_cli.contouring.dual_marching_cubes.coloring import color_vertices
 from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.processing.color_repair import choose_colors_kernel, repair_colors
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from tests import shapes
@@ -36,43 +33,47 @@ def test_the_colors_of_any_volume_are_the_oracles(volume_and_settings):
     mesh = colored(extract_on("cpu", volume, settings))
     oracle = extract_oracle_surface(volume, settings)
     expected = np.array([grid_color(edge) for edge, _ in oracle.quads], dtype=np.uint8)
-    np.testing.assert_array_equal(mesh.color24.numpy(), expected)
-    twin = mesh.halfedges.twin.numpy()
-    np.testing.assert_array_equal(mesh.color.numpy(), reduce_by_oracle(expected, twin))
+    np.testing.assert_array_equal(mesh.mesh.face_values["color24"].numpy(), expected)
+    twin = mesh.mesh.halfedges.twin.numpy()
+    np.testing.assert_array_equal(mesh.mesh.face_values["color"].numpy(), reduce_by_oracle(expected, twin))
     assert_proper(expected, twin)
-    assert_proper(mesh.color.numpy(), twin)
+    assert_proper(mesh.mesh.face_values["color"].numpy(), twin)
 
 
 def test_genus_two_ends_with_the_colors_of_the_notes(extract):
     surface = extract(paper_field("genus_two", 256), topology="asymptotic", threads=2)
-    counts = np.bincount(colored(surface).color.numpy())
+    counts = np.bincount(colored(surface).mesh.face_values["color"].numpy())
     assert counts.tolist() == [62198, 53391, 31935, 10985, 395]
 
 
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_threads_do_not_show(extract, border):
     one, four = (colored(extract(white_noise(40), border=border, threads=threads)) for threads in (1, 4))
-    np.testing.assert_array_equal(one.color.numpy(), four.color.numpy())
-    np.testing.assert_array_equal(one.color24.numpy(), four.color24.numpy())
+    np.testing.assert_array_equal(
+        one.mesh.face_values["color"].numpy(), four.mesh.face_values["color"].numpy()
+    )
+    np.testing.assert_array_equal(
+        one.mesh.face_values["color24"].numpy(), four.mesh.face_values["color24"].numpy()
+    )
 
 
 def test_the_vertices_of_a_box_have_the_eight_colors(extract):
-    colors = color_vertices(extract(one_inside_node())).numpy()
+    colors = color_vertices(extract(one_inside_node()).placement).numpy()
     assert sorted(colors.tolist()) == list(range(8))
 
 
 def test_neighboring_vertices_have_different_colors(extract):
     surface = extract(white_noise(16))
-    colors, quads = color_vertices(surface).numpy(), surface.quads.numpy()
+    colors, quads = color_vertices(surface.placement).numpy(), surface.mesh.faces.numpy()
     assert (colors[quads] != colors[np.roll(quads, -1, axis=1)]).all()
 
 
 def test_repair_makes_any_coloring_proper(device):
     mesh = colored(extract_on(device, white_noise(16), SurfaceSettings(isovalue=0.0), threads=2))
-    twin, color = mesh.halfedges.twin, mesh.color
+    twin, color = mesh.mesh.halfedges.twin, mesh.mesh.face_values["color"]
     color.zero_()
     seams = wp.array(np.arange(twin.shape[0], dtype=np.int32), device=device)
-    repair_colors(mesh.surface.device, twin, color, seams)
+    repair_colors(mesh.mesh.device, twin, color, seams)
     assert color.numpy().max() < 5
     assert_proper(color.numpy(), twin.numpy())
 
@@ -81,10 +82,10 @@ def repaired(shape, color, gone=(), seams=None):
     """The colours of a hand-made mesh after repair."""
     mesh = working(shape)
     colors = wp.array(np.array(color, dtype=np.uint8), dtype=wp.uint8)
-    halfedges = np.arange(4 * mesh.quad_count) if seams is None else seams
-    mesh.arrays.quad_gone.numpy()[list(gone)] = 1
+    halfedges = np.arange(4 * mesh.face_count) if seams is None else seams
+    mesh.arrays.face_gone.numpy()[list(gone)] = 1
     listed = wp.array(np.array(halfedges, dtype=np.int32), dtype=wp.int32)
-    repair_colors(mesh.device, mesh.arrays.twin, colors, listed, gone=mesh.arrays.quad_gone)
+    repair_colors(mesh.device, mesh.arrays.twin, colors, listed, gone=mesh.arrays.face_gone)
     return colors.numpy().tolist()
 
 

@@ -12,16 +12,16 @@ from tests.reference import rows_of_size, table
 
 def irregular_percent(surface):
     """Share of MC polygons, unused ones included, whose vertex has not exactly four mesh edges."""
-    valence = pair_valences(surface.quads.numpy(), len(surface.vertex_cell))
+    valence = pair_valences(surface.mesh.faces.numpy(), len(surface.placement.cell))
     return 100.0 * (1.0 - np.count_nonzero(valence == 4) / surface.counts.polygons)
 
 
 def counts_of(surface):
-    use = pair_use(surface.quads.numpy())
+    use = pair_use(surface.mesh.faces.numpy())
     return {
         "vertices": surface.counts.polygons,
         "unused": surface.counts.unused_vertices,
-        "quads": len(surface.quads),
+        "quads": surface.mesh.face_count,
         "crossed_edges": surface.counts.crossed_edges,
         "boundary_edges": int((use == 1).sum()),
         "edges_with_4_quads": int((use == 4).sum()),
@@ -57,8 +57,8 @@ def test_the_counts_of_the_papers_large_fields_are_exact(extract, row):
 def test_the_counts_of_the_non_manifold_volumes_are_exact(extract, name):
     isovalue = NON_MANIFOLD_ISOVALUES[name]
     surface = extract(non_manifold_volume(name), isovalue, topology="asymptotic")
-    use = pair_use(surface.quads.numpy())
-    found = (surface.counts.polygons, len(surface.quads), int((use == 4).sum()), int((use == 3).sum()))
+    use = pair_use(surface.mesh.faces.numpy())
+    found = (surface.counts.polygons, surface.mesh.face_count, int((use == 4).sum()), int((use == 3).sum()))
     assert found == NON_MANIFOLD_COUNTS[name]
 
 
@@ -72,5 +72,5 @@ def test_eight_of_the_304_ambiguous_faces_of_steiner_128_are_flipped(extract):
 def test_the_counts_of_real_volumes_are_exact(extract, row, shared_data):
     volume, isovalue = read_real_volume(shared_data, row["volume"]), REAL_VOLUMES[row["volume"]][0]
     surface = extract(volume, isovalue, topology="asymptotic", border="closed", threads=2)
-    assert surface.stored_isovalue == float(row["stored_isovalue"])
+    assert surface.placement.frame.stored_isovalue == float(row["stored_isovalue"])
     assert_counts_of_row(surface, row)

@@ -62,16 +62,18 @@ def sides_of(quads):
 
 def enclosed_volume(surface):
     """Return the volume that the quads enclose, in cells; positive if they look outwards."""
-    a, b, c, d = (surface.vertices.numpy().astype(float)[surface.quads.numpy()[:, n]] for n in range(4))
+    a, b, c, d = (
+        surface.mesh.positions.numpy().astype(float)[surface.mesh.faces.numpy()[:, n]] for n in range(4)
+    )
     middle = 0.25 * (a + b + c + d)
     return sum(np.sum(middle * np.cross(p, q)) for p, q in ((a, b), (b, c), (c, d), (d, a))) / 6.0
 
 
 def assert_sound(surface, is_closed):
     """Fail unless vertices are in their cells and the mesh is a manifold, closed if it is to be."""
-    local, quads = surface.vertex_local.numpy(), surface.quads.numpy()
+    local, quads = surface.placement.local.numpy(), surface.mesh.faces.numpy()
     assert ((local >= 0) & (local <= 1)).all()
-    assert np.isfinite(surface.vertices.numpy()).all()
+    assert np.isfinite(surface.mesh.positions.numpy()).all()
     sides = sides_of(quads)
     once, counts = np.unique(sides, axis=0, return_counts=True)
     assert (counts == 1).all(), "two quads run the same way along a side"
@@ -137,8 +139,8 @@ def test_values_times_a_power_of_two_give_the_same_surface(extract, exponent, bo
     plain = extract(volume_of(values), border=border)
     scaled = extract(volume_of(np.ldexp(values, exponent)), border=border)
     assert scaled.counts == plain.counts
-    np.testing.assert_array_equal(scaled.quads.numpy(), plain.quads.numpy())
-    moved = np.abs(scaled.vertex_local.numpy() - plain.vertex_local.numpy()).max(axis=1) > 1e-4
+    np.testing.assert_array_equal(scaled.mesh.faces.numpy(), plain.mesh.faces.numpy())
+    moved = np.abs(scaled.placement.local.numpy() - plain.placement.local.numpy()).max(axis=1) > 1e-4
     assert np.mean(moved) < 0.005  # where two axes are as steep as each other
 
 
@@ -155,9 +157,9 @@ def test_a_range_beyond_float64_has_a_surface(extract, isovalue):
     values[1:3, 1:3, 1:3] = 1.5e308
     surface = extract(volume_of(values), isovalue)
     assert_sound(surface, is_closed=True)
-    assert surface.vertex_local.numpy().min() > 0
-    normals = compute_normals(surface, SurfaceSettings(isovalue=isovalue)).numpy()
-    outwards = surface.vertices.numpy() - 1.5
+    assert surface.placement.local.numpy().min() > 0
+    normals = compute_normals(surface.placement, SurfaceSettings(isovalue=isovalue)).numpy()
+    outwards = surface.mesh.positions.numpy() - 1.5
     outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
     assert np.sum(normals * outwards, axis=1).min() > 0.9
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-6)

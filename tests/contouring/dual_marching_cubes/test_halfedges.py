@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, count_fans
 from dmc_cli.mesh.halfedges import NO_TWIN
@@ -51,10 +51,11 @@ def white_noise_of(nz, ny, nx):
 
 def assert_same_halfedges(surface, oracle, *, one_fan):
     """Fail unless twins, valences, defects and fans are the oracle's, whose quads begin at other corners."""
-    halfedges = build_halfedges(surface)
-    quads, twin = surface.quads.numpy(), halfedges.twin.numpy()
-    count = surface.vertices.shape[0]
-    cells = surface.vertex_cell.numpy()
+    surface = connect_faces(surface)
+    halfedges = surface.mesh.halfedges
+    quads, twin = surface.mesh.faces.numpy(), halfedges.twin.numpy()
+    count = surface.mesh.vertex_count
+    cells = surface.placement.cell.numpy()
     turn = np.zeros(len(quads), dtype=np.int64)
     for q, (_, corners) in enumerate(oracle.quads):
         expected = [oracle.grid.linear_index(v.cell) for v in corners]
@@ -69,7 +70,9 @@ def assert_same_halfedges(surface, oracle, *, one_fan):
     np.testing.assert_array_equal(twin, expected)
     assert find_faults(quads, twin) == []
     np.testing.assert_array_equal(halfedges.valence.numpy(), valences(quads, twin, count))
-    np.testing.assert_array_equal(halfedges.defect.numpy().astype(bool), defects_of(quads, twin))
+    np.testing.assert_array_equal(
+        surface.mesh.face_values["defect"].numpy().astype(bool), defects_of(quads, twin)
+    )
     check_halfedges(quads, twin, halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
     np.testing.assert_array_equal(
         count_fans(quads, twin, halfedges.vertex_halfedge.numpy()), fan_counts(quads, twin, count)
@@ -104,9 +107,11 @@ def test_the_halfedges_of_any_volume_are_the_oracles(volume_and_settings):
 
 def test_threads_do_not_show(extract):
     volume = white_noise(40)
-    one, four = (build_halfedges(extract(volume, threads=threads)) for threads in (1, 4))
-    for field in ("twin", "vertex_halfedge", "valence", "defect"):
-        np.testing.assert_array_equal(getattr(one, field).numpy(), getattr(four, field).numpy())
+    one, four = (connect_faces(extract(volume, threads=threads)).mesh for threads in (1, 4))
+    for field in ("twin", "vertex_halfedge", "valence"):
+        found, expected = (getattr(mesh.halfedges, field).numpy() for mesh in (one, four))
+        np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(one.face_values["defect"].numpy(), four.face_values["defect"].numpy())
 
 
 def test_a_manifold_mesh_has_one_fan_a_vertex_and_an_asymptotic_one_may_have_more(extract):
@@ -114,8 +119,8 @@ def test_a_manifold_mesh_has_one_fan_a_vertex_and_an_asymptotic_one_may_have_mor
     fans = {}
     for topology in ("manifold", "asymptotic"):
         surface = extract(volume, 900.0, topology=topology)
-        halfedges = build_halfedges(surface)
-        arrays = (surface.quads, halfedges.twin, halfedges.vertex_halfedge)
+        halfedges = connect_faces(surface).mesh.halfedges
+        arrays = (surface.mesh.faces, halfedges.twin, halfedges.vertex_halfedge)
         fans[topology] = count_fans(*(array.numpy() for array in arrays))
     assert set(fans["manifold"].tolist()) == {1}
     assert fans["asymptotic"].max() >= 1
@@ -125,9 +130,9 @@ def test_a_manifold_mesh_has_one_fan_a_vertex_and_an_asymptotic_one_may_have_mor
 def box():
     """Quads, twins and vertex halfedges of a box, to be spoilt."""
     surface = extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))
-    halfedges = build_halfedges(surface)
+    halfedges = connect_faces(surface).mesh.halfedges
     return [
-        surface.quads.numpy().copy(),
+        surface.mesh.faces.numpy().copy(),
         halfedges.twin.numpy().copy(),
         halfedges.vertex_halfedge.numpy().copy(),
     ]
@@ -188,7 +193,7 @@ def test_the_checker_names_one_end_askew(box):
 
 
 def test_the_checker_names_a_vertex_that_is_too_many():
-    with pytest.raises(MeshInvariantError, match="a quad has vertex 4; expected 0 to 3"):
+    with pytest.raises(MeshInvariantError, match="a face has vertex 4; expected 0 to 3"):
         check_halfedges(np.array([[0, 1, 2, 4]]), np.full(4, NO_TWIN), np.array([0, 1, 2, 3]))
     check_halfedges(np.array([[0, 1, 2, 3]]), np.full(4, NO_TWIN), np.array([0, 1, 2, 3]))
 
@@ -226,9 +231,9 @@ def test_the_checker_names_a_vertex_whose_halfedge_starts_elsewhere(box):
 
 def test_the_checker_names_a_boundary_vertex_whose_halfedge_has_a_twin(extract):
     surface = extract(plane())
-    halfedges = build_halfedges(surface)
+    halfedges = connect_faces(surface).mesh.halfedges
     quads, twin, start = (
-        a.numpy().copy() for a in (surface.quads, halfedges.twin, halfedges.vertex_halfedge)
+        a.numpy().copy() for a in (surface.mesh.faces, halfedges.twin, halfedges.vertex_halfedge)
     )
     inner = next(h for h in range(len(twin)) if twin[h] >= 0 and twin[start[quads.ravel()[h]]] == NO_TWIN)
     start[quads.ravel()[inner]] = inner
@@ -248,7 +253,7 @@ def test_the_checker_names_a_vertex_with_two_fans():
 
 def test_an_empty_surface_has_no_halfedges(extract):
     surface = extract(one_cell(0))
-    halfedges = build_halfedges(surface)
+    halfedges = connect_faces(surface).mesh.halfedges
     assert halfedges.twin.shape == (0,)
     assert halfedges.vertex_halfedge.shape == (0,)
     assert dataclasses.is_dataclass(halfedges)

@@ -126,7 +126,7 @@ def test_vertices_beside_nodes_without_data_are_on_the_surface_of_the_extreme_va
     volume = volume_of(values, slope=slope, intercept=intercept, padding=(999, 999))
     settings = SurfaceSettings(isovalue=slope * 110.3 + intercept, border="closed", inside=inside)
     surface = extract(volume, settings.isovalue, border="closed", inside=inside)
-    cells, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy()
+    cells, local = surface.placement.cell.numpy(), surface.placement.local.numpy()
     distance = np.abs(distances_at(cut_grid(volume, settings), cells, local))
     assert distance.max() < 1e-5 * 700
 

@@ -20,13 +20,18 @@ def test_blocks_place_what_single_threads_place(border, dtype):
     volume = Volume(values=values, affine=np.diag([0.7, 0.8, 2.0, 1.0]), space="LPS")
     device = select_device("cpu", 1)
     surface = extract_surface(upload_volume(volume, device), SurfaceSettings(isovalue=90.3, border=border))
-    count = surface.vertices.shape[0]
+    count = surface.mesh.vertex_count
     local = wp.full(count, wp.vec3(-1.0, -1.0, -1.0), dtype=wp.vec3, device="cpu")
-    position = wp.empty_like(surface.vertices)
-    cells, polygons = surface.cells, surface.polygons
-    inputs = [surface.grid.struct(), surface.field, kernel_matrix(surface.affine), 1]
-    inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.vertex_cell, 1]
+    position = wp.empty_like(surface.mesh.positions)
+    cells, polygons = surface.numbering.cells, surface.numbering.polygons
+    inputs = [
+        surface.placement.frame.grid.struct(),
+        surface.placement.frame.field,
+        kernel_matrix(surface.placement.frame.affine),
+        1,
+    ]
+    inputs += [cells.ordinary_count, polygons.special, polygons.special_count, surface.placement.cell, 1]
     outputs = [local, position, wp.full(count, 1, dtype=wp.uint8, device="cpu")]
     device.launch(place_remaining_vertices_kernel, count, inputs, outputs)
-    np.testing.assert_array_equal(local.numpy(), surface.vertex_local.numpy())
-    np.testing.assert_array_equal(position.numpy(), surface.vertices.numpy())
+    np.testing.assert_array_equal(local.numpy(), surface.placement.local.numpy())
+    np.testing.assert_array_equal(position.numpy(), surface.mesh.positions.numpy())

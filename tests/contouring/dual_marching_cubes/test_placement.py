@@ -36,9 +36,9 @@ def topology(request):
 
 def polygons_of_vertices(surface, oracle):
     """The cell and the polygon of each vertex, by the quads, which both have in the same order."""
-    cells = surface.vertex_cell.numpy()
+    cells = surface.placement.cell.numpy()
     found = {}
-    for corners, (_, expected) in zip(surface.quads.numpy().tolist(), oracle.quads, strict=True):
+    for corners, (_, expected) in zip(surface.mesh.faces.numpy().tolist(), oracle.quads, strict=True):
         by_cell = {oracle.grid.linear_index(vertex.cell): vertex for vertex in expected}
         found.update({corner: by_cell[cells[corner]] for corner in corners})
     return found
@@ -50,7 +50,7 @@ def test_vertices_lie_where_the_oracle_puts_them(extract, volume, placement, top
     settings = SurfaceSettings(isovalue=0.0, placement=placement, topology=topology)
     oracle = extract_oracle_surface(volume, settings)
     polygons = polygons_of_vertices(surface, oracle)
-    local = surface.vertex_local.numpy()
+    local = surface.placement.local.numpy()
     assert len(polygons) == len(local)
     elsewhere = failed = 0
     for v, vertex in polygons.items():
@@ -67,7 +67,7 @@ def test_vertices_lie_where_the_oracle_puts_them(extract, volume, placement, top
 def test_sampled_vertices_lie_on_the_surface_but_for_the_fallbacks(extract, volume):
     surface = extract(volume, placement="sampled")
     grid = cut_grid(volume, SurfaceSettings(isovalue=0.0))
-    distance = np.abs(distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy()))
+    distance = np.abs(distances_at(grid, surface.placement.cell.numpy(), surface.placement.local.numpy()))
     off = np.count_nonzero(distance > 1e-5 * np.ptp(volume.values.astype(float)))
     assert off <= surface.counts.fallback_vertices
 
@@ -77,7 +77,7 @@ def test_iterative_lies_between_the_mean_and_the_surface(extract, volume):
     mean = {}
     for placement in ("centroid", "iterative"):
         surface = extract(volume, placement=placement)
-        distance = distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy())
+        distance = distances_at(grid, surface.placement.cell.numpy(), surface.placement.local.numpy())
         mean[placement] = np.abs(distance).mean()
     assert 0 < mean["iterative"] < 0.4 * mean["centroid"]
 
@@ -85,21 +85,21 @@ def test_iterative_lies_between_the_mean_and_the_surface(extract, volume):
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_placement_changes_nothing_but_positions(extract, volume, placement):
     exact, other = extract(volume), extract(volume, placement=placement)
-    np.testing.assert_array_equal(exact.quads.numpy(), other.quads.numpy())
-    np.testing.assert_array_equal(exact.vertex_cell.numpy(), other.vertex_cell.numpy())
-    assert np.abs(exact.vertices.numpy() - other.vertices.numpy()).max() <= 1.0
+    np.testing.assert_array_equal(exact.mesh.faces.numpy(), other.mesh.faces.numpy())
+    np.testing.assert_array_equal(exact.placement.cell.numpy(), other.placement.cell.numpy())
+    assert np.abs(exact.mesh.positions.numpy() - other.mesh.positions.numpy()).max() <= 1.0
 
 
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_one_thread_and_three_place_alike(extract, placement):
     one, three = (extract(white_noise(24), placement=placement, threads=n) for n in (1, 3))
-    assert one.vertex_local.numpy().tobytes() == three.vertex_local.numpy().tobytes()
+    assert one.placement.local.numpy().tobytes() == three.placement.local.numpy().tobytes()
 
 
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_a_mesh_without_special_cells_and_one_without_any(extract, placement):
-    assert len(extract(paper_field("genus_two", 32), placement=placement).quads) == 2372
-    assert len(extract(white_noise(8), 50.0, placement=placement).quads) == 0
+    assert len(extract(paper_field("genus_two", 32), placement=placement).mesh.faces) == 2372
+    assert len(extract(white_noise(8), 50.0, placement=placement).mesh.faces) == 0
 
 
 def test_a_run_loads_the_kernels_that_it_needs_only():

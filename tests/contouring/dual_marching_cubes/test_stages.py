@@ -96,19 +96,21 @@ def test_zeros_lie_round_the_line_of_words(nx, ny):
 def test_quads_face_as_the_sense_says(extract, signs, inside, orientation):
     volume = volume_of(one_inside_node().values, affine=np.diag([*signs, 1.0]))
     surface = extract(volume, inside=inside, orientation=orientation)
-    a, b, c, d = (surface.vertices.numpy()[surface.quads.numpy()[:, n]] * signs for n in range(4))
+    a, b, c, d = (surface.mesh.positions.numpy()[surface.mesh.faces.numpy()[:, n]] * signs for n in range(4))
     out_of_the_node = np.sum(np.cross(c - a, d - b) * ((a + b + c + d) / 4 - 2.0), axis=1)
     outwards = np.sign(out_of_the_node) * np.prod(signs)  # in the output space, against the gradient of F
     assert (outwards == (1 if (inside, orientation) == ("above", "outward") else -1)).all()
-    assert surface.is_reversed == ((inside, orientation) != ("above", "outward")) ^ (np.prod(signs) < 0)
-    assert set(-outwards) == {surface.sense}
+    assert surface.numbering.is_reversed == ((inside, orientation) != ("above", "outward")) ^ (
+        np.prod(signs) < 0
+    )
+    assert set(-outwards) == {surface.placement.frame.sense}
 
 
 def test_memory_is_asked_for_before_it_is_taken(extract):
     volume, asked = white_noise(9), []
     uploaded, settings = upload_volume(volume, DEVICE), SurfaceSettings(isovalue=0.0)
     surface = extract_surface(uploaded, settings, reserve=lambda *counts: asked.append(counts))
-    assert asked == [(surface.vertices.shape[0], surface.quads.shape[0])]
+    assert asked == [(surface.mesh.vertex_count, surface.mesh.face_count)]
 
     def refuse(*_counts):
         raise MemoryBudgetError("too much")
@@ -116,7 +118,7 @@ def test_memory_is_asked_for_before_it_is_taken(extract):
     with pytest.raises(MemoryBudgetError):
         extract_surface(uploaded, settings, reserve=refuse)
     again = extract_surface(uploaded, settings)
-    assert again.vertices.numpy().tobytes() == surface.vertices.numpy().tobytes()
+    assert again.mesh.positions.numpy().tobytes() == surface.mesh.positions.numpy().tobytes()
 
 
 def test_slice_positions_are_left_aside_where_slices_are_to_be_even():
@@ -126,19 +128,24 @@ def test_slice_positions_are_left_aside_where_slices_are_to_be_even():
     plain = extract_surface(upload_volume(volume_of(values), DEVICE), SurfaceSettings(isovalue=0.0))
     even = extract_surface(upload_volume(uneven, DEVICE), SurfaceSettings(isovalue=0.0), even_slices=True)
     mapped = extract_surface(upload_volume(uneven, DEVICE), SurfaceSettings(isovalue=0.0))
-    assert even.vertices.numpy().tobytes() == plain.vertices.numpy().tobytes()
-    assert even.depths.shape[0] == 0
-    heights = np.interp(plain.vertices.numpy()[:, 2], np.arange(9), positions)
-    np.testing.assert_allclose(mapped.vertices.numpy()[:, 2], heights, atol=1e-5)
+    assert even.mesh.positions.numpy().tobytes() == plain.mesh.positions.numpy().tobytes()
+    assert even.placement.frame.depths.shape[0] == 0
+    heights = np.interp(plain.mesh.positions.numpy()[:, 2], np.arange(9), positions)
+    np.testing.assert_allclose(mapped.mesh.positions.numpy()[:, 2], heights, atol=1e-5)
 
 
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_numbers_before_each_block_of_words_end_in_the_number_of_all(extract, border):
     surface = extract(white_noise(40), border=border)
-    starts = surface.quad_starts.numpy()
+    starts = surface.numbering.quad_starts.numpy()
     assert starts[0] == 0
     assert (np.diff(starts) >= 0).all()
-    assert (len(starts), starts[-1]) == (block_count(surface.grid) + 1, surface.quads.shape[0])
+    assert (len(starts), starts[-1]) == (
+        block_count(surface.placement.frame.grid) + 1,
+        surface.mesh.face_count,
+    )
     counts = surface.counts
-    assert counts.active_cells == surface.cells.ordinary_count + surface.cells.special_count
+    assert (
+        counts.active_cells == surface.numbering.cells.ordinary_count + surface.numbering.cells.special_count
+    )
     assert counts.no_data_nodes == 0

@@ -28,7 +28,7 @@ def border(request):
 def cells_of_quads(surface, volume):
     """The cells of every quad's corners as indices, shape (Q, 4, 3), open border."""
     grid = Grid(volume.values, np.ones(volume.values.shape, dtype=bool), padded=False)
-    return cell_indices(grid, surface.vertex_cell.numpy())[surface.quads.numpy()]
+    return cell_indices(grid, surface.placement.cell.numpy())[surface.mesh.faces.numpy()]
 
 
 def canonical(quads):
@@ -55,7 +55,7 @@ def test_the_bytes_are_the_same_on_a_rerun(extract, volume, border):
 def test_doubling_the_spacing_doubles_the_coordinates(extract, volume):
     plain = extract(volume)
     doubled = extract(volume_of(volume.values, affine=np.diag([2.0, 2.0, 2.0, 1.0])))
-    np.testing.assert_array_equal(2 * plain.vertices.numpy(), doubled.vertices.numpy())
+    np.testing.assert_array_equal(2 * plain.mesh.positions.numpy(), doubled.mesh.positions.numpy())
 
 
 def test_doubling_the_values_changes_nothing(extract, volume):

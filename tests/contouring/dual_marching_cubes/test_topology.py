@@ -54,44 +54,44 @@ def test_no_vertex_pair_has_more_than_two_quads_and_no_vertex_is_pinched(
     extract, volume_and_isovalue, border
 ):
     surface = extract(*volume_and_isovalue, border=border, threads=2)
-    quads = surface.quads.numpy()
+    quads = surface.mesh.faces.numpy()
     assert pair_use(quads).max() <= 2
-    assert not pinched_vertices(quads, len(surface.vertex_cell)).any()
+    assert not pinched_vertices(quads, len(surface.placement.cell)).any()
 
 
 def test_a_closed_border_leaves_no_boundary(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue, border="closed", topology="manifold")
-    assert set(pair_use(surface.quads.numpy())) == {2}
+    assert set(pair_use(surface.mesh.faces.numpy())) == {2}
 
 
 @pytest.mark.parametrize("topology", ["manifold", "asymptotic"])
 def test_quads_have_four_different_vertices(extract, volume_and_isovalue, topology):
-    quads = np.sort(extract(*volume_and_isovalue, topology=topology).quads.numpy(), axis=1)
+    quads = np.sort(extract(*volume_and_isovalue, topology=topology).mesh.faces.numpy(), axis=1)
     assert (np.diff(quads, axis=1) > 0).all()
 
 
 def test_the_volume_of_a_closed_surface_is_positive(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue, border="closed")
-    assert signed_volume(surface.vertices.numpy(), surface.quads.numpy()) > 0
+    assert signed_volume(surface.mesh.positions.numpy(), surface.mesh.faces.numpy()) > 0
 
 
 def test_the_volume_of_a_closed_surface_round_the_low_side_is_positive(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue, border="closed", inside="below")
-    assert signed_volume(surface.vertices.numpy(), surface.quads.numpy()) > 0
+    assert signed_volume(surface.mesh.positions.numpy(), surface.mesh.faces.numpy()) > 0
 
 
 def test_the_volume_of_a_closed_surface_is_negative_with_gradient_normals(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue, border="closed", orientation="gradient")
-    assert signed_volume(surface.vertices.numpy(), surface.quads.numpy()) < 0
+    assert signed_volume(surface.mesh.positions.numpy(), surface.mesh.faces.numpy()) < 0
 
 
 def test_the_volume_stays_positive_in_a_mirrored_world(extract):
     volume = volume_of(white_noise(12).values, affine=np.diag([-1.0, 2.0, 3.0, 1.0]))
     surface = extract(volume, border="closed")
-    assert signed_volume(surface.vertices.numpy(), surface.quads.numpy()) > 0
+    assert signed_volume(surface.mesh.positions.numpy(), surface.mesh.faces.numpy()) > 0
 
 
 def test_the_volume_stays_positive_under_a_negative_slope(extract):
     volume = volume_of(white_noise(12).values, slope=-2.0)
     surface = extract(volume, border="closed")
-    assert signed_volume(surface.vertices.numpy(), surface.quads.numpy()) > 0
+    assert signed_volume(surface.mesh.positions.numpy(), surface.mesh.faces.numpy()) > 0

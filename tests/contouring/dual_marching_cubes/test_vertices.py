@@ -70,13 +70,13 @@ def test_vertices_lie_on_the_trilinear_surface(extract, volume_and_isovalue, bor
     volume, isovalue = volume_and_isovalue
     surface = extract(volume, isovalue, border=border)
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
-    distance = distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy())
+    distance = distances_at(grid, surface.placement.cell.numpy(), surface.placement.local.numpy())
     value_range = float(volume.values.max()) - float(volume.values.min())
     assert np.abs(distance).max() <= 1e-5 * value_range
 
 
 def test_vertices_lie_in_their_cells(extract, volume_and_isovalue, border):
-    local = extract(*volume_and_isovalue, border=border).vertex_local.numpy()
+    local = extract(*volume_and_isovalue, border=border).placement.local.numpy()
     assert local.min() >= 0.0
     assert local.max() <= 1.0
 
@@ -91,7 +91,7 @@ def test_the_cells_of_vertices_are_active(extract, volume_and_isovalue, border):
 
 def cell_indices_of(surface, volume, isovalue, border):
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
-    return cell_indices(grid, surface.vertex_cell.numpy())
+    return cell_indices(grid, surface.placement.cell.numpy())
 
 
 @pytest.mark.real
@@ -100,14 +100,14 @@ def test_the_vertices_of_real_volumes_lie_on_the_trilinear_surface(extract, name
     volume, isovalue = read_real_volume(shared_data, name), REAL_VOLUMES[name][0]
     surface = extract(volume, isovalue, border=border, threads=2)
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
-    distance = distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy())
+    distance = distances_at(grid, surface.placement.cell.numpy(), surface.placement.local.numpy())
     low, high = volume.value_range()
     assert np.abs(distance).max() <= 1e-5 * (high - low)
 
 
 def test_vertices_of_ordinary_cells_come_first_and_both_parts_are_in_grid_order(extract, border):
     surface = extract(white_noise(20), border=border)
-    cells, ordinary = surface.vertex_cell.numpy(), surface.cells.ordinary_count
+    cells, ordinary = surface.placement.cell.numpy(), surface.numbering.cells.ordinary_count
     assert 0 < ordinary < len(cells)
     assert (np.diff(cells[:ordinary]) > 0).all()
     assert (np.diff(cells[ordinary:]) >= 0).all()
@@ -127,23 +127,23 @@ def test_vertices_are_cell_plus_local_through_the_affine(extract, border, affine
     volume = volume_of(white_noise(12).values, affine=affine)
     surface = extract(volume, border=border)
     index = cell_indices_of(surface, volume, 0.0, border) - (border == "closed")
-    index = index + surface.vertex_local.numpy().astype(np.float64)
+    index = index + surface.placement.local.numpy().astype(np.float64)
     expected = index @ affine[:3, :3].T + affine[:3, 3]
-    np.testing.assert_allclose(surface.vertices.numpy(), expected, rtol=0, atol=2e-5)
+    np.testing.assert_allclose(surface.mesh.positions.numpy(), expected, rtol=0, atol=2e-5)
 
 
 def test_caps_of_a_closed_border_lie_half_a_cell_outside_the_last_nodes(extract):
     volume = volume_of(np.full((4, 4, 4), 2.0, dtype=np.float32))
     surface = extract(volume, 1.0, border="closed")
-    extremes = np.unique(np.abs(surface.vertices.numpy() - 1.5).max(axis=1))
+    extremes = np.unique(np.abs(surface.mesh.positions.numpy() - 1.5).max(axis=1))
     np.testing.assert_allclose(extremes, 2.0, atol=0.5)
-    assert surface.vertices.numpy().min() >= -0.5 - 1e-6
-    assert surface.vertices.numpy().max() <= 3.5 + 1e-6
+    assert surface.mesh.positions.numpy().min() >= -0.5 - 1e-6
+    assert surface.mesh.positions.numpy().max() <= 3.5 + 1e-6
 
 
 def test_a_sphere_is_met_to_second_order(extract):
     volume = sphere(nodes=64)
     affine = np.diag([2 / 63, 2 / 63, 2 / 63, 1.0])
     affine[:3, 3] = -1.0
-    vertices = extract(volume_of(volume.values, affine=affine)).vertices.numpy()
+    vertices = extract(volume_of(volume.values, affine=affine)).mesh.positions.numpy()
     np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), 0.75, atol=5e-4)

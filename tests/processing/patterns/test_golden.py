@@ -6,17 +6,15 @@ tests.processing.patterns.test_golden`; a change of it is a change of meshes.
 
 import hashlib
 import platform
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from dmc_cli.processing.relaxation.relax import relax
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.settings import SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import as_arrays, extract_on
 from tests.fields import smooth_noise, volume_of, white_noise
-from tests.mesh.meshes import colored
+from tests.mesh.meshes import colored, relaxed, simplified
 
 MIRRORED = np.array([[0.5, 0.1, 0, -3], [0, -2, 0, 4], [0.2, 0, 1.25, 7], [0, 0, 0, 1.0]])
 
@@ -85,22 +83,20 @@ def stages(name):
         colored(extract_on("cpu", make(), SurfaceSettings(**{"isovalue": 0.0, **settings}), threads=threads))
         for threads in (2, 1)
     )
-    paper = bare.simplified(simplify_rules="paper", project=False)
+    paper = simplified(bare, simplify_rules="paper", project=False)
     yield "paper", digest(paper), (*paper.removed_3x3y, paper.removed_3333)
-    safe = mesh.simplified()
+    safe = simplified(mesh)
     yield "safe", digest(safe), (*safe.removed_3x3y, safe.removed_3333, safe.refused)
-    relaxed = replace(safe, surface=relax(safe.surface, safe.halfedges, 3))
-    yield "relaxed", digest(relaxed), ()
-    more = remesh(safe.surface, safe.halfedges, 5, safe.color, safe.color24)
+    yield "relaxed", digest(relaxed(safe, 3)), ()
+    more = remesh(safe.mesh, safe.placement, 5)
     yield "more", digest(more), (more.operations,)
 
 
 def digest(result):
     """Return a hash of vertices, quads, halfedges and colours."""
-    halfedges = result.halfedges
-    arrays = [*as_arrays(result.surface).values()]
-    for found in (halfedges.twin, halfedges.vertex_halfedge, halfedges.valence, result.color, result.color24):
-        arrays.append(found.numpy())
+    halfedges, colors = result.mesh.halfedges, result.mesh.face_values
+    found = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence, colors["color"], colors["color24"]]
+    arrays = [*as_arrays(result).values(), *(array.numpy() for array in found)]
     return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:12]
 
 

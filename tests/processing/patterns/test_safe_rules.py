@@ -13,7 +13,7 @@ from tests.mesh.hand_made import numbers, working
 
 def judged(mesh, *quads):
     """Return the cuts of quads, and how many are refused."""
-    state = mesh.device.zeros(mesh.quad_count, wp.uint8)
+    state = mesh.device.zeros(mesh.face_count, wp.uint8)
     cuts, refused = judge_topology(mesh, numbers(mesh.device.name, *quads), state)
     assert [state.numpy()[q] for q in quads] == [int(cut >= 0) for cut in cuts.numpy()]
     return cuts.numpy().tolist(), int(refused.numpy().sum())
@@ -47,7 +47,7 @@ def test_the_cut_starts_at_a_vertex_of_valence_three(turn):
 def test_one_valence_off_is_no_pattern(corner, change):
     mesh = working(split_torus())
     valence = mesh.arrays.valence.numpy()
-    v = mesh.quads.numpy()[64][corner]
+    v = mesh.arrays.corners.numpy().reshape(-1, 4)[64][corner]
     valence[v] += change
     found = list_3x3y(mesh).numpy().tolist()
     still = valence[v] == 6  # X and Y may have more than five
@@ -57,7 +57,7 @@ def test_one_valence_off_is_no_pattern(corner, change):
 
 def test_what_went_before_does_not_go_again():
     mesh = working(split_torus())
-    mesh.arrays.quad_gone.numpy()[64] = 1
+    mesh.arrays.face_gone.numpy()[64] = 1
     assert judged(mesh, 64) == ([-1], 0)
 
 
@@ -96,7 +96,7 @@ def test_of_two_quads_within_two_steps_the_lower_key_goes_first():
     far = set(range(64)) - near
     for q in range(64):
         mesh = working(shape)
-        state = mesh.device.zeros(mesh.quad_count, wp.uint8)
+        state = mesh.device.zeros(mesh.face_count, wp.uint8)
         state.numpy()[[64, q]] = 1
         chosen, waiting = choose_apart(mesh, numbers("cpu", 4 * 64, 4 * q + 1), state)
         first = [key(64) < key(q) or q in far, key(q) < key(64) or q in far]

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 from hypothesis import given
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import check_halfedges
@@ -15,7 +15,6 @@ from dmc_cli.mesh.halfedges import NO_TWIN
 from dmc_cli.mesh.working_mesh import working_mesh
 from dmc_cli.processing.patterns.masks import list_3x3y
 from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y
-from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.processing.patterns.simplify_3x3y import choose_apart, choose_by_paper, judge_topology
 from dmc_cli.settings import MeshSettings
 from tests.contouring.dual_marching_cubes.agreement import extract_on
@@ -33,7 +32,9 @@ from tests.fields import (
 from tests.mesh.meshes import (
     colored,
     euler_and_components,
+    for_oracle,
     quad_normals,
+    simplified,
     simplified_by_oracle,
     vertex_pair_uses,
 )
@@ -54,8 +55,8 @@ def counts_of(result):
     return (
         *result.removed_3x3y,
         result.removed_3333,
-        result.surface.vertices.shape[0],
-        result.surface.quads.shape[0],
+        result.mesh.vertex_count,
+        result.mesh.face_count,
     )
 
 
@@ -67,7 +68,7 @@ def expected_counts(row):
 @pytest.mark.parametrize("row", list(row_cases()))
 def test_the_papers_rules_remove_the_reference_counts(extract, row):
     surface = extract(paper_field.__wrapped__(row["field"], int(row["n"])), topology="asymptotic", threads=2)
-    result = colored(surface).simplified(simplify_rules="paper", project=False)
+    result = simplified(colored(surface), simplify_rules="paper", project=False)
     assert counts_of(result) == expected_counts(row)
 
 
@@ -78,19 +79,21 @@ def test_the_papers_rules_remove_the_reference_counts_of_scans(extract, shared_d
     volume = read_real_volume(shared_data, name)
     settings = {"topology": "asymptotic", "border": "closed", "threads": 2}
     mesh = colored(extract(volume, REAL_VOLUMES[name][0], **settings))
-    result = mesh.simplified(simplify_rules="paper", project=False)
+    result = simplified(mesh, simplify_rules="paper", project=False)
     assert counts_of(result) == expected_counts(row)
 
 
 def assert_same_as_oracle(surface):
     mesh = colored(surface)
-    expected = simplified_by_oracle(mesh.for_oracle())
-    result = mesh.simplified(simplify_rules="paper", project=False)
+    expected = simplified_by_oracle(for_oracle(mesh))
+    result = simplified(mesh, simplify_rules="paper", project=False)
     assert (*result.removed_3x3y, result.removed_3333) == expected.removed
     quads, twins, positions = expected.with_gaps_filled()
-    np.testing.assert_array_equal(result.surface.quads.numpy(), quads)
-    np.testing.assert_array_equal(result.halfedges.twin.numpy(), twins)
-    np.testing.assert_array_equal(result.halfedges.valence.numpy(), valences(quads, twins, len(positions)))
+    np.testing.assert_array_equal(result.mesh.faces.numpy(), quads)
+    np.testing.assert_array_equal(result.mesh.halfedges.twin.numpy(), twins)
+    np.testing.assert_array_equal(
+        result.mesh.halfedges.valence.numpy(), valences(quads, twins, len(positions))
+    )
     return result, positions
 
 
@@ -108,7 +111,7 @@ def test_the_papers_rules_give_the_oracles_mesh(extract, name, topology, border)
     surface = extract(volume, isovalue, topology=topology, border=border, threads=2)
     result, positions = assert_same_as_oracle(surface)
     scale = np.abs(positions).max()
-    np.testing.assert_allclose(result.surface.vertices.numpy(), positions, atol=1e-6 * scale)
+    np.testing.assert_allclose(result.mesh.positions.numpy(), positions, atol=1e-6 * scale)
 
 
 @given(volumes_with_settings())
@@ -127,8 +130,8 @@ NOISE = {
 
 def assert_whole(before, result, uses_before):
     """Fail unless a simplified mesh is as sound as the one before it; returns its quads and twins."""
-    quads, twin = result.surface.quads.numpy(), result.halfedges.twin.numpy()
-    check_halfedges(quads, twin, result.halfedges.vertex_halfedge.numpy())
+    quads, twin = result.mesh.faces.numpy(), result.mesh.halfedges.twin.numpy()
+    check_halfedges(quads, twin, result.mesh.halfedges.vertex_halfedge.numpy())
     assert euler_and_components(quads, twin) == before
     assert (np.sort(quads, axis=1)[:, 1:] != np.sort(quads, axis=1)[:, :-1]).all(), "a vertex twice in a quad"
     uses = vertex_pair_uses(quads)
@@ -145,17 +148,17 @@ def duplicates(quads):
 def test_the_safe_rules_keep_the_mesh_whole(extract, name, border):
     surface = extract(NOISE[name](), border=border, threads=2)
     mesh = colored(surface)
-    old = mesh.for_oracle()
+    old = for_oracle(mesh)
     before = euler_and_components(old.quads, old.twins)
     doublets = int((old.valences() < 3).sum())
     twice = duplicates(old.quads)
-    result = mesh.simplified()
+    result = simplified(mesh)
     assert result.removed_3x3y[0] > 0
     quads, twin = assert_whole(before, result, vertex_pair_uses(old.quads))
-    valence = result.halfedges.valence.numpy()
+    valence = result.mesh.halfedges.valence.numpy()
     assert int((valence < 3).sum()) == doublets
     assert duplicates(quads) <= twice
-    color = np.repeat(result.color.numpy(), 4)
+    color = np.repeat(result.mesh.face_values["color"].numpy(), 4)
     with_twin = twin != NO_TWIN
     assert color.max() < 5 and (color[with_twin] != color[twin[with_twin]]).all()
 
@@ -164,12 +167,12 @@ def test_the_safe_rules_keep_the_mesh_whole(extract, name, border):
 def test_the_safe_rules_keep_any_mesh_whole(volume_and_settings):
     volume, settings = volume_and_settings
     mesh = colored(extract_on("cpu", volume, settings))
-    old = mesh.for_oracle()
+    old = for_oracle(mesh)
     before = euler_and_components(old.quads, old.twins)
-    result = mesh.simplified()
-    quads, twin = result.surface.quads.numpy(), result.halfedges.twin.numpy()
+    result = simplified(mesh)
+    quads, twin = result.mesh.faces.numpy(), result.mesh.halfedges.twin.numpy()
     one_fan = settings.topology == "manifold" or settings.border == "closed"
-    check_halfedges(quads, twin, result.halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
+    check_halfedges(quads, twin, result.mesh.halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
     assert euler_and_components(quads, twin) == before
     assert duplicates(quads) <= duplicates(old.quads)
 
@@ -177,19 +180,19 @@ def test_the_safe_rules_keep_any_mesh_whole(volume_and_settings):
 def dots_of_a_sweep(surface, *, safe):
     """Normals before times normals after one sweep of 3-X-3-Y, for each quad that stays and had a normal."""
     mesh = colored(surface)
-    work = working_mesh(mesh.surface, mesh.halfedges, mesh.color)
-    old_quads, old_positions = surface.quads.numpy().copy(), surface.vertices.numpy().astype(float)
+    work = working_mesh(mesh.mesh, mesh.placement)
+    old_quads, old_positions = surface.mesh.faces.numpy().copy(), surface.mesh.positions.numpy().astype(float)
     quads = list_3x3y(work)
-    state = work.device.zeros(work.quad_count, wp.uint8)
+    state = work.device.zeros(work.face_count, wp.uint8)
     if safe:
         cuts, _ = choose_apart(work, judge_topology(work, quads, state)[0], state)
     else:
         cuts = choose_by_paper(work, quads, by_color=True)
     removed, _ = remove_3x3y(work, cuts, project=True, safe=safe, state=state)
-    stays = work.arrays.quad_gone.numpy() == 0
+    stays = work.arrays.face_gone.numpy() == 0
     assert int(removed.numpy().sum()) == int((~stays).sum())
     before = quad_normals(old_positions, old_quads)[stays]
-    after = quad_normals(surface.vertices.numpy().astype(float), surface.quads.numpy())[stays]
+    after = quad_normals(surface.mesh.positions.numpy().astype(float), surface.mesh.faces.numpy())[stays]
     return (before * after).sum(axis=1)[(before != 0).any(axis=1)]
 
 
@@ -208,26 +211,23 @@ def test_the_papers_rules_break_white_noise_and_the_safe_ones_do_not(extract):
     found = {}
     for rules in ("paper", "safe"):
         surface = extract(white_noise(48), border="closed", threads=2)
-        result = colored(surface).simplified(simplify_rules=rules)
-        topology = measure_topology(
-            surface.device, result.surface.quads, result.halfedges.twin, result.surface.vertices.shape[0]
-        )
-        found[rules] = topology
+        result = simplified(colored(surface), simplify_rules=rules)
+        found[rules] = measure_topology(result.mesh)
     assert found["safe"].non_manifold_edges == 0
     assert min(found["safe"].valence_histogram) == 3
     assert min(found["paper"].valence_histogram) < 3
 
 
 def test_threads_do_not_show(extract):
-    results = [colored(extract(smooth_noise(48, 1.0), threads=threads)).simplified() for threads in (1, 4)]
+    results = [simplified(colored(extract(smooth_noise(48, 1.0), threads=threads))) for threads in (1, 4)]
     one, four = results
     for get in (
-        lambda r: r.surface.quads,
-        lambda r: r.surface.vertices,
-        lambda r: r.surface.vertex_local,
-        lambda r: r.halfedges.twin,
-        lambda r: r.halfedges.vertex_halfedge,
-        lambda r: r.color,
+        lambda r: r.mesh.faces,
+        lambda r: r.mesh.positions,
+        lambda r: r.placement.local,
+        lambda r: r.mesh.halfedges.twin,
+        lambda r: r.mesh.halfedges.vertex_halfedge,
+        lambda r: r.mesh.face_values["color"],
     ):
         np.testing.assert_array_equal(get(one).numpy(), get(four).numpy())
 
@@ -247,11 +247,13 @@ SMALL = {
 @pytest.mark.parametrize("project", [True, False])
 def test_small_surfaces_pass_unharmed(extract, name, border, rules, project):
     surface = extract(SMALL[name](), border=border)
-    quads = surface.quads.shape[0]
-    result = colored(surface).simplified(simplify_rules=rules, project=project)
-    assert result.surface.quads.shape[0] == quads
+    quads = surface.mesh.face_count
+    result = simplified(colored(surface), simplify_rules=rules, project=project)
+    assert result.mesh.face_count == quads
     check_halfedges(
-        result.surface.quads.numpy(), result.halfedges.twin.numpy(), result.halfedges.vertex_halfedge.numpy()
+        result.mesh.faces.numpy(),
+        result.mesh.halfedges.twin.numpy(),
+        result.mesh.halfedges.vertex_halfedge.numpy(),
     )
 
 
@@ -259,8 +261,8 @@ def test_small_surfaces_pass_unharmed(extract, name, border, rules, project):
 def test_only_the_pattern_that_is_asked_for_goes(extract, name):
     settings = {"topology": "asymptotic", "border": "closed"}
     volume, isovalue = non_manifold_volume(name), NON_MANIFOLD_ISOVALUES[name]
-    only_3x3y = colored(extract(volume, isovalue, **settings)).simplified(simplify="3x3y")
-    only_3333 = colored(extract(volume, isovalue, **settings)).simplified(simplify="3333")
+    only_3x3y = simplified(colored(extract(volume, isovalue, **settings)), simplify="3x3y")
+    only_3333 = simplified(colored(extract(volume, isovalue, **settings)), simplify="3333")
     assert only_3x3y.removed_3333 == 0
     assert only_3333.removed_3x3y == ()
 
@@ -268,10 +270,10 @@ def test_only_the_pattern_that_is_asked_for_goes(extract, name):
 def test_simplification_needs_no_colors_under_the_safe_rules(extract):
     volume = paper_field("genus_two", 32)
     surface = extract(volume)
-    plain = simplify(surface, build_halfedges(surface), MeshSettings(simplify="all"))
-    with_colors = colored(extract(volume)).simplified()
-    assert plain.color is None
-    np.testing.assert_array_equal(plain.surface.quads.numpy(), with_colors.surface.quads.numpy())
+    plain = simplified(connect_faces(surface))
+    with_colors = simplified(colored(extract(volume)))
+    assert "color" not in plain.mesh.face_values
+    np.testing.assert_array_equal(plain.mesh.faces.numpy(), with_colors.mesh.faces.numpy())
 
 
 def test_settings_name_the_choices():

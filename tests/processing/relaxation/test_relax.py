@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from dmc_cli.contouring import upload_volume
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
-from dmc_cli.processing.relaxation.relax import relax
+from dmc_cli.contouring import connect_faces, upload_volume
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
 from tests.contouring.dual_marching_cubes.agreement import extract_on
@@ -21,6 +19,7 @@ from tests.fields import (
     volume_of,
     white_noise,
 )
+from tests.mesh.meshes import relaxed as relaxed_by
 from tests.oracle.grid import cut_grid
 from tests.oracle.trilinear import distances_at
 from tests.strategies import volumes_with_settings
@@ -68,7 +67,7 @@ def border(request):
 
 def quad_shapes(surface):
     """Equation 9, negative at a corner that turns against its quad, (Q,)."""
-    p = surface.vertices.numpy().astype(np.float64)[surface.quads.numpy()]
+    p = surface.mesh.positions.numpy().astype(np.float64)[surface.mesh.faces.numpy()]
     after = np.roll(p, -1, axis=1) - p
     before = np.roll(after, 1, axis=1)
     normal = np.cross(after[:, 0] - after[:, 2], after[:, 1] - after[:, 3])
@@ -82,8 +81,8 @@ def quad_shapes(surface):
 
 def folded_corners(surface, grid):
     """How many corners turn against the surface's gradient at their vertex."""
-    gradient = gradients(surface, grid)[surface.quads.numpy()]
-    p = surface.vertices.numpy().astype(np.float64)[surface.quads.numpy()]
+    gradient = gradients(surface, grid)[surface.mesh.faces.numpy()]
+    p = surface.mesh.positions.numpy().astype(np.float64)[surface.mesh.faces.numpy()]
     after = np.roll(p, -1, axis=1) - p
     cross = np.cross(np.roll(after, 1, axis=1), after)
     return int(((cross * gradient).sum(axis=-1) > 0).sum())  # outward: towards lower values
@@ -91,17 +90,17 @@ def folded_corners(surface, grid):
 
 def gradients(surface, grid):
     """The gradient of the trilinear interpolant at the vertices, in the output space."""
-    cells, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy().astype(np.float64)
+    cells, local = surface.placement.cell.numpy(), surface.placement.local.numpy().astype(np.float64)
     slopes = []
     for axis in range(3):
         low, high = local.copy(), local.copy()
         low[:, axis], high[:, axis] = 0.0, 1.0
         slopes.append(distances_at(grid, cells, high) - distances_at(grid, cells, low))
-    return np.stack(slopes, axis=1) @ np.linalg.inv(surface.affine[:3, :3])
+    return np.stack(slopes, axis=1) @ np.linalg.inv(surface.placement.frame.affine[:3, :3])
 
 
 def relaxed(surface, steps=5):
-    return relax(surface, build_halfedges(surface), steps)
+    return relaxed_by(connect_faces(surface), steps)
 
 
 def test_shapes_get_better_and_none_is_worse_than_the_worst(extract, volume_and_isovalue, border):
@@ -115,8 +114,8 @@ def test_vertices_stay_on_the_surface_and_in_cells_with_data(extract, volume_and
     volume, isovalue = volume_and_isovalue
     surface = relaxed(extract(volume, isovalue, border=border, threads=2))
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border=border))
-    local = surface.vertex_local.numpy()
-    distance = np.abs(distances_at(grid, surface.vertex_cell.numpy(), local))
+    local = surface.placement.local.numpy()
+    distance = np.abs(distances_at(grid, surface.placement.cell.numpy(), local))
     assert distance.max() <= 1e-5 * np.ptp(volume.values[np.isfinite(volume.values)].astype(float))
     assert local.min() >= 0
     assert local.max() <= 1
@@ -124,11 +123,13 @@ def test_vertices_stay_on_the_surface_and_in_cells_with_data(extract, volume_and
 
 def test_positions_are_cell_plus_local_through_the_affine(extract, volume_and_isovalue):
     surface = relaxed(extract(*volume_and_isovalue))
-    nx, ny = surface.grid.nx, surface.grid.ny
-    cells = surface.vertex_cell.numpy()
-    index = np.stack([cells % nx, cells // nx % ny, cells // nx // ny], axis=1) + surface.vertex_local.numpy()
-    expected = index @ surface.affine[:3, :3].T + surface.affine[:3, 3]
-    np.testing.assert_allclose(surface.vertices.numpy(), expected, rtol=0, atol=2e-5)
+    nx, ny = surface.placement.frame.grid.nx, surface.placement.frame.grid.ny
+    cells = surface.placement.cell.numpy()
+    index = (
+        np.stack([cells % nx, cells // nx % ny, cells // nx // ny], axis=1) + surface.placement.local.numpy()
+    )
+    expected = index @ surface.placement.frame.affine[:3, :3].T + surface.placement.frame.affine[:3, 3]
+    np.testing.assert_allclose(surface.mesh.positions.numpy(), expected, rtol=0, atol=2e-5)
 
 
 def test_no_corner_turns_against_the_surface(extract, volume_and_isovalue):
@@ -140,16 +141,17 @@ def test_no_corner_turns_against_the_surface(extract, volume_and_isovalue):
 
 def test_quads_stay_and_boundary_vertices_do_not_move(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue)
-    halfedges = build_halfedges(surface)
-    before, after = surface.vertices.numpy().copy(), relax(surface, halfedges, 3)
-    np.testing.assert_array_equal(surface.quads.numpy(), after.quads.numpy())
-    np.testing.assert_array_equal(surface.vertices.numpy(), before)  # the caller's array
+    surface = connect_faces(surface)
+    halfedges = surface.mesh.halfedges
+    before, after = surface.mesh.positions.numpy().copy(), relaxed_by(surface, 3)
+    np.testing.assert_array_equal(surface.mesh.faces.numpy(), after.mesh.faces.numpy())
+    np.testing.assert_array_equal(surface.mesh.positions.numpy(), before)  # the caller's array
     open_halfedges = np.flatnonzero(halfedges.twin.numpy() < 0)
-    corners = surface.quads.numpy().ravel()
+    corners = surface.mesh.faces.numpy().ravel()
     on_boundary = np.union1d(
-        corners[open_halfedges], np.roll(surface.quads.numpy(), -1, 1).ravel()[open_halfedges]
+        corners[open_halfedges], np.roll(surface.mesh.faces.numpy(), -1, 1).ravel()[open_halfedges]
     )
-    np.testing.assert_array_equal(after.vertices.numpy()[on_boundary], before[on_boundary])
+    np.testing.assert_array_equal(after.mesh.positions.numpy()[on_boundary], before[on_boundary])
 
 
 def test_the_mean_shape_never_falls(extract):
@@ -161,8 +163,8 @@ def test_the_mean_shape_never_falls(extract):
 
 def test_vertices_move_by_less_than_half_a_cell_a_step(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue)
-    way = relaxed(surface, 1).vertices.numpy() - surface.vertices.numpy()
-    assert np.abs(way @ np.linalg.inv(surface.affine[:3, :3]).T).max() <= 0.5 + 1e-4
+    way = relaxed(surface, 1).mesh.positions.numpy() - surface.mesh.positions.numpy()
+    assert np.abs(way @ np.linalg.inv(surface.placement.frame.affine[:3, :3]).T).max() <= 0.5 + 1e-4
 
 
 @pytest.mark.parametrize("turned", [{"orientation": "gradient"}, {"inside": "below"}, {}])
@@ -172,15 +174,17 @@ def test_orientation_and_mirrors_change_nothing(extract, turned, mirrored):
     plain = relaxed(extract(volume_of(values)))
     affine = np.diag([-1.0 if mirrored else 1.0, 1.0, 1.0, 1.0])
     other = relaxed(extract(volume_of(values, affine=affine), **turned))
-    difference = np.abs(other.vertices.numpy() @ affine[:3, :3] - plain.vertices.numpy())
+    difference = np.abs(other.mesh.positions.numpy() @ affine[:3, :3] - plain.mesh.positions.numpy())
     assert np.quantile(difference, 0.9) < 1e-5  # a rounding may decide whether a step is halved
     assert difference.max() < 0.02
 
 
 def test_the_same_bytes_on_one_thread_and_three(extract):
     one, three = (relaxed(extract(white_noise(20), threads=n)) for n in (1, 3))
-    for name in ("vertices", "vertex_cell", "vertex_local"):
-        assert getattr(one, name).numpy().tobytes() == getattr(three, name).numpy().tobytes()
+    assert one.mesh.positions.numpy().tobytes() == three.mesh.positions.numpy().tobytes()
+    for name in ("cell", "local"):
+        found, expected = (getattr(other.placement, name).numpy() for other in (one, three))
+        assert found.tobytes() == expected.tobytes()
 
 
 @pytest.mark.parametrize(
@@ -192,8 +196,8 @@ def test_the_same_bytes_on_one_thread_and_three(extract):
 def test_the_smallest_meshes_pass(extract, volume, topology):
     surface = extract(volume, topology=topology)
     after = relaxed(surface)
-    assert len(after.vertices) == len(surface.vertices)
-    assert np.isfinite(after.vertices.numpy()).all()
+    assert after.mesh.vertex_count == surface.mesh.vertex_count
+    assert np.isfinite(after.mesh.positions.numpy()).all()
 
 
 def test_a_box_round_one_node_becomes_no_worse(extract):
@@ -207,13 +211,13 @@ def test_any_small_volume_passes_and_stays_on_its_surface(drawn):
     volume, chosen = drawn
     surface = extract_on("cpu", volume, chosen)
     after = relaxed(surface, 2)
-    local = after.vertex_local.numpy()
+    local = after.placement.local.numpy()
     assert ((local >= 0) & (local <= 1)).all()
-    if not len(surface.quads):
+    if not surface.mesh.face_count:
         return
     assert quad_shapes(after).min() >= quad_shapes(surface).min() - 1e-4
     grid = cut_grid(volume, chosen)
-    distance = np.abs(distances_at(grid, after.vertex_cell.numpy(), local))
+    distance = np.abs(distances_at(grid, after.placement.cell.numpy(), local))
     assert distance.max() <= 1e-5 * np.ptp(grid.distance[grid.data])
 
 
@@ -222,7 +226,7 @@ def test_vertices_off_the_surface_come_onto_it(extract, placement):
     volume = smooth_noise(24, sigma=2.0)
     surface = relaxed(extract(volume, placement=placement, border="closed"), 10)
     grid = cut_grid(volume, SurfaceSettings(isovalue=0.0, border="closed"))
-    distance = np.abs(distances_at(grid, surface.vertex_cell.numpy(), surface.vertex_local.numpy()))
+    distance = np.abs(distances_at(grid, surface.placement.cell.numpy(), surface.placement.local.numpy()))
     assert np.median(distance) <= 1e-6 * np.ptp(volume.values)
 
 
@@ -238,7 +242,7 @@ def test_uneven_slices_are_relaxed_in_the_output_space(device):
     volume = Volume(values=values, affine=affine, space="LPS", slice_positions=depths)
     surface = extract_surface(upload_volume(volume, select_device(device)), SurfaceSettings(isovalue=0.0))
     after = relaxed(surface, 10)
-    assert np.abs(np.linalg.norm(after.vertices.numpy(), axis=1) - 10.0).max() < 0.1
+    assert np.abs(np.linalg.norm(after.mesh.positions.numpy(), axis=1) - 10.0).max() < 0.1
     assert quad_shapes(after).mean() > quad_shapes(surface).mean() + 0.02
 
 
@@ -258,6 +262,6 @@ def test_real_volumes(extract, name, shared_data):
     assert after_shape.mean() > before_shape.mean() + 0.02
     assert after_shape.min() >= before_shape.min() - 1e-5
     grid = cut_grid(volume, SurfaceSettings(isovalue=isovalue, border="closed"))
-    distance = distances_at(grid, after.vertex_cell.numpy(), after.vertex_local.numpy())
+    distance = distances_at(grid, after.placement.cell.numpy(), after.placement.local.numpy())
     low, high = volume.value_range()
     assert np.abs(distance).max() <= 1e-5 * (high - low)

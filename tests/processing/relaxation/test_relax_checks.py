@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.processing.relaxation.relax_checks import Ring, Spots, check_kernel
+from dmc_cli.processing.relaxation.relax_checks import Spots, check_kernel
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
@@ -20,7 +20,7 @@ HEIGHT = 2.5
 def context():
     """A surface that is the plane z = 2.5, below which the object is."""
     values = np.broadcast_to(HEIGHT - np.arange(6, dtype=np.float32)[:, None, None], (6, 9, 12))
-    return make_context(extract_on("cpu", volume_of(values), SurfaceSettings(isovalue=0.0)))
+    return make_context(extract_on("cpu", volume_of(values), SurfaceSettings(isovalue=0.0)).placement.frame)
 
 
 @pytest.fixture
@@ -31,9 +31,6 @@ def check(context):
         points, quads = shapes.open_strip(6)
         mesh = working((points, quads))
         count = len(points)
-        ring = Ring()
-        ring.corners, ring.twin = mesh.arrays.corners, mesh.arrays.twin
-        ring.start, ring.valence, ring.sense = mesh.arrays.vertex_halfedge, mesh.arrays.valence, 1.0
         now, then = (spots_at(points, changed or {}, normal) for changed in (before, moved))
         has_moved = np.zeros(count, np.uint8)
         has_moved[list(range(count) if touched is None else touched)] = 1
@@ -42,7 +39,8 @@ def check(context):
         floors = wp.array(np.full(count, floor, np.float32), dtype=wp.float32)
         inputs = [
             context,
-            ring,
+            mesh.arrays,
+            1.0,
             now,
             then,
             shapes_now,

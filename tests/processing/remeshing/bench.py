@@ -3,6 +3,7 @@
 import numpy as np
 import warp as wp
 
+from dmc_cli.mesh.working_mesh import MeshArrays
 from dmc_cli.processing.remeshing.chains import (
     allowance,
     collapse_cost,
@@ -55,14 +56,11 @@ class Bench:
         mesh = working(shape).arrays
         self.quads, self.vertices = mesh.twin.shape[0] // 4, mesh.valence.shape[0]
         work = Work()
-        for name, size in (("corners", 4), ("twin", 4)):
-            setattr(work, name, longer(getattr(mesh, name), size * SPARE, -1))
-        for name in ("vertex_halfedge", "valence"):
-            setattr(work, name, longer(getattr(mesh, name), SPARE, -1))
-        work.quad_gone, work.vertex_gone = (
-            longer(mesh.quad_gone, SPARE, 1),
-            longer(mesh.vertex_gone, SPARE, 1),
-        )
+        work.mesh = MeshArrays()
+        for name, size in (("corners", 4), ("twin", 4), ("vertex_halfedge", 1), ("valence", 1)):
+            setattr(work.mesh, name, longer(getattr(mesh, name), size * SPARE, -1))
+        for name in ("face_gone", "vertex_gone"):
+            setattr(work.mesh, name, longer(getattr(mesh, name), SPARE, 1))
         work.vertex_block = wp.zeros(self.vertices + SPARE, dtype=wp.int32)
         work.journal_place = wp.zeros((1, JOURNAL), dtype=wp.int64)
         work.journal_value = wp.zeros((1, JOURNAL), dtype=wp.int32)
@@ -74,8 +72,8 @@ class Bench:
 
     def arrays(self):
         """Copies of what operations change."""
-        names = ("corners", "twin", "vertex_halfedge", "valence", "quad_gone", "vertex_gone")
-        return {name: getattr(self.work, name).numpy().copy() for name in names}
+        names = ("corners", "twin", "vertex_halfedge", "valence", "face_gone", "vertex_gone")
+        return {name: getattr(self.work.mesh, name).numpy().copy() for name in names}
 
     def do(self, kind, h, detail=0, spare=SPARE):
         """Return what an operation adds to irregularity, quads that go, if all is sound; None if it fails."""
@@ -114,7 +112,7 @@ class Bench:
         """For each vertex whether it is sound."""
         told = wp.zeros(self.vertices + SPARE, dtype=wp.int32)
         wp.launch(sound_kernel, len(told), [self.work, told], device="cpu")
-        return told.numpy()[self.work.vertex_gone.numpy() == 0].astype(bool)
+        return told.numpy()[self.work.mesh.vertex_gone.numpy() == 0].astype(bool)
 
     def next_link(self, vertices, chain=(), number=1):
         """Return the halfedge, and whether forward, of the next rotation from touched vertices, or None."""
@@ -196,7 +194,7 @@ def again_kernel(work: Work, back: wp.bool):
 @wp.kernel
 def sound_kernel(work: Work, told: wp.array(dtype=wp.int32)):
     v = wp.tid()
-    if work.vertex_gone[v] == wp.uint8(0):
+    if work.mesh.vertex_gone[v] == wp.uint8(0):
         told[v] = wp.where(is_sound(work, v), 1, 0)
 
 

@@ -6,7 +6,7 @@ import warp as wp
 from hypothesis import given, settings
 from scipy.spatial import cKDTree
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.build import build_halfedges
+from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.field.field import cell_values
 from dmc_cli.field.projection import point_at
@@ -16,8 +16,6 @@ from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
 from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.processing.distance_guard import FARTHEST, track_vertices
-from dmc_cli.processing.patterns.simplify import simplify
-from dmc_cli.processing.relaxation.relax import relax
 from dmc_cli.processing.remeshing import rounds
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.processing.tangent_step import SurfaceContext, make_context
@@ -27,52 +25,62 @@ from dmc_cli.volume_io.read import read_volume
 from tests.contouring.dual_marching_cubes.agreement import as_arrays, extract_on
 from tests.contouring.dual_marching_cubes.real import REAL_VOLUMES, read_real_volume
 from tests.fields import one_cell, one_inside_node, paper_field, plane, smooth_noise, white_noise
-from tests.mesh.meshes import colored, euler_and_components, quad_normals, vertex_pair_uses
+from tests.mesh.meshes import (
+    colored,
+    euler_and_components,
+    quad_normals,
+    relaxed,
+    simplified,
+    vertex_pair_uses,
+)
 from tests.reference import table
 from tests.strategies import volumes_with_settings
 
-PATTERNS = MeshSettings(simplify="all")
 GOALS = {row["volume"]: float(row["irregular_percent_after"]) / 3 for row in table("regression_real.csv")}
 
 
 def by_patterns(surface):
     """The mesh that the rounds start from; its arrays are copies."""
-    result = simplify(surface, build_halfedges(surface), PATTERNS)
-    return result.surface, result.halfedges
+    return simplified(connect_faces(surface))
 
 
-def turned_pairs(surface, halfedges):
+def remeshed(surface, rounds):
+    return remesh(surface.mesh, surface.placement, rounds)
+
+
+def turned_pairs(surface):
     """Twins whose quads' normals are more than 90 degrees apart."""
-    normals = quad_normals(surface.vertices.numpy().astype(float), surface.quads.numpy())
-    twin = halfedges.twin.numpy()
+    normals = quad_normals(surface.mesh.positions.numpy().astype(float), surface.mesh.faces.numpy())
+    twin = surface.mesh.halfedges.twin.numpy()
     with_twin = np.flatnonzero(twin != NO_TWIN)
     return int(((normals[with_twin // 4] * normals[twin[with_twin] // 4]).sum(axis=1) < 0).sum() // 2)
 
 
 def assert_whole(before, after, *, one_fan=True):
     """Fail unless a mesh is as sound as the one before it."""
-    (old, old_halfedges), (new, new_halfedges) = before, after
-    quads, twin = new.quads.numpy(), new_halfedges.twin.numpy()
+    old, new = before.mesh, after.mesh
+    old_halfedges, new_halfedges = old.halfedges, new.halfedges
+    quads, twin = new.faces.numpy(), new_halfedges.twin.numpy()
     check_halfedges(quads, twin, new_halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
     assert euler_and_components(quads, twin) == euler_and_components(
-        old.quads.numpy(), old_halfedges.twin.numpy()
+        old.faces.numpy(), old_halfedges.twin.numpy()
     )
-    count = new.vertices.shape[0]
+    count = new.vertex_count
     assert (np.unique(quads) == np.arange(count)).all()
-    found = measure_topology(new.device, new.quads, new_halfedges.twin, count)
-    was = measure_topology(old.device, old.quads, old_halfedges.twin, old.vertices.shape[0])
+    found = measure_topology(new)
+    was = measure_topology(old)
     assert found.non_manifold_edges <= was.non_manifold_edges
     assert found.non_manifold_vertices <= was.non_manifold_vertices
     corners = np.sort(quads, axis=1)
     assert (corners[:, 1:] != corners[:, :-1]).all(), "a vertex twice in a quad"
-    assert duplicates(quads) <= duplicates(old.quads.numpy())
-    assert (vertex_pair_uses(quads) > 2).sum() <= (vertex_pair_uses(old.quads.numpy()) > 2).sum()
+    assert duplicates(quads) <= duplicates(old.faces.numpy())
+    assert (vertex_pair_uses(quads) > 2).sum() <= (vertex_pair_uses(old.faces.numpy()) > 2).sum()
     valence, old_valence = new_halfedges.valence.numpy(), old_halfedges.valence.numpy()
     assert (valence == valences_by_edges(quads, twin, count)).all()
     assert (valence < 3).sum() <= (old_valence < 3).sum()
     assert (valence > 8).sum() <= (old_valence > 8).sum()
-    local = new.vertex_local.numpy()
-    assert np.isfinite(new.vertices.numpy()).all()
+    local = after.placement.local.numpy()
+    assert np.isfinite(new.positions.numpy()).all()
     assert ((local >= 0) & (local <= 1)).all()
 
 
@@ -89,7 +97,7 @@ def valences_by_edges(quads, twin, count):
 def values_at_vertices(volume, surface):
     """The trilinear interpolant at each vertex, double precision; the border is open."""
     _, ny, nx = volume.values.shape
-    cell, local = surface.vertex_cell.numpy(), surface.vertex_local.numpy().astype(float)
+    cell, local = surface.placement.cell.numpy(), surface.placement.local.numpy().astype(float)
     i, j, k = cell % nx, cell // nx % ny, cell // (nx * ny)
     result = np.zeros(len(cell))
     for c in range(8):
@@ -110,14 +118,14 @@ NOISE = {
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_each_round_keeps_the_mesh_whole(extract, name, border):
     before = by_patterns(extract(NOISE[name](), border=border, threads=2))
-    arrays = as_arrays(before[0])
-    irregular = [irregular_percent(before[0].device, before[1].valence)]
+    arrays = as_arrays(before)
+    irregular = [irregular_percent(before.mesh)]
     for count in (0, 1, 4):
-        result = remesh(*before, count)
-        assert_whole(before, (result.surface, result.halfedges))
-        irregular.append(irregular_percent(result.surface.device, result.halfedges.valence))
+        result = remeshed(before, count)
+        assert_whole(before, result)
+        irregular.append(irregular_percent(result.mesh))
     assert irregular[-1] < irregular[1] == irregular[0]
-    for key, value in as_arrays(before[0]).items():
+    for key, value in as_arrays(before).items():
         np.testing.assert_array_equal(value, arrays[key], err_msg=f"{key} was changed")
 
 
@@ -126,27 +134,25 @@ def test_each_round_keeps_the_mesh_whole(extract, name, border):
 def test_any_mesh_stays_whole(volume_and_settings):
     volume, chosen = volume_and_settings
     before = by_patterns(extract_on("cpu", volume, chosen))
-    result = remesh(*before, 3)
+    result = remeshed(before, 3)
     one_fan = chosen.topology == "manifold" or chosen.border == "closed"
-    assert_whole(before, (result.surface, result.halfedges), one_fan=one_fan)
+    assert_whole(before, result, one_fan=one_fan)
 
 
 def test_shapes_get_better_than_by_relaxation_alone(extract):
     before = by_patterns(extract(paper_field("genus_two", 48), threads=2))
-    relaxed = relax(*before, 5)
-    result = remesh(*before, 20)
-    qualities = [
-        measure_quality(mesh.device, mesh.vertices, mesh.quads) for mesh in (relaxed, result.surface)
-    ]
+    smoothed = relaxed(before, 5)
+    result = remeshed(before, 20)
+    qualities = [measure_quality(found.mesh) for found in (smoothed, result)]
     assert qualities[1].shape_mean > qualities[0].shape_mean
-    assert result.surface.quads.shape[0] >= 0.9 * before[0].quads.shape[0]
-    assert turned_pairs(result.surface, result.halfedges) == turned_pairs(*before) == 0
+    assert result.mesh.face_count >= 0.9 * before.mesh.face_count
+    assert turned_pairs(result) == turned_pairs(before) == 0
 
 
 def test_vertices_stay_on_the_surface(extract):
     volume = paper_field("genus_two", 48)
-    result = remesh(*by_patterns(extract(volume, threads=2)), 10)
-    found = values_at_vertices(volume, result.surface)
+    result = remeshed(by_patterns(extract(volume, threads=2)), 10)
+    found = values_at_vertices(volume, result)
     assert np.abs(found).max() <= 1e-5 * np.ptp(volume.values)
 
 
@@ -154,18 +160,18 @@ def test_vertices_stay_on_the_surface(extract):
 @pytest.mark.parametrize("rounds", [0, 6])
 def test_no_vertex_is_left_behind_and_no_quad_leaves_the_surface(extract, name, rounds):
     before = by_patterns(extract(NOISE[name](), border="closed", threads=2))
-    result = remesh(*before, rounds)
+    result = remeshed(before, rounds)
     assert (result.operations > 0) == (rounds > 0)
-    assert farthest_vertex(before[0], result.surface) <= 1
-    assert high_quads(before[0]) > 0
-    assert high_quads(result.surface) == 0
+    assert farthest_vertex(before, result) <= 1
+    assert high_quads(before) > 0
+    assert high_quads(result) == 0
 
 
 def index_positions(surface):
     """Where the vertices are, in node indices."""
-    cell, grid = surface.vertex_cell.numpy(), surface.grid
+    cell, grid = surface.placement.cell.numpy(), surface.placement.frame.grid
     nodes = np.stack([cell % grid.nx, cell // grid.nx % grid.ny, cell // (grid.nx * grid.ny)], axis=1)
-    return nodes + surface.vertex_local.numpy().astype(float)
+    return nodes + surface.placement.local.numpy().astype(float)
 
 
 def points_of(corners, count):
@@ -177,7 +183,7 @@ def points_of(corners, count):
 
 def farthest_vertex(old, new):
     """The largest distance in cells of an old vertex from the new quads, at points spread over these."""
-    corners, vertices = index_positions(new)[new.quads.numpy()], index_positions(old)
+    corners, vertices = index_positions(new)[new.mesh.faces.numpy()], index_positions(old)
     found = cKDTree(points_of(corners, 5).reshape(-1, 3)).query(vertices)[0]
     centres = cKDTree(corners.mean(axis=1))
     for n in np.flatnonzero(found > 0.8):
@@ -192,10 +198,10 @@ def high_quads(surface):
 
     The interpolant is continuous: between a centre and a point with a value of another sign is the surface.
     """
-    centres = index_positions(surface)[surface.quads.numpy()].mean(axis=1)
-    device = surface.device
+    centres = index_positions(surface)[surface.mesh.faces.numpy()].mean(axis=1)
+    device = surface.mesh.device
     distance = device.empty(len(centres), wp.float32)
-    inputs = [make_context(surface), wp.array(centres, dtype=wp.vec3d, device=device.name)]
+    inputs = [make_context(surface.placement.frame), wp.array(centres, dtype=wp.vec3d, device=device.name)]
     device.launch(distances_kernel, len(centres), inputs, [distance])
     return int((distance.numpy() > 0.5).sum())
 
@@ -234,11 +240,11 @@ def distances_kernel(
 
 def test_a_tracked_point_stays_with_a_nearest_quad_within_reach(extract):
     before = by_patterns(extract(smooth_noise(32, 1.0), border="closed", threads=2))
-    surface, halfedges = before
-    places = (surface.vertex_cell, surface.vertex_local)
-    tracked = track_vertices(surface.grid, halfedges.vertex_halfedge, *places, surface.device)
-    relaxed = relax(*before, 5, tracked=tracked)
-    corners = index_positions(relaxed)[relaxed.quads.numpy()[tracked.nearest_quad.numpy()]]
+    mesh, placement = before.mesh, before.placement
+    places = (mesh.halfedges.vertex_halfedge, placement.cell, placement.local)
+    tracked = track_vertices(placement.frame.grid, *places, mesh.device)
+    smoothed = relaxed(before, 5, tracked=tracked)
+    corners = index_positions(smoothed)[smoothed.mesh.faces.numpy()[tracked.nearest_quad.numpy()]]
     gaps = points_of(corners, 3) - tracked.point.numpy()[:, None, :]
     assert np.linalg.norm(gaps, axis=2).min(axis=1).max() <= FARTHEST + 1e-4
 
@@ -247,7 +253,7 @@ def test_a_tracked_point_stays_with_a_nearest_quad_within_reach(extract):
 def test_a_scan_gets_better_in_every_respect(extract, sample_data):
     volume = read_volume(str(sample_data / "nrrd" / "tooth.nrrd"), ReadSettings())
     before = by_patterns(extract(volume, 500.0, border="closed", threads=2))
-    assert_goals(before, remesh(*before, 5), GOALS["nrrd_tooth/tooth.nhdr"])
+    assert_goals(before, remeshed(before, 5), GOALS["nrrd_tooth/tooth.nhdr"])
 
 
 @pytest.mark.parametrize(
@@ -262,22 +268,22 @@ def test_a_scan_gets_better_in_every_respect(extract, sample_data):
 )
 def test_threads_do_not_show(extract, make):
     volume = make()
-    one, *others = [remesh(*by_patterns(extract(volume, threads=n)), 2) for n in (1, 2, 3)]
+    one, *others = [remeshed(by_patterns(extract(volume, threads=n)), 2) for n in (1, 2, 3)]
     for other in others:
         assert one.operations == other.operations > 0
-        for key, value in as_arrays(one.surface).items():
-            np.testing.assert_array_equal(value, as_arrays(other.surface)[key])
-        np.testing.assert_array_equal(one.halfedges.twin.numpy(), other.halfedges.twin.numpy())
+        for key, value in as_arrays(one).items():
+            np.testing.assert_array_equal(value, as_arrays(other)[key])
+        np.testing.assert_array_equal(one.mesh.halfedges.twin.numpy(), other.mesh.halfedges.twin.numpy())
 
 
 def test_colors_stay_proper(extract):
     mesh = colored(extract(smooth_noise(20, 1.0), border="closed", threads=2))
-    patterns = mesh.simplified()
-    result = remesh(patterns.surface, patterns.halfedges, 6, patterns.color, patterns.color24)
-    twin, color = result.halfedges.twin.numpy(), np.repeat(result.color.numpy(), 4)
+    result = remeshed(simplified(mesh), 6).mesh
+    colors = result.face_values
+    twin, color = result.halfedges.twin.numpy(), np.repeat(colors["color"].numpy(), 4)
     assert color.max() < 5
     assert (color != color[twin]).all()
-    assert result.color24.shape == result.color.shape
+    assert colors["color24"].shape == colors["color"].shape
 
 
 def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings(monkeypatch):
@@ -296,17 +302,15 @@ def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings
     mend_once, launch_once = rounds.Rounds._mend, Device.launch
     monkeypatch.setattr(rounds.Rounds, "_mend", mend)
     monkeypatch.setattr(Device, "launch", launch)
-    monkeypatch.setattr(
-        rounds, "mark_high", lambda mesh, context, device: wp.full(mesh.vertex_count, 1, wp.uint8)
-    )
-    remesh(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
+    monkeypatch.setattr(rounds, "mark_high", lambda mesh, context: wp.full(mesh.vertex_count, 1, wp.uint8))
+    remeshed(by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == list(range(8))
     assert told[1::2] == [("may fold", int(turn >= 3), 0.35) for turn in range(8)]
     told.clear()
     monkeypatch.setattr(
-        rounds, "mark_high", lambda mesh, context, device: device.zeros(mesh.vertex_count, wp.uint8)
+        rounds, "mark_high", lambda mesh, context: mesh.device.zeros(mesh.vertex_count, wp.uint8)
     )
-    remesh(*by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
+    remeshed(by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == [0, 1, 2]
 
 
@@ -323,8 +327,8 @@ SMALL = {
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_small_surfaces_pass_unharmed(extract, name, border):
     before = by_patterns(extract(SMALL[name](), border=border))
-    result = remesh(*before, 4)
-    assert_whole(before, (result.surface, result.halfedges))
+    result = remeshed(before, 4)
+    assert_whole(before, result)
 
 
 @pytest.mark.parametrize(
@@ -345,19 +349,16 @@ def test_settings_that_do_not_go_together_are_refused(chosen, message):
 
 def assert_goals(before, result, most_irregular):
     """Fail unless few vertices are irregular, shapes better than by relaxation, and nothing was lost."""
-    after = (result.surface, result.halfedges)
-    assert_whole(before, after)
-    assert irregular_percent(result.surface.device, result.halfedges.valence) < most_irregular
-    relaxed = relax(*before, 5)
-    qualities = [
-        measure_quality(mesh.device, mesh.vertices, mesh.quads) for mesh in (relaxed, result.surface)
-    ]
+    assert_whole(before, result)
+    assert irregular_percent(result.mesh) < most_irregular
+    smoothed = relaxed(before, 5)
+    qualities = [measure_quality(found.mesh) for found in (smoothed, result)]
     assert qualities[1].shape_mean > qualities[0].shape_mean
     assert qualities[1].shape_min > qualities[0].shape_min
-    assert result.surface.quads.shape[0] >= 0.9 * before[0].quads.shape[0]
-    assert farthest_vertex(before[0], result.surface) <= 1
-    assert high_quads(result.surface) == 0
-    assert turned_pairs(*after) <= turned_pairs(*before)
+    assert result.mesh.face_count >= 0.9 * before.mesh.face_count
+    assert farthest_vertex(before, result) <= 1
+    assert high_quads(result) == 0
+    assert turned_pairs(result) <= turned_pairs(before)
 
 
 @pytest.mark.slow
@@ -366,10 +367,10 @@ def assert_goals(before, result, most_irregular):
 def test_scans_keep_less_than_a_third_of_what_the_patterns_leave(extract, shared_data, name):
     volume = read_real_volume(shared_data, name)
     before = by_patterns(extract(volume, REAL_VOLUMES[name][0], border="closed", threads=2))
-    assert_goals(before, remesh(*before, 20), GOALS[name])
+    assert_goals(before, remeshed(before, 20), GOALS[name])
 
 
 @pytest.mark.slow
 def test_genus_two_keeps_few_irregular_vertices(extract):
     before = by_patterns(extract(paper_field("genus_two", 256), threads=2))
-    assert_goals(before, remesh(*before, 20), 1.2)
+    assert_goals(before, remeshed(before, 20), 1.2)

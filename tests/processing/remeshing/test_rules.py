@@ -25,7 +25,7 @@ UNKNOWN, OFF_BLOCK = 98, 99
 def left(bench):
     """Quads, twins, starts and valences of what is there, renumbered, checked to be a whole mesh."""
     found = bench.arrays()
-    stays, there = found["quad_gone"] == 0, found["vertex_gone"] == 0
+    stays, there = found["face_gone"] == 0, found["vertex_gone"] == 0
     quad, vertex = np.cumsum(stays) - 1, np.cumsum(there) - 1
     quads = vertex[found["corners"].reshape(-1, 4)[stays]]
     twin = found["twin"].reshape(-1, 4)[stays].ravel()
@@ -94,7 +94,7 @@ def test_collapsing_merges_the_ends_of_the_diagonal():
     bench.do(COLLAPSE, 4 * 27 + 1)
     found = bench.arrays()
     assert found["vertex_gone"][corners[1]] == 1
-    assert found["quad_gone"][27] == 1
+    assert found["face_gone"][27] == 1
     assert found["valence"][corners].tolist() == [3, 4, 3, 6]
 
 
@@ -104,7 +104,7 @@ def test_opening_splits_the_vertex():
     v, side = bench.arrays()["corners"][[h, 4 * 27 + 2]]
     bench.do(OPEN, h, 2)
     found = bench.arrays()
-    assert found["vertex_gone"][bench.vertices] == found["quad_gone"][bench.quads] == 0
+    assert found["vertex_gone"][bench.vertices] == found["face_gone"][bench.quads] == 0
     assert found["valence"][[v, bench.vertices, side]].tolist() == [3, 3, 5]
 
 
@@ -137,14 +137,14 @@ def test_costs_off_the_block_and_of_doublets_are_told():
     assert torus.costs(8) == [4, 4, 2 + 4]
     for end in (8, 9):
         torus = Bench(shapes.torus())
-        torus.work.vertex_block.numpy()[torus.work.corners.numpy()[end]] = -1
+        torus.work.vertex_block.numpy()[torus.work.mesh.corners.numpy()[end]] = -1
         assert torus.costs(8)[:2] == [OFF_BLOCK, OFF_BLOCK]
         torus = Bench(shapes.torus())
-        torus.work.valence.numpy()[torus.work.corners.numpy()[end]] = 3
+        torus.work.mesh.valence.numpy()[torus.work.mesh.corners.numpy()[end]] = 3
         assert torus.costs(8)[:2] == [UNKNOWN, UNKNOWN]
     for side in (9, 11):
         torus = Bench(shapes.torus())
-        torus.work.valence.numpy()[torus.work.corners.numpy()[side]] = 3
+        torus.work.mesh.valence.numpy()[torus.work.mesh.corners.numpy()[side]] = 3
         assert torus.costs(8)[2] == 0
 
 
@@ -273,17 +273,17 @@ def scrambled(number):
 def test_a_chain_goes_on_by_the_cheapest_rotation_and_never_back():
     bench = Bench(shapes.torus())
     bench.do(ROTATE, 8, 1)
-    irregular = np.flatnonzero(bench.work.valence.numpy()[: bench.vertices] != 4)
+    irregular = np.flatnonzero(bench.work.mesh.valence.numpy()[: bench.vertices] != 4)
     h, forward = bench.next_link(irregular)
     cost = bench.costs(h)[int(forward)]
     around = {
         4 * q + c
         for q in range(bench.quads)
         for c in range(4)
-        if np.isin(bench.work.corners.numpy()[4 * q : 4 * q + 4], irregular).any()
+        if np.isin(bench.work.mesh.corners.numpy()[4 * q : 4 * q + 4], irregular).any()
     }
     assert cost == min(c for side in around for c in bench.costs(side)[:2])
-    twin = int(bench.work.twin.numpy()[h])
+    twin = int(bench.work.mesh.twin.numpy()[h])
     for known in (h, twin):
         found = bench.next_link(irregular, [known])
         assert found is None or found[0] not in (h, twin)
@@ -292,7 +292,7 @@ def test_a_chain_goes_on_by_the_cheapest_rotation_and_never_back():
 def test_a_chain_ends_somewhere():
     bench = Bench(shapes.torus())
     bench.do(ROTATE, 8, 1)
-    irregular = np.flatnonzero(bench.work.valence.numpy()[: bench.vertices] != 4)
+    irregular = np.flatnonzero(bench.work.mesh.valence.numpy()[: bench.vertices] != 4)
     off = [4 * 60] * int(DEPTH)
     assert bench.next_link(irregular, off[:-1]) is not None
     assert bench.next_link(irregular, off) is None
@@ -330,5 +330,5 @@ def test_a_full_patch_fails(count, is_full):
 
 def test_what_has_gone_has_no_patch():
     bench = Bench(shapes.torus())
-    bench.work.vertex_gone.numpy()[9] = 1
+    bench.work.mesh.vertex_gone.numpy()[9] = 1
     assert bench.patch([9]) == ([], False)

@@ -5,5 +5,5 @@ plain_twins   twins through faces that are not ambiguous
 grid_twins    twins of halfedges, from the cell faces' segments
 plain_rings   a halfedge and the valence of ordinary cells' vertices
 vertex_rings  a halfedge and the valence of each vertex
-build         the steps in order
+connect       the steps in order
 """

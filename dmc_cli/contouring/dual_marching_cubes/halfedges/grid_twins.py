@@ -29,29 +29,26 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import (
 )
 from dmc_cli.contouring.dual_marching_cubes.quads import surely_ordinary
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, find_special
+from dmc_cli.contouring.surface import Surface
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
-from dmc_cli.mesh.surface import Surface
-from dmc_cli.runtime.device import Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
 
 
-def find_grid_twins(surface: Surface, words: Any, device: Device) -> tuple[Any, Any]:
+def find_grid_twins(surface: Surface) -> tuple[Any, Any]:
     """Return the twins, int32 vec4 (Q,), -1 for none, and which quads have a defect, uint8 (Q,).
 
     Args:
-        surface: The surface as it was extracted.
-        words: As `rank_quads` returns them.
-        device: Where to work.
+        surface: The surface as it was extracted, with the quads' ranks.
     """
-    grid = surface.grid
-    count = surface.quads.shape[0]
+    frame, numbering, device = surface.placement.frame, surface.numbering, surface.mesh.device
+    grid, count = frame.grid, surface.mesh.face_count
     twins, defects = device.empty(count, wp.vec4i), device.empty(count, wp.uint8)
-    inputs = [grid.struct(), surface.cells.bits, surface.polygons.special, int(surface.is_reversed)]
-    inputs += [surface.field.has_nodata, words, surface.quad_starts, surface.quads]
+    inputs = [grid.struct(), numbering.cells.bits, numbering.polygons.special, int(numbering.is_reversed)]
+    inputs += [frame.field.has_nodata, numbering.quad_words, numbering.quad_starts, surface.mesh.faces]
     device.launch(find_twins_kernel, block_count(grid), inputs, [twins, defects], BLOCKS_A_CHUNK)
     return twins, defects
 

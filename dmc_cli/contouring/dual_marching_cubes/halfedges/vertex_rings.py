@@ -18,31 +18,29 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_rings import store_p
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord, quad_round
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
+from dmc_cli.contouring.surface import Surface
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
-from dmc_cli.mesh.surface import Surface
-from dmc_cli.runtime.device import Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
 
 
-def find_vertex_rings(surface: Surface, words: Any, twin: Any, device: Device) -> tuple[Any, Any]:
+def find_vertex_rings(surface: Surface, twin: Any) -> tuple[Any, Any]:
     """Return an outgoing halfedge, int32 (V,), and the valence, int32 (V,), of each vertex.
 
     Args:
-        surface: The surface as it was extracted.
-        words: As `rank_quads` returns them.
+        surface: The surface as it was extracted, with the quads' ranks.
         twin: Twin of each halfedge, int32 (4Q,).
-        device: Where to work.
     """
-    count = surface.vertices.shape[0]
+    device, count = surface.mesh.device, surface.mesh.vertex_count
     halfedge, valence = device.empty(count, wp.int32), device.empty(count, wp.int32)
-    grid, cells, polygons = surface.grid.struct(), surface.cells, surface.polygons
-    is_reversed = int(surface.is_reversed)
+    shape, numbering = surface.placement.frame.grid, surface.numbering
+    grid, cells, polygons = shape.struct(), numbering.cells, numbering.polygons
+    words, is_reversed = numbering.quad_words, int(numbering.is_reversed)
     inputs = [grid, cells.bits, cells.ordinary_starts, is_reversed, words]
-    blocks = block_count(surface.grid)
+    blocks = block_count(shape)
     device.launch(ring_ordinary_kernel, blocks, inputs, [halfedge, valence], BLOCKS_A_CHUNK)
     inputs = [grid, cells.bits, polygons.special, cells.ordinary_count, is_reversed, words, twin]
     device.launch(ring_special_kernel, polygons.special_count, inputs, [halfedge, valence])

@@ -15,7 +15,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
 )
 from dmc_cli.field.crossings import crossed_edges, edge_set
 from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, world_position
+from dmc_cli.field.grid import Grid, cell_node, node_position, world_position
 from dmc_cli.field.trilinear import is_in_cell, single_precision
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -58,11 +58,8 @@ def place_remaining_vertices_kernel(
                 n = wp.int64(v - ordinary_count)
                 if n >= wp.int64(0):
                     s = special_cell_of(special, special_count, n)
-                row = wp.int32(cells[v] / wp.int64(grid.nx))
-                i = wp.int32(cells[v] - wp.int64(row) * wp.int64(grid.nx))
-                j = row % grid.ny
-                k = row // grid.ny
-                f = single_precision(cell_values(field, grid, i, j, k))
+                node = cell_node(grid, cells[v])
+                f = single_precision(cell_values(field, grid, node[0], node[1], node[2]))
                 edges = crossed_edges(f)
                 if s >= 0:
                     fan = wp.int32(n - special.first_vertex[s])
@@ -70,7 +67,7 @@ def place_remaining_vertices_kernel(
                 p = place_vertex(f, edges)
                 local = wp.vec3(p[0], p[1], p[2])
                 local_inout[v] = local
-                position_inout[v] = world_position(matrix, i, j, k, local)
+                position_inout[v] = world_position(matrix, node_position(node, local))
                 fallbacks += int(p[3])
                 is_lost = is_lost or not is_in_cell(local)
         remaining_inout[block] = wp.uint8(wp.where(is_lost, LOST, fallbacks))

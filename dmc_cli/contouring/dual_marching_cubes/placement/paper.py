@@ -16,7 +16,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
 )
 from dmc_cli.field.crossings import EdgeSet, crossed_edges, edge_set
 from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, world_position
+from dmc_cli.field.grid import Grid, cell_node, node_position, world_position
 from dmc_cli.field.trilinear import CornerValues, is_in_cell, single_precision
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -65,16 +65,13 @@ def place_paper_vertices_kernel(
     if n >= wp.int64(0):
         s = special_cell_of(special, special_count, n)
         cell_inout[v] = wp.int64(special.row[s]) * wp.int64(grid.nx) + wp.int64(special.i[s])
-    row = wp.int32(cell_inout[v] / wp.int64(grid.nx))
-    i = wp.int32(cell_inout[v] - wp.int64(row) * wp.int64(grid.nx))
-    j = row % grid.ny
-    k = row // grid.ny
-    f = single_precision(cell_values(field, grid, i, j, k))
+    node = cell_node(grid, cell_inout[v])
+    f = single_precision(cell_values(field, grid, node[0], node[1], node[2]))
     edges = crossed_edges(f)
     if s >= 0:
         edges = edge_set(polygon_of_vertex(special, wp.int64(s), wp.int32(n - special.first_vertex[s])))
     p = place_by(method, f, edges)
     local = wp.vec3(p[0], p[1], p[2])
     local_out[v] = local
-    position_out[v] = world_position(matrix, i, j, k, local)
+    position_out[v] = world_position(matrix, node_position(node, local))
     fallback_out[v] = wp.uint8(wp.where(is_in_cell(local), int(p[3]), LOST))

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.measures.faces import NO_TWIN, flat_corners, next_halfedge
+from dmc_cli.mesh.halfedges import NO_TWIN, next_halfedge
+from dmc_cli.mesh.mesh import flat_corners
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False})

@@ -1,0 +1,92 @@
+"""Connect the faces of any mesh: twins by vertices, and a halfedge and the valence of each vertex."""
+
+from dataclasses import replace
+
+import warp as wp
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.mesh.halfedges import Halfedges, previous_halfedge
+from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.twins import find_twins
+
+wp.set_module_options({"enable_backward": False})
+
+INNER = wp.constant(wp.uint32(0x80000000))
+"""Added to a halfedge with a twin where the least is looked for: those without one come first."""
+
+NOWHERE = 0xFFFFFFFF
+"""What stands for the halfedge of a vertex of no face."""
+
+
+def connect(mesh: Mesh) -> Mesh:
+    """Return the mesh with halfedges; the mesh itself if it has them.
+
+    Twins are those of `find_twins`. A vertex takes the lowest of its outgoing halfedges without a twin, else
+    the lowest of all.
+    """
+    if mesh.halfedges is not None:
+        return mesh
+    device = mesh.device
+    twin = find_twins(device, mesh.faces, mesh.vertex_count)
+    valence = device.zeros(mesh.vertex_count, wp.int32)
+    lowest = wp.full(mesh.vertex_count, NOWHERE, dtype=wp.uint32, device=device.name)
+    inputs = [mesh.corners, twin]
+    device.launch_in_order(gather_halfedges_kernel, 4 * mesh.face_count, inputs, [valence, lowest])
+    start = device.empty(mesh.vertex_count, wp.int32)
+    device.launch(choose_halfedges_kernel, mesh.vertex_count, [lowest], [start])
+    return replace(mesh, halfedges=Halfedges(twin, start, valence))
+
+
+def require_quads(mesh: Mesh, stage: str) -> Mesh:
+    """Return the mesh if all its faces are quads.
+
+    Raises:
+        SettingsError: There are triangles.
+    """
+    if mesh.triangle_count:
+        raise SettingsError(
+            f"{stage} takes meshes of quads; {mesh.triangle_count} of {mesh.face_count} faces are triangles;"
+            " leave it out, or make the mesh by a method that gives quads"
+        )
+    return mesh
+
+
+@wp.kernel
+def gather_halfedges_kernel(
+    # In:
+    first: wp.int32,
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    # In/out:
+    valence_inout: wp.array(dtype=wp.int32),
+    lowest_inout: wp.array(dtype=wp.uint32),
+):
+    """Count each vertex's mesh edges and find its lowest halfedge. One thread a corner; not for chunks.
+
+    An edge of a vertex is an outgoing halfedge, or an incoming one without a twin. Sums and minima of
+    integers: the order of the threads does not show.
+    """
+    h = first + wp.tid()
+    v = corners[h]
+    if v >= 0:
+        edges = int(1)
+        if twin[previous_halfedge(corners, h)] < 0:
+            edges = 2
+        wp.atomic_add(valence_inout, v, edges)
+        key = wp.uint32(h)
+        if twin[h] >= 0:
+            key += INNER
+        wp.atomic_min(lowest_inout, v, key)
+
+
+@wp.kernel
+def choose_halfedges_kernel(
+    # In:
+    first: wp.int32,
+    lowest: wp.array(dtype=wp.uint32),
+    # Out:
+    start_out: wp.array(dtype=wp.int32),
+):
+    """Read the halfedges from their keys. One thread a vertex."""
+    v = first + wp.tid()
+    start_out[v] = wp.where(lowest[v] == wp.uint32(NOWHERE), -1, wp.int32(lowest[v] & ~INNER))

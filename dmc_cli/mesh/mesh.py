@@ -1,0 +1,76 @@
+"""The mesh, whoever made it: where its vertices are, its faces, and how these join."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.runtime.device import Device
+
+DEFECT, COLOR, COLOR24, LABELS = "defect", "color", "color24", "labels"
+"""Values of faces that stages know: uint8, not 0 if a quad has a defect (`defects.py`); colours 0 to 4, of
+which neighbours have two; the grid's 24 colours; int32 vec2, the labels on the side that the normal points to
+and on the other."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh of triangles and quads, its mesh faces, on a device. A stage takes one and returns another.
+
+    Attributes:
+        positions: float32 vec3 (V,), in the output space.
+        faces: int32 vec4 (F,), vertex numbers, anticlockwise seen from where the normal points; a triangle
+            has -1 as its fourth corner.
+        device: Where the arrays are.
+        triangle_count: Faces with three corners.
+        halfedges: How the faces join; None as long as nobody has asked (`connect`).
+        vertex_values: Arrays of one item a vertex, by name. Stages carry them along: a merged vertex keeps
+            the values of the lower of the two, a new one has those of a neighbour.
+        face_values: The same of mesh faces.
+    """
+
+    positions: Any
+    faces: Any
+    device: Device
+    triangle_count: int = 0
+    halfedges: Halfedges | None = None
+    vertex_values: Mapping[str, Any] = field(default_factory=dict)
+    face_values: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def vertex_count(self) -> int:
+        """Count the vertices."""
+        return int(self.positions.shape[0])
+
+    @property
+    def face_count(self) -> int:
+        """Count the faces."""
+        return int(self.faces.shape[0])
+
+    @property
+    def corners(self) -> Any:
+        """Return the faces as one row of corners, int32 (4F,), the same memory."""
+        return flat_corners(self.faces)
+
+    def with_face_values(self, **values: Any) -> "Mesh":
+        """Return the mesh with further values of its faces; None takes one away."""
+        kept = {**self.face_values, **values}
+        return replace(self, face_values={name: v for name, v in kept.items() if v is not None})
+
+
+def flat_corners(faces: Any) -> Any:
+    """Return vec4i (F,) as int32 (4F,): the same memory, kept alive by the view."""
+    flat = wp.array(ptr=faces.ptr, dtype=wp.int32, shape=4 * faces.shape[0], device=faces.device, copy=False)
+    flat._source = faces  # as long as the view lives
+    return flat
+
+
+def rows_of_four(corners: Any) -> Any:
+    """Return int32 (4F,) as vec4i (F,): the same memory, kept alive by the view."""
+    rows = wp.array(
+        ptr=corners.ptr, dtype=wp.vec4i, shape=corners.shape[0] // 4, device=corners.device, copy=False
+    )
+    rows._source = corners  # as long as the view lives
+    return rows

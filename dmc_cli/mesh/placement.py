@@ -1,0 +1,61 @@
+"""Where the vertices of a mesh lie on the surface that it was cut from, and how they get to the world."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.field.grid import GridShape, kernel_matrix
+from dmc_cli.field.slices import map_vertices
+from dmc_cli.runtime.device import Device
+
+
+@dataclass(frozen=True)
+class SurfaceFrame:
+    """The surface that vertices lie on: a field's zero, and its grid's map to the output space.
+
+    Attributes:
+        field: The kernels' `Field`: F at the grid's nodes.
+        grid: The grid, with the virtual border if closed.
+        affine: Shape (4, 4): the grid's node index, slices even, to the output space.
+        depths: Depths of unevenly spaced slices, float64 (nz,), as `slice_depths` returns them; else empty.
+        sense: 1 if faces look along the gradient of F in the output space, else -1.
+        device: Where the arrays are.
+    """
+
+    field: Any
+    grid: GridShape
+    affine: np.ndarray[Any, np.dtype[np.float64]]
+    depths: Any
+    sense: float
+    device: Device
+
+    @property
+    def stored_isovalue(self) -> float:
+        """Return the level that was cut, in stored values."""
+        return float(self.field.isovalue)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where each vertex lies: a cell, and local coordinates in it.
+
+    Attributes:
+        cell: int64 (V,), linear number of the cell's lowest node in the grid, x fastest.
+        local: float32 vec3 (V,), coordinates in the cell, in [0, 1].
+        frame: The surface that they lie on.
+    """
+
+    cell: Any
+    local: Any
+    frame: SurfaceFrame
+
+    def positions(self) -> Any:
+        """Return the positions in the output space, float32 vec3 (V,), each rounded once."""
+        frame = self.frame
+        matrix = kernel_matrix(frame.affine)
+        return map_vertices(self.cell, self.local, frame.depths, frame.grid, matrix, frame.device)
+
+    def in_frame(self, affine: np.ndarray[Any, np.dtype[np.float64]]) -> "Placement":
+        """Return the same places with another map from the grid to the output space."""
+        return replace(self, frame=replace(self.frame, affine=affine))

@@ -1,0 +1,101 @@
+"""Give new quads and vertices the values of what they were opened beside: labels above all."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import warp as wp
+
+from dmc_cli.mesh.compaction import as_bytes
+from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
+from dmc_cli.mesh.mesh import COLOR, COLOR24
+from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.processing.remeshing.blocks import FROZEN
+from dmc_cli.runtime.device import Device
+
+wp.set_module_options({"enable_backward": False})
+
+OWN = {COLOR, COLOR24, FROZEN}
+"""Values that new items have of their own: 0."""
+
+
+def inherit_values(mesh: WorkingMesh, vertices: int, faces: int) -> None:
+    """Copy values to the vertices from `vertices` on and the faces from `faces` on, which are new.
+
+    A vertex takes those of the first older one on its edges, a face those of the first older one across its
+    sides. What has no such neighbour keeps what it has, 0.
+    """
+    for kernel, first, count, values in (
+        (find_older_vertices_kernel, vertices, mesh.vertex_count, mesh.vertex_values),
+        (find_older_faces_kernel, faces, mesh.face_count, mesh.face_values),
+    ):
+        inherited = [found for name, found in values.items() if name not in OWN]
+        if inherited and count > first:
+            older = mesh.device.empty(count - first, wp.int32)
+            mesh.device.launch(kernel, count - first, [mesh.arrays, first], [older])
+            _copy_values(mesh.device, older, first, inherited)
+
+
+def _copy_values(device: Device, older: Any, begin: int, values: Iterable[Any]) -> None:
+    """Copy each of the values to the items from `begin` on from those that are named, -1 for none."""
+    for found in values:
+        device.launch(copy_values_kernel, older.shape[0], [older, begin], [as_bytes(found)])
+
+
+@wp.kernel
+def find_older_vertices_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,
+    begin: wp.int32,
+    # Out:
+    older_out: wp.array(dtype=wp.int32),
+):
+    """Find the first neighbour of each new vertex that is older, or -1. One thread a vertex."""
+    n = first + wp.tid()
+    v = begin + n
+    older = int(-1)
+    if mesh.vertex_gone[v] == wp.uint8(0):
+        h = mesh.vertex_halfedge[v]
+        for _edge in range(mesh.valence[v]):
+            neighbor = quad_corner(mesh.corners, h, 1)
+            if older < 0 and neighbor < begin:
+                older = neighbor
+            h = next_outgoing(mesh.twin, h)
+    older_out[n] = older
+
+
+@wp.kernel
+def find_older_faces_kernel(
+    # In:
+    first: wp.int32,
+    mesh: MeshArrays,
+    begin: wp.int32,
+    # Out:
+    older_out: wp.array(dtype=wp.int32),
+):
+    """Find the first face across a side of each new one that is older, or -1. One thread a face."""
+    n = first + wp.tid()
+    f = begin + n
+    older = int(-1)
+    if mesh.face_gone[f] == wp.uint8(0):
+        for c in range(4):
+            t = mesh.twin[4 * f + c]
+            if older < 0 and t >= 0 and (t >> 2) < begin:
+                older = t >> 2
+    older_out[n] = older
+
+
+@wp.kernel
+def copy_values_kernel(
+    # In:
+    first: wp.int32,
+    older: wp.array(dtype=wp.int32),
+    begin: wp.int32,
+    # In/out:
+    values_inout: wp.array2d(dtype=wp.uint8),
+):
+    """Copy values byte by byte from older items. One thread a new one."""
+    n = first + wp.tid()
+    if older[n] >= 0:
+        for byte in range(values_inout.shape[1]):
+            values_inout[begin + n, byte] = values_inout[older[n], byte]
