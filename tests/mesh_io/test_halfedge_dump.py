@@ -7,8 +7,8 @@ import zipfile
 import numpy as np
 import pytest
 
-from dmc_cli.measures.twins import pair_halfedges
 from dmc_cli.mesh.check_halfedges import check_halfedges
+from dmc_cli.mesh.twins import pair_halfedges
 from dmc_cli.mesh_io import halfedge_dump
 from tests import shapes
 
