@@ -13,7 +13,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.setting_types import is_whole, settle_types
 
 InputFormat = Literal[
-    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr", "mgh", "afni"
+    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr", "mgh", "afni", "parrec"
 ]  # fmt: skip
 OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]

@@ -5,12 +5,14 @@ import numpy as np
 import pydicom
 import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
+from nibabel.parrec import PARRECHeader
 from scipy.spatial import cKDTree
 
 from dmc_cli.app.convert import convert
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import make_slice, save
+from tests.volume_io.par_files import par_header
 
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0])
 SHAPE = (9, 10, 11)
@@ -151,6 +153,20 @@ def test_a_raw_file_gives_the_mesh_of_the_grid_it_is_told(tmp_path):
     meta, _ = mesh_of(path, tmp_path, "native")
     np.testing.assert_array_equal(raw.faces, meta.faces)
     np.testing.assert_array_equal(raw.points, meta.points)
+
+
+@pytest.mark.parametrize("step", [0, 3], ids=["one-scale", "a-scale-a-slice"])
+def test_a_philips_pair_gives_the_mesh_of_its_values_as_nifti(tmp_path, step):
+    shifts = 5000 + step * np.arange(SHAPE[0])
+    (tmp_path / "scan.REC").write_bytes((VALUES + shifts[:, None, None]).astype("<u2").tobytes())
+    header = par_header(SHAPE[::-1], [[[1, -shift] for shift in shifts]], tuple(SPACING))
+    (tmp_path / "scan.PAR").write_text(header)
+    with (tmp_path / "scan.PAR").open() as file:
+        affine = PARRECHeader.from_fileobj(file).get_affine()
+    nib.save(nib.Nifti1Image(VALUES.T, affine), tmp_path / "scan.nii")
+    one, other = (mesh_of(tmp_path / name, tmp_path, "ras")[0] for name in ("scan.REC", "scan.nii"))
+    np.testing.assert_array_equal(one.faces, other.faces)
+    np.testing.assert_allclose(one.points, other.points, atol=2e-5)
 
 
 def test_the_sample_fistula_has_one_mesh_in_both_formats(tmp_path, sample_data):

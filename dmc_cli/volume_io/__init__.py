@@ -3,7 +3,8 @@
 formats        the formats that there are, and where their readers are
 layout, content, pair, within  what a file holds and which files belong to it
 stream, decoding, values, unpacked_size  from bytes to one array, no larger than promised
-raw, synthetic, numpy_file, metaimage, nifti, analyze, mgh, afni  formats of one file
+raw, synthetic, numpy_file, metaimage, nifti, analyze, mgh, afni, parrec  formats of one file
+slices         a volume from slices that have a scale each
 nibabel_headers  what headers of nibabel's classes say of the values
 nrrd/, tiff/, zarr/, dicom/  formats of a folder
 volume_file    volumes written

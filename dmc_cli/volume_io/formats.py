@@ -50,6 +50,12 @@ FORMATS = {
     "afni": VolumeFormat(
         title="AFNI (pairs)", suffixes=(".head", ".brik", ".brik.gz"), layout="afni:afni_layout"
     ),
+    "parrec": VolumeFormat(
+        title="Philips PAR/REC (pairs)",
+        suffixes=(".par", ".rec"),
+        read="parrec:parrec_volume",
+        entries="parrec:parrec_entries",
+    ),
     "tiff": VolumeFormat(
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),

@@ -20,7 +20,7 @@ from dmc_cli.errors import (
     VolumeError,
 )
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.volume import Space
+from dmc_cli.volume.volume import Space, VolumeEntry
 
 Triple = tuple[float, float, float]
 
@@ -142,6 +142,12 @@ def check_lengths(name: str, spacing: Triple) -> None:
             f"{name}: distances of {' x '.join(f'{length:g}' for length in spacing)} mm between the nodes "
             "found; expected positive lengths; its metadata are damaged; correct them"
         )
+
+
+def file_entry(format_name: str, count: int, shape: tuple[int, int, int]) -> VolumeEntry:
+    """Return what `dmc info` lists of a file with one or several volumes of a shape."""
+    several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
+    return VolumeEntry(description=format_name + several, size=shape)
 
 
 def chosen_index(name: str, count: int, volume_index: int | None, what: str = "volumes") -> int:

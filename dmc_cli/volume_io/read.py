@@ -18,7 +18,7 @@ from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.content import format_of_content
 from dmc_cli.volume_io.formats import FORMATS, format_of_suffix, known_suffixes, reader
-from dmc_cli.volume_io.layout import Layout, check_file, exists
+from dmc_cli.volume_io.layout import Layout, check_file, exists, file_entry
 from dmc_cli.volume_io.pair import pair_files
 from dmc_cli.volume_io.raw import RAW_TYPES
 from dmc_cli.volume_io.stream import spooled_stream
@@ -97,9 +97,7 @@ def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]
         found: list[VolumeEntry] = reader(known.entries)(path, name, settings)
         return found
     layout = read_layout(format_name, path, name, replace(settings, volume_index=0))
-    count = layout.components * layout.volumes
-    several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
-    return [VolumeEntry(description=format_name + several, size=layout.shape)]
+    return [file_entry(format_name, layout.components * layout.volumes, layout.shape)]
 
 
 def input_format(path: Path, name: str, settings: ReadSettings) -> str:

@@ -13,6 +13,7 @@ from pydicom.sequence import Sequence
 
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
+from tests.volume_io.par_files import par_header
 
 VALUES = np.arange(6 * 7 * 8, dtype="<i2").reshape(6, 7, 8)
 
@@ -196,6 +197,14 @@ def make_afni(folder):
     return [folder / "a+orig.HEAD", folder / "a+orig.BRIK"]
 
 
+def make_parrec(folder):
+    nx, ny, nz = VALUES.shape[::-1]
+    scales = [[[1 + k, k] for k in range(nz)]]
+    (folder / "a.PAR").write_text(par_header((nx, ny, nz), scales))
+    (folder / "a.REC").write_bytes(VALUES.astype("<u2").tobytes())
+    return [folder / "a.PAR", folder / "a.REC"]
+
+
 HONEST = {
     "afni": make_afni,
     "analyze": make_analyze,
@@ -207,6 +216,7 @@ HONEST = {
     "nifti": make_nifti,
     "nrrd": make_nrrd,
     "numpy": make_numpy,
+    "parrec": make_parrec,
     "raw": make_raw,
     "tiff": make_tiff,
     "zarr": make_zarr,
