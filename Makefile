@@ -79,8 +79,9 @@ types: $(VENV)/.installed-dev ## mypy, strict on host code
 test: $(VENV)/.installed-dev ## the tests on CPU, without the slow ones
 	$(TESTS) $(PARALLEL) -m "not slow and not gpu"
 
-test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length
+test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length; then the quick ones with launches by Warp
 	$(TESTS) $(PARALLEL) -m "not gpu" --hypothesis-profile=thorough
+	$(TESTS) $(PARALLEL) -m "not slow and not gpu" --launches-by-warp
 
 test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no device
 	$(TESTS) -m gpu --require-cuda

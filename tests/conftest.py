@@ -36,7 +36,7 @@ def launches(request):
         from dmc_cli.runtime import worker_pool
 
         worker_pool.takes_structs = lambda source, kernel: False
-        assert not worker_pool.worker_pool().knows_warp
+        assert worker_pool.worker_pool().fallback
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ import warp as wp
 
 from dmc_cli.bits.flags import ANY, marked
 from dmc_cli.bits.words import VECTOR_FLAGS, bit_index
+from dmc_cli.runtime.arrays import adopt
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
 
 wp.set_module_options(
@@ -52,7 +53,7 @@ def keep_masked(device: Device, items: Any, mask: Any) -> Any:
     """Return the items, int32 (n,), that are members of a mask over them, in their order."""
     if device.is_cpu and items.shape[0] <= SHORT:
         bits = np.unpackbits(mask.numpy().view(np.uint8), count=items.shape[0], bitorder="little")
-        return device.adopt(items.numpy()[bits != 0], wp.int32)
+        return adopt(items.numpy()[bits != 0], wp.int32)
     starts, total = _count_mask(device, mask)
     kept = device.empty(total, wp.int32)
     if total:
@@ -78,7 +79,7 @@ def _count_mask(device: Device, mask: Any) -> tuple[Any, int]:
 def keep_flagged(device: Device, items: Any, flags: Any) -> Any:
     """Return the items, int32 (n,), whose flag, int64 (n,), 0 or 1, is set, in their order."""
     if device.is_cpu and items.shape[0] <= SHORT:
-        return device.adopt(items.numpy()[flags.numpy() != 0], wp.int32)
+        return adopt(items.numpy()[flags.numpy() != 0], wp.int32)
     starts, total = device.starts(flags)
     kept = device.empty(total, wp.int32)
     device.launch(keep_flagged_kernel, items.shape[0], [items, starts], [kept], FLAGS_A_CHUNK)

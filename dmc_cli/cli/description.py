@@ -4,10 +4,9 @@ import platform
 import sys
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
-from dmc_cli.errors import AmbiguousVolumeError
+from dmc_cli.errors import AmbiguousVolumeError, WriteError
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
@@ -79,6 +78,7 @@ def diagnose() -> dict[str, Any]:
         "packages": {"dmc-cli": VERSION} | {name: _version(name) for name in _PACKAGES},
         "devices": _devices(),
         "codecs": _codecs(),
+        "launches": _launches(),
         "kernel_cache": _kernel_cache(),
     }
 
@@ -127,11 +127,22 @@ def _codecs() -> dict[str, bool]:
     return {name: get_decoder(syntax).is_available for name, syntax in kinds.items()}
 
 
+def _launches() -> dict[str, Any]:
+    """How many CPU threads share a launch, and why only one does where that is Warp's fault."""
+    from dmc_cli.runtime.device import launch_fallback
+
+    try:
+        fallback = launch_fallback()
+    except WriteError as error:  # which the next run tells as an error
+        return {"threads": None, "fallback": str(error)}
+    return {"threads": 1 if fallback else usable_cores(), "fallback": fallback}
+
+
 def _kernel_cache() -> dict[str, Any]:
     """Return where Warp keeps compiled kernels, and how much is there."""
-    import warp as wp
+    from dmc_cli.runtime.kernel_cache import cache_folder
 
-    folder = Path(wp.config.kernel_cache_dir or "")
+    folder = cache_folder()
     files = [file for file in folder.rglob("*") if file.is_file()] if folder.is_dir() else []
     return {
         "path": str(folder),

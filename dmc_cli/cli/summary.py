@@ -111,6 +111,8 @@ def doctor_lines(diagnosis: dict[str, Any]) -> Iterator[str]:
         yield "device    cuda: no usable CUDA device was found; everything runs on the CPU"
     for name, available in diagnosis["codecs"].items():
         yield f"codec     DICOM {name}: {'available' if available else 'missing'}"
+    launches = diagnosis["launches"]
+    yield f"launches  {launches['fallback'] or str(launches['threads']) + ' CPU thread(s) share each'}"
     cache = diagnosis["kernel_cache"]
     size = cache["bytes"] / 2**20
     yield f"kernels   {cache['modules']} compiled module(s), {size:.1f} MiB in {cache['path']}"

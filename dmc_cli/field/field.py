@@ -25,6 +25,7 @@ from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import KINDS, STORED_TYPES, cell_at, value_at
 from dmc_cli.field.trilinear import CornerValues64
+from dmc_cli.runtime.arrays import adopt, view
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
@@ -88,9 +89,7 @@ class DeviceVolume:
         """Return the stored values as bytes [row, byte]: the same memory, kept alive by the view."""
         values = self.values
         shape = (values.shape[0], values.shape[1] * self.dtype.itemsize)
-        view = wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=self.device.name, copy=False)
-        view._source = values
-        return view
+        return view(values, wp.uint8, shape)
 
 
 def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
@@ -107,8 +106,7 @@ def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
     dtype = STORED_TYPES[values.dtype.name]
     if device.is_cpu:
         # by pointer: a memory map is read-only, which NumPy's own door to Warp refuses
-        array = wp.array(ptr=flat.ctypes.data, dtype=dtype, shape=flat.shape, device="cpu", copy=False)
-        array._source = flat  # keeps the memory alive as long as Warp's array
+        array = adopt(flat, dtype)
     else:
         array = wp.array(flat, dtype=dtype, device=device.name)
     return DeviceVolume(array, volume, device)

@@ -12,6 +12,7 @@ import warp as wp
 
 from dmc_cli.bits.words import LANES, Words
 from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.runtime.arrays import view
 from dmc_cli.runtime.device import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -53,12 +54,8 @@ def make_plane(grid: GridShape, device: Device) -> Plane:
     ahead, behind = padding(grid), padding(grid) + 2 * LANES
     memory = device.empty(ahead + count + behind, wp.uint32)
     device.clear_around(memory, ahead, ahead + count)
-    where = {"device": device.name, "copy": False}
-    line = wp.array(
-        ptr=memory.ptr, dtype=Words, shape=ahead + count + behind - LANES + 1, strides=(4,), **where
-    )
-    rows = wp.array(ptr=memory.ptr + 4 * ahead, dtype=wp.uint32, shape=(grid.rows, grid.words), **where)
-    line._source = rows._source = memory  # as long as a view lives
+    line = view(memory, Words, ahead + count + behind - LANES + 1, step=4)
+    rows = view(memory, wp.uint32, (grid.rows, grid.words), skipped=4 * ahead)
     return Plane(rows, line)
 
 

@@ -18,6 +18,7 @@ from dmc_cli.bits.words import VECTOR_FLAGS, low_bits
 from dmc_cli.mesh.mesh import DEFECT, Mesh
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.runtime.arrays import size_of, view
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options(
@@ -91,8 +92,7 @@ def _move(source: WorkingMesh, target: WorkingMesh, vertices: Moves, faces: Move
 
 def as_bytes(values: Any) -> Any:
     """Return values as uint8 (n, bytes of an item): the same memory."""
-    shape = (values.shape[0], wp.types.type_size_in_bytes(values.dtype))
-    return wp.array(ptr=values.ptr, dtype=wp.uint8, shape=shape, device=values.device, copy=False)
+    return view(values, wp.uint8, (values.shape[0], size_of(values.dtype)))
 
 
 def _shortened(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:

@@ -7,6 +7,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.mesh.halfedges import Halfedges
+from dmc_cli.runtime.arrays import view
 from dmc_cli.runtime.device import Device
 
 DEFECT, COLOR, COLOR24, LABELS = "defect", "color", "color24", "labels"
@@ -62,15 +63,9 @@ class Mesh:
 
 def flat_corners(faces: Any) -> Any:
     """Return vec4i (F,) as int32 (4F,): the same memory, kept alive by the view."""
-    flat = wp.array(ptr=faces.ptr, dtype=wp.int32, shape=4 * faces.shape[0], device=faces.device, copy=False)
-    flat._source = faces  # as long as the view lives
-    return flat
+    return view(faces, wp.int32, 4 * faces.shape[0])
 
 
 def rows_of_four(corners: Any) -> Any:
     """Return int32 (4F,) as vec4i (F,): the same memory, kept alive by the view."""
-    rows = wp.array(
-        ptr=corners.ptr, dtype=wp.vec4i, shape=corners.shape[0] // 4, device=corners.device, copy=False
-    )
-    rows._source = corners  # as long as the view lives
-    return rows
+    return view(corners, wp.vec4i, corners.shape[0] // 4)

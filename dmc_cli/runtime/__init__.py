@@ -1,5 +1,6 @@
 """Run kernels; all that knows Warp's private side.
 
+arrays           Warp arrays over memory that is there already
 buffer_pool      memory that is kept for the next array
 kernel_cache     compiled kernels on the disk
 compiled_kernel  a kernel called without Warp's launch

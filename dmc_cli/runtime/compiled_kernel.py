@@ -1,7 +1,7 @@
 """Call Warp's compiled CPU kernels without `wp.launch`, which takes several times as long.
 
 How a kernel takes its arguments is Warp's private business: whoever calls `CompiledKernel` asks
-`takes_structs` first.
+`is_known_version` and `takes_structs` first.
 """
 
 import ctypes
@@ -17,6 +17,9 @@ import warp as wp
 
 OTHER_RECORDS = (AttributeError, OSError, TypeError, ValueError)
 """What a version of Warp ends in whose records of launches are not as we know them."""
+
+KNOWN_VERSIONS = ("1.19",)
+"""Warp's versions that the tests ran on, without the last number: `pyproject.toml` has the same bounds."""
 
 LOADING = RLock()
 """Held while Warp loads kernels, and while the process forks: a child could not release what Warp holds."""
@@ -82,6 +85,11 @@ class CompiledKernel:
     def prepared(self, arguments: Sequence[Any], count: int = 1) -> Callable[[], None]:
         """Return a function that launches `count` threads of the kernel in the thread that calls it."""
         return partial(self.call, ctypes.byref(self.bounds(count)), ctypes.byref(self.pack(arguments)))
+
+
+def is_known_version() -> bool:
+    """Return whether the tests ran on this version of Warp, the last number aside."""
+    return ".".join(wp.config.version.split(".")[:2]) in KNOWN_VERSIONS
 
 
 def takes_structs(source: str, kernel: str) -> bool:

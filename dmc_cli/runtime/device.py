@@ -19,6 +19,7 @@ import warp as wp
 from dmc_cli.errors import DeviceError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime import job_slots, prefix_sums
+from dmc_cli.runtime.arrays import array_over, size_of, view
 from dmc_cli.runtime.buffer_pool import SMALLEST_MAPPED, HostMemory, mapped
 from dmc_cli.runtime.compiled_kernel import LOADING
 from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_cache
@@ -143,7 +144,7 @@ class Device:
         if not self.is_cpu:
             return wp.empty(shape, dtype=dtype, device=self.name)
         lease = self._memory.take(prod(_dims(shape)) * size_of(dtype))
-        return _host_array(lease.buffer.address, lease, shape, dtype)
+        return array_over(lease.buffer.address, lease, dtype, shape)
 
     def let_go(self) -> None:
         """Return the memory of arrays that are gone to the system: what follows needs other sizes."""
@@ -155,7 +156,7 @@ class Device:
             return wp.zeros(shape, dtype=dtype, device=self.name)
         size = prod(_dims(shape)) * size_of(dtype)
         buffer = mapped(size) if size >= SMALLEST_MAPPED else np.zeros(size, np.uint8)
-        return _host_array(buffer.ctypes.data, buffer, shape, dtype)
+        return array_over(buffer.ctypes.data, buffer, dtype, shape)
 
     def clear_around(self, array: Any, start: int, end: int) -> None:
         """Set all items but `start` to `end` - 1 of an array to zero."""
@@ -166,10 +167,6 @@ class Device:
         else:
             array[:start].zero_()
             array[end:].zero_()
-
-    def adopt(self, values: np.ndarray[Any, Any], dtype: Any) -> Any:
-        """Return an array in the memory of NumPy's values, which must be contiguous; on CPU alone."""
-        return _host_array(values.ctypes.data, values, values.shape[0], dtype)
 
     def starts(self, counts: Any) -> tuple[Any, int]:
         """Return the exclusive prefix sum of int64 `counts` with the total as a last item, and the total.
@@ -193,7 +190,7 @@ class Device:
         sums = self.empty((rows, length + 1), wp.int64)
         if self.is_cpu:
             size = sums.strides[0]
-            parts = [_host_array(sums.ptr + size * row, sums, length + 1, wp.int64) for row in range(rows)]
+            parts = [view(sums, wp.int64, length + 1, size * row) for row in range(rows)]
             self._scan(counts.ptr or 0, rows, length, sums.ptr)
             totals = sums.numpy()[:, length].tolist()
         else:
@@ -259,20 +256,6 @@ def _dims(shape: int | tuple[int, ...]) -> tuple[int, ...]:
     return (shape,) if isinstance(shape, int) else shape
 
 
-def _host_array(address: int, owner: Any, shape: int | tuple[int, ...], dtype: Any) -> Any:
-    """Return an array over memory that `owner` holds."""
-    strides = (size_of(dtype),) if isinstance(shape, int) else None  # Warp takes its time to find them
-    array = wp.array(ptr=address, dtype=dtype, shape=shape, strides=strides, device="cpu", copy=False)
-    array._source = owner  # as long as the array and its views live
-    return array
-
-
-@cache
-def size_of(dtype: Any) -> int:
-    """Return the bytes of an item of a scalar or vector type."""
-    return int(wp.types.type_size_in_bytes(dtype))
-
-
 def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progress = SILENT) -> None:
     """Load the kernels of modules, compiling those that the cache does not hold whole, and say so.
 
@@ -294,6 +277,19 @@ def load_kernels(device: Device, modules: Sequence[ModuleType], progress: Progre
         shown = f"compiling {len(missing)} kernel modules, once for this version"
         with progress.stage(shown), LOADING, usable_cache():
             compile_modules(device.name, missing, block_dim, device.threads)
+    if device.is_cpu and (reason := worker_pool().fallback):
+        progress.note(reason)
+
+
+def launch_fallback() -> str | None:
+    """Return why launches on CPU run on one thread, or None where they do not.
+
+    Raises:
+        WriteError: The kernels that share a launch have to be compiled, and the cache cannot be written.
+        MemoryError: There is no memory for them.
+    """
+    load_kernels(Device("cpu"), [])
+    return worker_pool().fallback
 
 
 def initialize_warp() -> None:

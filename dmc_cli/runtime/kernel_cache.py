@@ -71,7 +71,7 @@ def compile_modules(device: str, modules: Sequence[Any], block_dim: int | None, 
         OSError: The cache cannot be written.
         WriteError: What was compiled cannot be loaded.
     """
-    cache = Path(wp.config.kernel_cache_dir)
+    cache = cache_folder()
     for module in modules:
         _remove(_folder(module, block_dim))
     _check_room(cache, len(modules))
@@ -135,10 +135,15 @@ def _can_load(device: str, module: Any, block_dim: int | None) -> bool:
     return True
 
 
+def cache_folder() -> Path:
+    """Return where Warp, once started, keeps compiled kernels."""
+    return Path(wp.config.kernel_cache_dir or "")
+
+
 def _folder(module: Any, block_dim: int | None) -> Path:
     """Return the folder of a module, for whichever device."""
     name: str = module.get_module_identifier(block_dim)
-    return Path(wp.config.kernel_cache_dir) / name
+    return cache_folder() / name
 
 
 def _is_whole(folder: Path) -> bool:

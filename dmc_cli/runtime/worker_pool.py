@@ -25,7 +25,13 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.runtime import job_slots
-from dmc_cli.runtime.compiled_kernel import OTHER_RECORDS, CompiledKernel, takes_structs
+from dmc_cli.runtime.compiled_kernel import (
+    KNOWN_VERSIONS,
+    OTHER_RECORDS,
+    CompiledKernel,
+    is_known_version,
+    takes_structs,
+)
 from dmc_cli.runtime.job import JobSlot, SlotKernels
 from dmc_cli.stop import EVENTS, check_stop
 from dmc_cli.system import usable_cores
@@ -39,6 +45,8 @@ LONGEST_CHUNK = 64
 PATIENCE = 6000
 """Looks at all slots, without a job in any, after which a worker sleeps: two milliseconds where nobody else
 wants the processor."""
+
+_BY_WARP = "CPU launches run on one thread"
 
 SHORT, LONG = 0.02, 0.1
 """Seconds between which the pieces of a launch by Warp itself are kept."""
@@ -75,7 +83,11 @@ class Worker:
 
 
 class WorkerPool:
-    """All CPU threads that help those who launch."""
+    """All CPU threads that help those who launch.
+
+    Attributes:
+        fallback: Why all launches are Warp's own, on one thread; None where the pool shares them.
+    """
 
     def __init__(self) -> None:
         self._workers: list[Worker] = []
@@ -86,8 +98,7 @@ class WorkerPool:
         self._lock = Lock()
         self._thread = local()
         self._board = make_board()
-        self._kernels = _slot_kernels(self._board)
-        self.knows_warp = self._kernels is not None
+        self._kernels, self.fallback = _slot_kernels(self._board)
         self._end = weakref.finalize(self, _end, self._board, self._workers)
 
     def launch(
@@ -105,7 +116,7 @@ class WorkerPool:
         """
         if EVENTS:
             check_stop()
-        if not self.knows_warp:
+        if self.fallback:
             launch_by_warp(kernel, dim, arguments, longest or grain)
             return
         slot = self.slot
@@ -127,7 +138,7 @@ class WorkerPool:
         The caller's next launch, or `finish`, sees it done; until then nobody looks at its arrays.
         """
         chunk = chunk_size(dim, threads, grain)
-        if threads == 1 or chunk == dim or not self.knows_warp:
+        if threads == 1 or chunk == dim or self.fallback:
             self.launch(kernel, dim, arguments, threads, grain)
             return
         check_stop()
@@ -141,17 +152,17 @@ class WorkerPool:
 
     def finish(self) -> None:
         """Wait until the launch that the calling thread has begun is done."""
-        if self.knows_warp:
+        if not self.fallback:
             self.slot.finish()
 
     def drop(self) -> None:
         """Drop what has not run yet of the launch that the calling thread has begun."""
-        if self.knows_warp:
+        if not self.fallback:
             self.slot.drop()
 
     def wake(self, threads: int) -> None:
         """Wake the workers, which takes a while, before there is something to do."""
-        if self.knows_warp:
+        if not self.fallback:
             self._wake(threads - 1)
 
     @property
@@ -261,13 +272,19 @@ def make_board() -> Any:
     return board
 
 
-def _slot_kernels(board: Any) -> SlotKernels | None:
-    """Return the kernels of job slots, or None if this version of Warp calls kernels otherwise."""
+def _slot_kernels(board: Any) -> tuple[SlotKernels | None, str | None]:
+    """Return the kernels of job slots, or None and why this version of Warp cannot be called by them."""
+    if not is_known_version():
+        known = " and ".join(KNOWN_VERSIONS)
+        return None, f"{_BY_WARP} (Warp {wp.config.version} is not known, only {known})"
     try:
         kernels = SlotKernels(board)
-        return kernels if takes_structs(kernels.lead.source, job_slots.lead_kernel.key) else None
-    except OTHER_RECORDS:
-        return None
+        if takes_structs(kernels.lead.source, job_slots.lead_kernel.key):
+            return kernels, None
+        found = "its compiled kernels do not take bounds and one struct"
+    except OTHER_RECORDS as error:
+        found = f"its record of a launch is not as expected: {error}"
+    return None, f"{_BY_WARP} (Warp {wp.config.version}: {found})"
 
 
 def _end(board: Any, workers: Sequence[Worker]) -> None:

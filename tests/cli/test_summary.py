@@ -179,6 +179,7 @@ def diagnosis(*devices):
         "cpu_cores": 8,
         "devices": [{"alias": "cpu", "name": "x86_64", "memory_bytes": None}, *devices],
         "codecs": {"RLE": True, "HTJ2K": False},
+        "launches": {"threads": 8, "fallback": None},
         "kernel_cache": {"modules": 3, "bytes": 3 << 19, "path": "/cache"},
     }
 
@@ -192,6 +193,7 @@ def test_an_installation():
         "device    cuda: no usable CUDA device was found; everything runs on the CPU",
         "codec     DICOM RLE: available",
         "codec     DICOM HTJ2K: missing",
+        "launches  8 CPU thread(s) share each",
         "kernels   3 compiled module(s), 1.5 MiB in /cache",
     ]
     card = {"alias": "cuda:0", "name": "H100", "memory_bytes": 80 << 30}

@@ -1,6 +1,5 @@
 """The same bytes from the branches that a GPU, one core, another processor, or an unknown Warp takes."""
 
-import os
 import subprocess
 import sys
 from functools import cache
@@ -43,7 +42,7 @@ def test_a_warp_that_is_not_known_makes_the_same_mesh(name, monkeypatch):
     monkeypatch.setattr(worker_pool, "takes_structs", lambda source, kernel: False)
     monkeypatch.setattr(worker_pool, "_pool", None)
     check(name, Device("cpu", 3))
-    assert not worker_pool.worker_pool().knows_warp
+    assert worker_pool.worker_pool().fallback
 
 
 @pytest.mark.parametrize("flags", ["", "-DDMC_AS_ON_GPU"], ids=["old-processor", "as-on-gpu"])
@@ -54,22 +53,3 @@ def test_bits_are_listed_alike_without_wide_vectors_and_as_on_a_gpu(flags):
     root = Path(__file__).parents[2]
     run = subprocess.run(words, cwd=root, capture_output=True, encoding="utf-8", check=False, timeout=250)
     assert run.stdout.split() == [surface_hash(name) for name in names], run.stderr
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(7200)
-def test_surface_and_mesh_pass_their_tests_where_warp_is_not_known():
-    words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--launches-by-warp"]
-    words += [
-        "-m",
-        "not slow and not gpu",
-        "tests/bits",
-        "tests/field",
-        "tests/contouring",
-        "tests/mesh",
-        "tests/processing",
-    ]
-    words += ["--deselect", "tests/contouring/dual_marching_cubes/test_cuda_compilation.py"]
-    root = Path(__file__).parents[2]
-    run = subprocess.run(words, cwd=root, capture_output=True, encoding="utf-8", check=False, env=os.environ)
-    assert run.returncode == 0, run.stdout[-4000:]
