@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.flags import ANY, marked
+from dmc_cli.bits.flags import ANY, flagged
 from dmc_cli.bits.words import VECTOR_FLAGS, bit_index
 from dmc_cli.runtime.arrays import adopt
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
@@ -61,10 +61,10 @@ def keep_masked(device: Device, items: Any, mask: Any) -> Any:
     return kept
 
 
-def mask_marks(device: Device, marks: Any) -> tuple[Any, int]:
-    """Return a mask of the items with a mark, uint8 (n,), not 0, and how many there are."""
-    mask = device.empty(mask_length(marks.shape[0]), wp.uint32)
-    device.launch(mask_marks_kernel, mask.shape[0], [marks], [mask], 16 * WORDS_A_CHUNK)
+def mask_flagged(device: Device, flags: Any) -> tuple[Any, int]:
+    """Return a mask of the items whose flag, uint8 (n,), is not 0, and how many there are."""
+    mask = device.empty(mask_length(flags.shape[0]), wp.uint32)
+    device.launch(mask_flagged_kernel, mask.shape[0], [flags], [mask], 16 * WORDS_A_CHUNK)
     return mask, _count_mask(device, mask)[1]
 
 
@@ -176,19 +176,19 @@ def keep_masked_kernel(
 
 
 @wp.kernel
-def mask_marks_kernel(
+def mask_flagged_kernel(
     # In:
     first: wp.int32,
-    marks: wp.array(dtype=wp.uint8),
+    flags: wp.array(dtype=wp.uint8),
     # Out:
     mask_out: wp.array(dtype=wp.uint32),
 ):
-    """Gather the marks of 32 items into a word. One thread a word."""
+    """Gather the flags of 32 items into a word. One thread a word."""
     w = first + wp.tid()
-    mask_out[w] = marked(marks, 32 * w, 32, ANY)
+    mask_out[w] = flagged(flags, 32 * w, 32, ANY)
 
 
 @wp.func
-def turn_key(item: wp.int32) -> wp.uint32:
-    """Return the key by which items go in their turn."""
+def order_key(item: wp.int32) -> wp.uint32:
+    """Return the key by which neighbours that contend are ordered, lowest first: a hash of the number."""
     return wp.uint32(item) * KEY_FACTOR

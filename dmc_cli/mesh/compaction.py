@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_marks, part
+from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_flagged, part
 from dmc_cli.bits.words import VECTOR_FLAGS, low_bits
 from dmc_cli.mesh.mesh import DEFECT, Mesh
 from dmc_cli.mesh.placement import Placement
@@ -136,7 +136,7 @@ def _empty_like(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:
 def _plan_filling(device: Device, gone: Any) -> Moves:
     """Return where items go that fill gaps, given a mark (uint8, not 0) for each that has gone."""
     count = gone.shape[0]
-    mask, gone_count = mask_marks(device, gone)
+    mask, gone_count = mask_flagged(device, gone)
     end = count - gone_count
     device.launch(find_moves_kernel, mask.shape[0], [end, count], [mask], 16 * WORDS_A_CHUNK)
     listed = list_mask(device, mask)
@@ -150,7 +150,7 @@ def _plan_filling(device: Device, gone: Any) -> Moves:
 def _plan_packing(device: Device, gone: Any) -> Moves:
     """Return where all items go that stay, in order."""
     count = gone.shape[0]
-    mask, gone_count = mask_marks(device, gone)
+    mask, gone_count = mask_flagged(device, gone)
     device.launch(find_staying_kernel, mask.shape[0], [count], [mask], 16 * WORDS_A_CHUNK)
     movers = list_mask(device, mask)
     gaps = wp.array(np.arange(count - gone_count, dtype=np.int32), dtype=wp.int32, device=device.name)

@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import concatenated, keep_flagged, turn_key
+from dmc_cli.bits.selection import concatenated, keep_flagged, order_key
 from dmc_cli.bits.words import VECTOR_FLAGS
 from dmc_cli.field.prefetch import fetch_onward
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
@@ -126,7 +126,7 @@ def choose_colors_kernel(
     if clashes(twin, colors, q):
         for c in range(4):
             t = twin[4 * q + c]
-            if t >= 0 and turn_key(t >> 2) < turn_key(q):
+            if t >= 0 and order_key(t >> 2) < order_key(q):
                 waits = waits or clashes(twin, colors, t >> 2)
         if not waits:
             chosen = first_free(twin, colors, q)

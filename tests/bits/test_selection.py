@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmc_cli.bits import selection
-from dmc_cli.bits.selection import keep_flagged, keep_masked, list_mask, mask_length, mask_marks
+from dmc_cli.bits.selection import keep_flagged, keep_masked, list_mask, mask_flagged, mask_length
 from dmc_cli.runtime.device import select_device
 
 DEVICE = select_device("cpu", 2)
@@ -30,6 +30,6 @@ def test_members_are_kept_in_their_order(count, share, seed, short):
         assert np.array_equal(keep_masked(DEVICE, listed, mask).numpy(), items[chosen])
         assert np.array_equal(keep_flagged(DEVICE, listed, flags).numpy(), items[chosen])
     assert np.array_equal(list_mask(DEVICE, mask).numpy(), np.flatnonzero(chosen))
-    gathered, total = mask_marks(DEVICE, marks)
+    gathered, total = mask_flagged(DEVICE, marks)
     assert np.array_equal(gathered.numpy(), mask.numpy())
     assert total == np.count_nonzero(chosen)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.flags import marked
+from dmc_cli.bits.flags import flagged
 from dmc_cli.bits.words import bit_index
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.polygon_vertices import number_vertices, store_vertices
@@ -171,7 +171,7 @@ def flip_faces_kernel(
     for face_class in range(first_class, first_class + classes):
         axis = face_class / 2
         for start in range(begin, wp.min(begin + span, suspects_inout.shape[0]), 32):
-            remaining = marked(suspects_inout, start, wp.min(span, 32), 1 << axis)
+            remaining = flagged(suspects_inout, start, wp.min(span, 32), 1 << axis)
             while remaining != wp.uint32(0):  # hardly ever
                 s = start + bit_index(remaining)
                 remaining &= remaining - wp.uint32(1)

@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.flags import ANY, marked
+from dmc_cli.bits.flags import ANY, flagged
 from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_length
 from dmc_cli.bits.words import VECTOR_FLAGS
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
@@ -94,5 +94,5 @@ def find_pattern_kernel(
     else:
         word = word_3x3y(mesh.corners, mesh.valence, w, count)
     if word != wp.uint32(0):
-        word &= ~marked(mesh.face_gone, 32 * w, 32, ANY)
+        word &= ~flagged(mesh.face_gone, 32 * w, 32, ANY)
     mask_out[w] = word

@@ -20,7 +20,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import keep_flagged, turn_key
+from dmc_cli.bits.selection import keep_flagged, order_key
 from dmc_cli.mesh.halfedges import opposite_in_quad
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
@@ -180,7 +180,7 @@ def claim_outer_kernel(
     if eligible[n] == wp.int64(1):
         for c in range(4):
             o = mesh.corners[outer_side(mesh.twin, 4 * quads[n] + c)]
-            wp.atomic_min(owner_inout, o, turn_key(quads[n]))
+            wp.atomic_min(owner_inout, o, order_key(quads[n]))
 
 
 @wp.kernel
@@ -200,7 +200,7 @@ def choose_unshared_kernel(
     if goes:
         for c in range(4):
             o = mesh.corners[outer_side(mesh.twin, 4 * quads[n] + c)]
-            if owner[o] != turn_key(quads[n]):
+            if owner[o] != order_key(quads[n]):
                 goes = bool(False)
     flags_out[n] = wp.int64(wp.where(goes, 1, 0))
 

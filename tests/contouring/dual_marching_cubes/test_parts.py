@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.bits.flags import marked
+from dmc_cli.bits.flags import flagged
 from dmc_cli.bits.words import LANES, bit_index, has_bit, low_bits, next_node, previous_node
 from dmc_cli.field.grid import Grid, GridShape
 from dmc_cli.field.planes import step_along
@@ -87,7 +87,7 @@ def marks_kernel(
     out: wp.array(dtype=wp.uint32),
 ):
     n = first + wp.tid()
-    out[n] = marked(marks, n, span, wanted)
+    out[n] = flagged(marks, n, span, wanted)
 
 
 @pytest.mark.parametrize("wanted", [1, 4, 6, 255])

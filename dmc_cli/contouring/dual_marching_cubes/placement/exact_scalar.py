@@ -5,7 +5,7 @@ On CPU `exact_simd` has placed nearly all before; those that remain are placed h
 
 import warp as wp
 
-from dmc_cli.bits.flags import ANY, marked
+from dmc_cli.bits.flags import ANY, flagged
 from dmc_cli.bits.words import bit_index
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST, place_vertex
 from dmc_cli.contouring.dual_marching_cubes.special_cells import (
@@ -46,7 +46,7 @@ def place_remaining_vertices_kernel(
     placed from the whole polygon's edges.
     """
     start = span * (first + wp.tid())
-    remaining = marked(remaining_inout, start, span, ANY)
+    remaining = flagged(remaining_inout, start, span, ANY)
     while remaining != wp.uint32(0):
         block = start + bit_index(remaining)
         remaining &= remaining - wp.uint32(1)
