@@ -303,8 +303,7 @@ def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
 
 def _dump(stages: Stages, normals: Any) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
-    mesh, halfedges = stages.mesh, stages.mesh.halfedges
-    assert halfedges is not None
+    mesh, halfedges = stages.mesh, stages.mesh.require_halfedges()
     return HalfedgeDump(
         vertices=mesh.positions.numpy(),
         normals=normals.numpy(),

@@ -1,5 +1,3 @@
-# Typed by Warp's own compiler.
-# mypy: ignore-errors
 """Compute vertex normals: central differences at the nodes, interpolated trilinearly in the cell.
 
 Central differences have a smaller truncation error than the interpolant's own gradient and give smoother
@@ -234,7 +232,7 @@ def compute_normals_kernel(
     locals: wp.array(dtype=wp.vec3),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
-):
+) -> None:
     """Compute the normals. One thread a vertex."""
     v = first + wp.tid()
     normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], locals[v])
@@ -253,7 +251,7 @@ def normal_block_kernel(
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
     left_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Compute the normals of sixteen vertices, slices even, and tell which are left. One thread a block."""
     start = (first + wp.tid()) * LANES
     size = wp.min(LANES, cells.shape[0] - start)
@@ -313,7 +311,7 @@ def normals_left_kernel(
     left: wp.array(dtype=wp.int32),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
-):
+) -> None:
     """Compute the normals of the vertices that are left, a bit each. One thread a block."""
     start = (first + wp.tid()) * LANES
     bits = left[first + wp.tid()]

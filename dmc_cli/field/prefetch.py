@@ -27,7 +27,7 @@ def _on_cpu(body: str) -> str:
         """
     )
 )
-def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), q: wp.int32):
+def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), q: wp.int32) -> None:
     """Ask for the corners and twins of a quad's neighbours."""
     ...
 
@@ -44,7 +44,7 @@ def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.i
         """
     )
 )
-def fetch_onward(quads: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), n: wp.int32):
+def fetch_onward(quads: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), n: wp.int32) -> None:
     """Ask for the twins of quads that follow the n-th in a list, and for those of their neighbours."""
     ...
 
@@ -67,7 +67,7 @@ def fetch_vertices(
     cell: wp.array(dtype=wp.int64),
     local: wp.array(dtype=wp.vec3),
     q: wp.int32,
-):
+) -> None:
     """Ask for the vertices of a quad."""
     ...
 
@@ -90,13 +90,13 @@ def fetch_surroundings(
     twin: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
     q: wp.int32,
-):
+) -> None:
     """Ask for the positions of the neighbours' other vertices; the neighbours are there by now."""
     ...
 
 
 @wp.func
-def fetch_values(grid: Grid, field: Field, cell: wp.int64):
+def fetch_values(grid: Grid, field: Field, cell: wp.int64) -> None:
     """Ask for the stored values of a cell."""
     row = wp.int64(grid.nx - 2 * grid.border)
     node = cell_node(grid, cell)
@@ -116,7 +116,7 @@ def fetch_around_cuts(
     cuts: wp.array(dtype=wp.int32),
     start: wp.int32,
     end: wp.int32,
-):
+) -> None:
     """Ask for all that removing the quads with cuts `start` to `end` - 1 takes; a cut below 0 is none."""
     for n in range(start, end):
         if cuts[n] >= 0:

@@ -263,6 +263,6 @@ def compare_row(
 )
 def fetch_cell(
     values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, row: wp.int64, layer: wp.int64
-):
+) -> None:
     """Ask memory for the values of the cell at node `at`; a row and a layer have that many nodes."""
     ...

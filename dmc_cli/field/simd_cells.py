@@ -73,7 +73,7 @@ def load_cells(cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32)
 )
 def store_points(
     x: FloatLanes, y: FloatLanes, z: FloatLanes, start: wp.int32, size: wp.int32, out: wp.array(dtype=wp.vec3)
-):
+) -> None:
     """Store the first `size` of sixteen points from `start` on."""
     ...
 

@@ -108,7 +108,7 @@ def map_vertices_kernel(
     locals: wp.array(dtype=wp.vec3),
     # Out:
     position_out: wp.array(dtype=wp.vec3),
-):
+) -> None:
     """Map vertices to the output space. One thread a vertex."""
     v = first + wp.tid()
     position_out[v] = output_position(matrix, depths, cell_node(grid, cells[v]), locals[v])

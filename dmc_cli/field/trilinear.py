@@ -84,7 +84,7 @@ def fits_single(f: CornerValues) -> wp.bool:
 
 
 @wp.func
-def trilinear_value(f: Any, u: Any, v: Any, w: Any):
+def trilinear_value(f: Any, u: Any, v: Any, w: Any) -> Any:
     """Return the trilinear interpolant at local coordinates (u, v, w)."""
     x00 = f[0] + u * (f[1] - f[0])
     x10 = f[2] + u * (f[3] - f[2])
@@ -96,7 +96,7 @@ def trilinear_value(f: Any, u: Any, v: Any, w: Any):
 
 
 @wp.func
-def trilinear_slope_u(f: Any, v: Any, w: Any):
+def trilinear_slope_u(f: Any, v: Any, w: Any) -> Any:
     """Return the interpolant's derivative along u, a cell being the unit of length."""
     a = (f[1] - f[0]) + v * ((f[3] - f[2]) - (f[1] - f[0]))
     b = (f[5] - f[4]) + v * ((f[7] - f[6]) - (f[5] - f[4]))
@@ -104,7 +104,7 @@ def trilinear_slope_u(f: Any, v: Any, w: Any):
 
 
 @wp.func
-def trilinear_slope_v(f: Any, u: Any, w: Any):
+def trilinear_slope_v(f: Any, u: Any, w: Any) -> Any:
     """Return the interpolant's derivative along v."""
     a = (f[2] - f[0]) + u * ((f[3] - f[1]) - (f[2] - f[0]))
     b = (f[6] - f[4]) + u * ((f[7] - f[5]) - (f[6] - f[4]))
@@ -112,7 +112,7 @@ def trilinear_slope_v(f: Any, u: Any, w: Any):
 
 
 @wp.func
-def trilinear_slope_w(f: Any, u: Any, v: Any):
+def trilinear_slope_w(f: Any, u: Any, v: Any) -> Any:
     """Return the interpolant's derivative along w."""
     a = (f[4] - f[0]) + u * ((f[5] - f[1]) - (f[4] - f[0]))
     b = (f[6] - f[2]) + u * ((f[7] - f[3]) - (f[6] - f[2]))

@@ -1,5 +1,3 @@
-# Typed by Warp's own compiler.
-# mypy: ignore-errors
 """Measure how far the vertices are from the isosurface (Grosso & Zint 2021, equation 7).
 
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the

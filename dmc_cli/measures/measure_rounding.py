@@ -1,5 +1,3 @@
-# Typed by Warp's own compiler.
-# mypy: ignore-errors
 """Measure how far the rounding of its coordinates moves each vertex of a surface (`rounding.py`)."""
 
 import numpy as np
@@ -55,7 +53,7 @@ def measure_rounding_kernel(
     positions: wp.array(dtype=wp.vec3),
     # Out:
     peaks_out: wp.array2d(dtype=wp.float64),
-):
+) -> None:
     """Find the largest rounding in a block of vertices. One thread a block.
 
     `to_grid` and `to_mm` turn a way in the output space into one in cells and one in millimetres. The origin

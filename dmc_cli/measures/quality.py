@@ -1,5 +1,3 @@
-# Typed by Warp's own compiler.
-# mypy: ignore-errors
 """Measure the quality of a mesh: shape of its faces, angles, area, volume, bounds.
 
 Definitions are in `shape.py`. Sums run in double precision over blocks of faces, then over the blocks in

@@ -1,5 +1,3 @@
-# Typed by Warp's own compiler.
-# mypy: ignore-errors
 """Measure the shape of one quad or triangle: areas, angles, the measures of the paper and of Verdict.
 
 Grosso & Zint 2021, section 5.3: equation 8 (mean ratio of a triangle), equation 9 (shape of a quad), and the
@@ -132,7 +130,7 @@ def add_triangle(shape: FaceShape, before: wp.vec3d, after: wp.vec3d, apex: wp.v
 
     `apex` is the position of the corner.
     """
-    normal = wp.cross(before, after)
+    normal = wp.cross(before, after)  # type: ignore[arg-type]  # a vec3d is a Vector
     chord = before + after
     twice_area = wp.length(normal)
     squares = wp.dot(before, before) + wp.dot(after, after) + wp.dot(chord, chord)

@@ -72,8 +72,7 @@ class Topology:
 def measure_topology(mesh: Mesh) -> Topology:
     """Measure everything about a mesh of triangles and quads that its coordinates do not change."""
     mesh = connect(mesh)
-    halfedges = mesh.halfedges
-    assert halfedges is not None
+    halfedges = mesh.require_halfedges()
     device, corners, twins = mesh.device, mesh.corners, halfedges.twin
     vertex_count, face_count = mesh.vertex_count, mesh.face_count
     boundary = list_boundary(device, corners, twins)

@@ -214,8 +214,7 @@ class VertexFans:
 
 def inspect_vertices(mesh: Mesh) -> VertexFans:
     """Walk round every vertex of a mesh."""
-    halfedges = connect(mesh).halfedges
-    assert halfedges is not None
+    halfedges = connect(mesh).require_halfedges()
     device, vertex_count = mesh.device, mesh.vertex_count
     corners, twins = mesh.corners, halfedges.twin
     degrees = device.zeros(vertex_count, wp.int32)

@@ -34,8 +34,7 @@ def check_mesh(
     """
     by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
     closed_or_split = settings.surface.topology == "manifold" or settings.surface.border == "closed"
-    halfedges = mesh.halfedges
-    assert halfedges is not None
+    halfedges = mesh.require_halfedges()
     check_halfedges(
         mesh.faces.numpy(),
         halfedges.twin.numpy(),

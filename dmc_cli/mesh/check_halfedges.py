@@ -152,14 +152,14 @@ def _walk(origin: Array, starts: Array, twin: Array, visited: Array) -> None:
 
 def next_of(origin: Array, h: Array) -> Array:
     """Return the halfedge after each in its face."""
-    following = (h & ~3) | ((h + 1) & 3)
+    following: Array = (h & ~3) | ((h + 1) & 3)
     return np.where(origin[following] == NO_CORNER, h & ~3, following)
 
 
 def previous_of(origin: Array, h: Array) -> Array:
     """Return the halfedge before each in its face."""
-    preceding = (h & ~3) | ((h + 3) & 3)
-    return preceding - (origin[preceding] == NO_CORNER)
+    preceding: Array = (h & ~3) | ((h + 3) & 3)
+    return np.where(origin[preceding] == NO_CORNER, preceding - 1, preceding)
 
 
 def _broken(found: str) -> MeshInvariantError:

@@ -167,7 +167,7 @@ def find_moves_kernel(
     count: wp.int32,
     # In/out:
     mask_inout: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Turn a mask of all gaps into one of those before the new end and of what stays beyond it.
 
     There are as many of each. One thread 32 items.
@@ -184,7 +184,7 @@ def find_staying_kernel(
     count: wp.int32,
     # In/out:
     mask_inout: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Turn a mask of what has gone into one of what stays. One thread 32 items."""
     w = first + wp.tid()
     mask_inout[w] = ~mask_inout[w] & low_bits(count - 32 * w)
@@ -199,7 +199,7 @@ def tell_moves_kernel(
     end: wp.int32,
     # Out:
     moved_to_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Tell where each mover goes. One thread a mover."""
     n = first + wp.tid()
     moved_to_out[movers[n] - end] = gaps[n]
@@ -213,7 +213,7 @@ def move_vertices_kernel(
     target: MeshArrays,  # changed
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Move the vertices. One thread a mover."""
     n = first + wp.tid()
     gap = gaps[n]
@@ -233,7 +233,7 @@ def move_faces_kernel(
     target: MeshArrays,  # changed
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Move the faces. One thread a mover."""
     n = first + wp.tid()
     gap = gaps[n]
@@ -252,7 +252,7 @@ def move_values_kernel(
     source: wp.array2d(dtype=wp.uint8),
     # Out:
     target_out: wp.array2d(dtype=wp.uint8),
-):
+) -> None:
     """Move values, byte by byte. One thread a mover."""
     n = first + wp.tid()
     for byte in range(source.shape[1]):
@@ -280,7 +280,7 @@ def rename_vertices_kernel(
     end: wp.int32,
     corner_count: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Give the faces their moved vertices' new numbers. One thread 16 faces: most have none."""
     block = first + wp.tid()
     if 64 * block + 64 <= corner_count:
@@ -301,7 +301,7 @@ def rename_faces_kernel(
     movers: wp.array(dtype=wp.int32),
     end: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Tell twins and vertices the moved faces' new numbers. One thread a mover.
 
     Two moved faces that are neighbours write the same to each other.
@@ -334,7 +334,7 @@ def rename_packed_faces_kernel(
     mesh: MeshArrays,  # changed
     new_vertices: wp.array(dtype=wp.int32),
     new_faces: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Give corners and twins their new numbers. One thread a face."""
     f = first + wp.tid()
     for c in range(4):
@@ -350,7 +350,7 @@ def rename_packed_vertices_kernel(
     first: wp.int32,
     mesh: MeshArrays,  # changed
     new_faces: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Give the vertices' halfedges their new numbers. One thread a vertex."""
     v = first + wp.tid()
     mesh.vertex_halfedge[v] = new_halfedge(new_faces, mesh.vertex_halfedge[v])

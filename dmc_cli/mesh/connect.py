@@ -60,7 +60,7 @@ def gather_halfedges_kernel(
     # In/out:
     valence_inout: wp.array(dtype=wp.int32),
     lowest_inout: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Count each vertex's mesh edges and find its lowest halfedge. One thread a corner; not for chunks.
 
     An edge of a vertex is an outgoing halfedge, or an incoming one without a twin. Sums and minima of
@@ -86,7 +86,7 @@ def choose_halfedges_kernel(
     lowest: wp.array(dtype=wp.uint32),
     # Out:
     start_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Read the halfedges from their keys. One thread a vertex."""
     v = first + wp.tid()
     start_out[v] = wp.where(lowest[v] == wp.uint32(NOWHERE), -1, wp.int32(lowest[v] & ~INNER))

@@ -14,8 +14,7 @@ def with_defects(mesh: Mesh) -> Mesh:
     """Return a connected mesh of quads with its defects, uint8 (F,); the mesh itself if it knows them."""
     if DEFECT in mesh.face_values:
         return mesh
-    assert mesh.halfedges is not None
-    quads, twin = mesh.faces.numpy().reshape(-1, 4).astype(np.int64), mesh.halfedges.twin.numpy()
+    quads, twin = mesh.faces.numpy().reshape(-1, 4).astype(np.int64), mesh.require_halfedges().twin.numpy()
     ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     _, pair, uses = np.unique(ends[:, 0] << 32 | ends[:, 1], return_inverse=True, return_counts=True)
     defect = ((twin < 0) | (uses[pair] > 2)).reshape(-1, 4).any(axis=1)

@@ -6,6 +6,7 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.runtime.arrays import view
 from dmc_cli.runtime.device import Device
@@ -54,6 +55,14 @@ class Mesh:
     def corners(self) -> Any:
         """Return the faces as one row of corners, int32 (4F,), the same memory."""
         return flat_corners(self.faces)
+
+    def require_halfedges(self) -> Halfedges:
+        """Return the halfedges of a mesh that a stage before has connected."""
+        if self.halfedges is None:
+            raise MeshInvariantError(
+                "the mesh is not connected; expected one with halfedges; please report this"
+            )
+        return self.halfedges
 
     def with_face_values(self, **values: Any) -> "Mesh":
         """Return the mesh with further values of its faces; None takes one away."""

@@ -31,7 +31,7 @@ def count_irregular_kernel(
     valence: wp.array(dtype=wp.int32),
     # Out:
     counts_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Count the irregular vertices. One thread a block of vertices."""
     block = first + wp.tid()
     count = wp.int32(0)

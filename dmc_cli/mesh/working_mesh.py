@@ -92,8 +92,7 @@ class WorkingMesh:
 
 def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
     """Return the kernels' view of a connected mesh; nothing of it is marked as gone."""
-    halfedges = mesh.halfedges
-    assert halfedges is not None
+    halfedges = mesh.require_halfedges()
     arrays = MeshArrays()
     arrays.corners, arrays.twin, arrays.valence = mesh.corners, halfedges.twin, halfedges.valence
     arrays.vertex_halfedge, arrays.position = halfedges.vertex_halfedge, mesh.positions
@@ -160,7 +159,7 @@ def is_skipped(twin: wp.array(dtype=wp.int32), defect: wp.array(dtype=wp.uint8),
 
 
 @wp.func
-def set_twins(twin: wp.array(dtype=wp.int32), h: wp.int32, other: wp.int32):
+def set_twins(twin: wp.array(dtype=wp.int32), h: wp.int32, other: wp.int32) -> None:
     """Make two halfedges twins; neither is absent."""
     twin[h] = other
     twin[other] = h

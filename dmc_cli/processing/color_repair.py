@@ -66,7 +66,7 @@ def find_clashes_kernel(
     seams: wp.array(dtype=wp.int32),
     # Out:
     flags_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Flag the new twins whose quads have one colour. One thread a halfedge of the list."""
     n = first + wp.tid()
     h = seams[n]
@@ -85,7 +85,7 @@ def list_ends_kernel(
     seams: wp.array(dtype=wp.int32),
     # Out:
     quads_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """List the quads on both sides of halfedges. One thread a halfedge of the list."""
     n = first + wp.tid()
     quads_out[2 * n] = seams[n] >> 2
@@ -113,7 +113,7 @@ def choose_colors_kernel(
     # Out:
     chosen_out: wp.array(dtype=wp.int32),
     waits_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Choose a colour for each quad in a clash, unless a neighbour with a lower key is in one, too.
 
     One thread a quad of the list, which may hold a quad more than once.
@@ -142,7 +142,7 @@ def set_colors_kernel(
     chosen: wp.array(dtype=wp.int32),
     # In/out:
     colors_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Set the colours that were chosen. One thread a quad of the list."""
     n = first + wp.tid()
     if chosen[n] >= 0:

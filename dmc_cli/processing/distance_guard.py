@@ -91,9 +91,7 @@ def keep_points_near(
     grid: Any,
     corners: Any,
     then: Any,
-    has_moved: Any,
-    retreat: Any,
-    failing: Any,
+    flags: tuple[Any, Any, Any],
     device: Device,
 ) -> None:
     """Tell the vertices that moves take too far from a point of one of their quads to retreat.
@@ -103,11 +101,11 @@ def keep_points_near(
         grid: The grid.
         corners: Vertices of the quads, int32 (4Q,).
         then: Where the vertices would be: arrays `cell` and `local`.
-        has_moved: uint8 (V,), 1 for a vertex that the moves concern.
-        retreat: uint8 (V,), set to 1 for those that must retreat.
-        failing: uint8 (Q,), set to 1 for their quads.
+        flags: uint8 (V,), 1 for a vertex that the moves concern; uint8 (V,), set to 1 for those that must
+            retreat; uint8 (Q,), set to 1 for their quads.
         device: Where the mesh is.
     """
+    has_moved, retreat, failing = flags
     inputs = [grid, corners, then.cell, then.local, tracked.point, tracked.nearest_quad, has_moved]
     device.launch(keep_points_near_kernel, tracked.count, inputs, [retreat, failing])
 
@@ -150,7 +148,7 @@ def track_kernel(
     # Out:
     point_out: wp.array(dtype=wp.vec3),
     nearest_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Assign a vertex to one of its quads. One thread a vertex."""
     v = first + wp.tid()
     point_out[v] = single_index(grid, cell[v], local[v])
@@ -170,7 +168,7 @@ def assign_nearest_kernel(
     nearest_quad: wp.array(dtype=wp.int32),
     # Out:
     nearest_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find the nearest of a point's quad, those across its sides and beside these. One thread a point."""
     g = first + wp.tid()
     best = nearest_quad[g]
@@ -197,7 +195,7 @@ def renumber_kernel(
     new_faces: wp.array(dtype=wp.int32),
     # Out:
     nearest_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find the new numbers of the points' quads. One thread a point."""
     g = first + wp.tid()
     nearest_out[g] = new_faces[nearest_quad[g]]
@@ -211,7 +209,7 @@ def number_points_kernel(
     # Out:
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Write the points' numbers, to be sorted by their quads. One thread a point."""
     g = first + wp.tid()
     keys_out[g] = nearest_quad[g]
@@ -228,7 +226,7 @@ def link_points_kernel(
     # Out:
     first_out: wp.array(dtype=wp.int32),
     following_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Link the points of each quad in ascending order. One thread a point."""
     n = first + wp.tid()
     if n == 0 or keys[wp.max(n, 1) - 1] != keys[n]:
@@ -254,7 +252,7 @@ def keep_points_near_kernel(
     # In/out:
     retreat_inout: wp.array(dtype=wp.uint8),
     failing_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Tell a quad's vertices that they go too far from a point of it. One thread a point.
 
     Several threads may tell a vertex, all the same.

@@ -117,13 +117,13 @@ _REST = f"""
         """
     )
 )
-def open_job(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def open_job(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Divide the job's chunks into parts and let workers in."""
     ...
 
 
 @wp.func_native(_on_cpu(f"__atomic_store_n(words + {OPEN}, 0, __ATOMIC_SEQ_CST);"))
-def close_job(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def close_job(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Let no more workers in."""
     ...
 
@@ -138,7 +138,7 @@ def close_job(board: wp.array(dtype=wp.int64), slot: wp.int32):
         """
     )
 )
-def drop_chunks(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def drop_chunks(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Leave the chunks that nobody has taken undone."""
     ...
 
@@ -164,13 +164,13 @@ def sign_in(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
 
 
 @wp.func_native(_on_cpu(f"__atomic_fetch_sub(words + {INSIDE}, 1, __ATOMIC_SEQ_CST);"))
-def sign_out(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def sign_out(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Sign out, after work on a slot's job."""
     ...
 
 
 @wp.func_native(_on_cpu(_REST))
-def rest(board: wp.array(dtype=wp.int64), slot: wp.int32, turn: wp.int32):
+def rest(board: wp.array(dtype=wp.int64), slot: wp.int32, turn: wp.int32) -> None:
     """Wait a moment: `turn` is how often before."""
     ...
 
@@ -223,13 +223,13 @@ def slot_count(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.int32:
 
 
 @wp.kernel
-def open_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def open_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Open a slot's job for workers."""
     open_job(board, slot)
 
 
 @wp.kernel
-def lead_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32, opens: wp.bool):
+def lead_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32, opens: wp.bool) -> None:
     """Work on a slot's job until it is done or time is over; open it first, if it is not yet."""
     if opens:
         open_job(board, slot)
@@ -239,7 +239,7 @@ def lead_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32, opens: wp.bool)
 
 
 @wp.kernel
-def drop_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32):
+def drop_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Drop what is left of a slot's job, and wait for those who are at work on it."""
     close_job(board, slot)
     drop_chunks(board, slot)
@@ -249,7 +249,7 @@ def drop_kernel(board: wp.array(dtype=wp.int64), slot: wp.int32):
 
 
 @wp.kernel
-def help_kernel(board: wp.array(dtype=wp.int64), own: wp.int32, patience: wp.int32):
+def help_kernel(board: wp.array(dtype=wp.int64), own: wp.int32, patience: wp.int32) -> None:
     """Help with every job, its part `own` first, until `patience` looks at all slots found none."""
     looks = int(0)
     slot = int(0)

@@ -39,7 +39,7 @@ def chunk_sum(counts: wp.uint64, begin: wp.int64, end: wp.int64) -> wp.int64:
 )
 def store_sums(
     counts: wp.uint64, length: wp.int64, begin: wp.int64, end: wp.int64, before: wp.int64, sums_out: wp.uint64
-):
+) -> None:
     """Store the sums before each of the counts from `begin` up to `end`, and the total if that is all."""
     ...
 
@@ -52,7 +52,7 @@ def scan_rows_kernel(
     length: wp.int64,
     # Out:
     sums_out: wp.uint64,
-):
+) -> None:
     """Store the sum of a row's counts before each, and their total. One thread a row of `length` counts."""
     row = wp.uint64(first + wp.tid())
     size = wp.uint64(8)
@@ -69,7 +69,7 @@ def sum_chunks_kernel(
     length: wp.int64,
     # Out:
     sums_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Sum the chunks of a row. One thread a chunk."""
     chunk = first + wp.tid()
     begin = wp.int64(chunk) * wp.int64(CHUNK)
@@ -85,7 +85,7 @@ def scan_chunks_kernel(
     starts: wp.array(dtype=wp.int64),
     # Out:
     sums_out: wp.uint64,
-):
+) -> None:
     """Store the sum of a row's counts before each, and their total. One thread a chunk."""
     chunk = first + wp.tid()
     begin = wp.int64(chunk) * wp.int64(CHUNK)

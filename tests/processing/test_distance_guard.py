@@ -61,7 +61,9 @@ def kept(mesh, tracked, moved):
     retreat, failing = wp.zeros(vertices, dtype=wp.uint8), wp.zeros(quads, dtype=wp.uint8)
     has_moved = wp.array(flags, dtype=wp.uint8)
     arrays = mesh.arrays
-    keep_points_near(tracked, GRID.struct(), arrays.corners, arrays, has_moved, retreat, failing, mesh.device)
+    keep_points_near(
+        tracked, GRID.struct(), arrays.corners, arrays, (has_moved, retreat, failing), mesh.device
+    )
     return set(np.flatnonzero(retreat.numpy())), set(np.flatnonzero(failing.numpy()))
 
 

@@ -248,7 +248,7 @@ def find_cells_kernel(
     active_out: wp.array(dtype=Words),
     ordinary_out: wp.array(dtype=Words),
     counts_out: wp.array2d(dtype=wp.int64),
-):
+) -> None:
     """Find the active and the ordinary cells as if every node had data. One thread a block of words."""
     block = first + wp.tid()
     n = before_line(grid) + block * LANES
@@ -313,7 +313,7 @@ def drop_nodata_cells_kernel(
     ordinary_inout: wp.array2d(dtype=wp.uint32),
     # Out:
     counts_out: wp.array2d(dtype=wp.int64),
-):
+) -> None:
     """Take back cells with a node without data and edges to one. One thread a block of words."""
     block = first + wp.tid()
     ordinary_count = wp.int32(0)
@@ -356,7 +356,7 @@ def number_cells_kernel(
     special_rank_out: wp.array(dtype=wp.int32),
     special_row_out: wp.array(dtype=wp.int32),
     special_i_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Count the ordinary and special cells before each word with any; list the special ones.
 
     One thread a block of words.

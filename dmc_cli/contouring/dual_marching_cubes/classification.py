@@ -161,7 +161,7 @@ def counted(bits: wp.uint32, data: wp.uint32, levels: Levels) -> wp.uint32:
 
 
 @wp.func
-def fill_row(inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, bits: wp.uint32):
+def fill_row(inside_out: wp.array2d(dtype=wp.uint32), grid: Grid, row: wp.int32, bits: wp.uint32) -> None:
     """Write a row of virtual nodes."""
     for w in range(grid.words):
         inside_out[row, w] = bits & low_bits(grid.nx - w * WORD)
@@ -193,7 +193,7 @@ def settle_row(
 @wp.func
 def add_border(
     inside_inout: wp.array2d(dtype=wp.uint32), grid: Grid, levels: Levels, row: wp.int32, done: wp.int32
-):
+) -> None:
     """Move a row's bits up by one, past the virtual node before the first; `done` words have been written."""
     for n in range(grid.words):
         w = grid.words - 1 - n
@@ -217,7 +217,7 @@ def find_inside_kernel(
     # Out:
     inside_out: wp.array2d(dtype=wp.uint32),
     nodata_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Find the inside bits and count the nodes without data if asked to. One thread a row of the grid."""
     row = first + wp.tid()
     j = row % grid.ny
@@ -251,7 +251,7 @@ def find_data_kernel(
     levels: Levels,
     # Out:
     data_out: wp.array2d(dtype=wp.uint32),
-):
+) -> None:
     """Find the bits of the nodes with data, for an open border. One thread a row."""
     row = first + wp.tid()
     start = wp.int64(row) * wp.int64(grid.nx)

@@ -36,7 +36,7 @@ TAKE_FREE = """
 )
 def color_row(
     words: wp.array2d(dtype=QuadWord), row: wp.int32, group: wp.int32, colors_out: wp.array(dtype=wp.uint8)
-):
+) -> None:
     """Give the quads of a row of nodes their colours from the grid; bit 0 of a word has an even index."""
     ...
 
@@ -79,7 +79,7 @@ def reduce_row(
     row: wp.int32,
     group: wp.int32,
     colors_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Give the quads of the classes of a row their lowest free colour, class after class.
 
     Quads of even nodes are neighbours only at the same node, and so are those of odd nodes; what is odd only
@@ -110,6 +110,6 @@ def reduce_row(
 )
 def retry_quads(
     twin: wp.array(dtype=wp.int32), start: wp.int32, count: wp.int32, colors_inout: wp.array(dtype=wp.uint8)
-):
+) -> None:
     """Let those of `count` quads from `start` on, 64 at most, that have colour 4 retry the others."""
     ...

@@ -55,7 +55,7 @@ def reduce_colors(surface: Surface, colors: Any) -> Any:
         colors: As `color_by_grid` returns them.
     """
     numbering, grid, mesh = surface.numbering, surface.placement.frame.grid, surface.mesh
-    device, twin = mesh.device, mesh.halfedges.twin
+    device, twin = mesh.device, mesh.require_halfedges().twin
     reduced = device.empty(colors.shape[0], wp.uint8)
     wp.copy(reduced, colors)
     for group in range(4):
@@ -95,7 +95,7 @@ def color_quads_kernel(
     starts: wp.array(dtype=wp.int64),
     # Out:
     colors_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Colour the quads by the parity of their edge's lower node and its axis. One thread a row."""
     row = first + wp.tid()
     if has_quads(grid, starts, row):
@@ -113,7 +113,7 @@ def reduce_rows_kernel(
     group: wp.int32,
     # In/out:
     colors_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Reduce the six classes of the rows of one group, each in its turn. One thread a row.
 
     A row of nodes; quads of its group in other rows are no neighbours.
@@ -130,7 +130,7 @@ def retry_kernel(
     twin: wp.array(dtype=wp.int32),
     # In/out:
     colors_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Let the quads of the last colour retry the others. One thread 64 quads; they are no neighbours."""
     start = 64 * (first + wp.tid())
     retry_quads(twin, start, wp.min(64, colors_inout.shape[0] - start), colors_inout)
@@ -144,7 +144,7 @@ def color_vertices_kernel(
     cells: wp.array(dtype=wp.int64),
     # Out:
     colors_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Colour the vertices by the parity of their cell's indices. One thread a vertex."""
     v = first + wp.tid()
     node = cell_node(grid, cells[v])

@@ -103,7 +103,7 @@ def retrace(
     vertices_inout: wp.array(dtype=wp.uint64),
     vertex_count_inout: wp.array(dtype=wp.int64),
     tallies_inout: wp.array2d(dtype=wp.uint8),
-):
+) -> None:
     """Trace and number special cell s again, the decision of one of its faces flipped."""
     row = special.row[s]
     i = special.i[s]
@@ -161,7 +161,7 @@ def flip_faces_kernel(
     vertex_count_inout: wp.array(dtype=wp.int64),
     tallies_inout: wp.array2d(dtype=wp.uint8),
     suspects_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Flip the bad faces of some classes, one after the other. One thread `span` special cells.
 
     Two faces of a class never share a cell, so no thread writes what another one reads; one thread alone may

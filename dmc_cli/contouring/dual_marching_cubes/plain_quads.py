@@ -81,7 +81,7 @@ def store_plain_quads(
     layer: wp.int32,
     q: wp.int32,
     quads_out: wp.array(dtype=wp.vec4i),
-):
+) -> None:
     """Store the quads round the edges of a block, the first of which is q.
 
     The block's first word is `at` of the ordinary cells' line and n of their ranks; `row` and `layer` are the

@@ -173,7 +173,10 @@ def number_vertices(
     if has_several(labels):
         for edge in range(12):
             polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
-    found = CellVertices(labels, polygons, polygons, 0)
+    found = CellVertices()
+    found.labels = labels
+    found.count = polygons
+    found.polygons = polygons
     if polygons == 1 and has_nodata == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
         for edge in range(12):
             if has_bit(bare, edge):
@@ -190,7 +193,7 @@ def store_vertices(
     labels_out: wp.array(dtype=wp.uint64),
     count_out: wp.array(dtype=wp.int64),
     tallies_out: wp.array2d(dtype=wp.uint8),
-):
+) -> None:
     """Write down the vertices of special cell s."""
     labels_out[s] = found.labels
     count_out[s] = wp.int64(found.count)

@@ -133,7 +133,7 @@ def trace_polygons_kernel(
     vertex_count_out: wp.array(dtype=wp.int64),
     tallies_out: wp.array2d(dtype=wp.uint8),
     suspects_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Decide the ambiguous faces, count those no lower cell shares, trace, and number the vertices.
 
     One thread a special cell.

@@ -149,7 +149,7 @@ def count_quads_kernel(
     special_starts: wp.array(dtype=wp.int64),
     # Out:
     counts_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Count the quads where some cells do not exist. One thread a block of words."""
     block = first + wp.tid()
     count = wp.int32(0)
@@ -210,7 +210,7 @@ def connect_with_care(
     forward: wp.uint32,
     q: wp.int32,
     quads_out: wp.array(dtype=wp.vec4i),
-):
+) -> None:
     """Write the quads round those edges of word n that may have special cells beside them.
 
     `edges` are all of the word's, by axis; q is the number of the first one's quad. One loop for all corners,
@@ -248,7 +248,7 @@ def connect_quads_kernel(
     starts: wp.array(dtype=wp.int64),
     # Out:
     quads_out: wp.array(dtype=wp.vec4i),
-):
+) -> None:
     """Connect the vertices round each edge with a quad. One thread a block of words."""
     block = first + wp.tid()
     q = wp.int32(starts[block])

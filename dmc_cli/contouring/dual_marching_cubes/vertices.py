@@ -173,7 +173,7 @@ def store_cells(
     nx: wp.int32,
     v: wp.int32,
     cell_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Store the numbers of the cells of a block of words, its first one word n of the line, from v on."""
     ...
 
@@ -187,7 +187,7 @@ def list_ordinary_cells_kernel(
     starts: wp.array(dtype=wp.int64),
     # Out:
     cell_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """List the ordinary cells: their numbers are their vertices'. One thread a block of words."""
     block = first + wp.tid()
     v = wp.int32(starts[block])
@@ -206,7 +206,7 @@ def list_special_vertices_kernel(
     # Out:
     cell_out: wp.array(dtype=wp.int64),
     local_out: wp.array(dtype=wp.vec3),
-):
+) -> None:
     """List the vertices' cells, and where their local coordinates will be their edges, a bit each.
 
     One thread a special cell. The fans of one polygon are placed together, from the whole polygon's edges.

@@ -65,7 +65,7 @@ def remove_3x3y(
     #endif
     """
 )
-def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32):
+def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32) -> None:
     """Take one mesh edge from a vertex, which several threads may do: Warp's own atomics on CPU are none."""
     ...
 
@@ -77,7 +77,7 @@ def cut_out(
     vertex_halfedge: wp.array(dtype=wp.int32),
     valence: wp.array(dtype=wp.int32),
     h: wp.int32,
-):
+) -> None:
     """Close the gap of a quad: the origin of its halfedge h stays, that of the opposite one goes.
 
     It writes to halfedges of the quad's neighbours that face the quad or start at the vertex that goes, and
@@ -152,7 +152,7 @@ def remove_3x3y_kernel(
     refused_out: wp.array(dtype=wp.int32),
     seams_out: wp.array(dtype=wp.int32),
     clashes_out: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Merge v1 and v2, the lower number stays; tell where neighbours get one colour. One thread 32 quads."""
     block = first + wp.tid()
     removed = wp.int32(0)
@@ -189,7 +189,7 @@ def mark_nonmanifold_kernel(
     first: wp.int32,
     mesh: MeshArrays,  # changed
     cuts: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread a quad.
 
     No other edge can have become non-manifold; all writes are of the same value.

@@ -126,7 +126,7 @@ def judge_3333_kernel(
     # Out:
     eligible_out: wp.array(dtype=wp.int64),
     refused_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Judge the quads with the pattern. One thread a quad of the list."""
     n = first + wp.tid()
     q = quads[n]
@@ -157,7 +157,7 @@ def free_outer_kernel(
     eligible: wp.array(dtype=wp.int64),
     # Out:
     owner_out: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Say that nobody has the outer vertices; no others are looked at. One thread a quad of the list."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
@@ -174,7 +174,7 @@ def claim_outer_kernel(
     eligible: wp.array(dtype=wp.int64),
     # In/out:
     owner_inout: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Claim the outer vertices: the lowest key has them. One thread a quad of the list; not for chunks."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
@@ -193,7 +193,7 @@ def choose_unshared_kernel(
     owner: wp.array(dtype=wp.uint32),
     # Out:
     flags_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Choose the quads that have all their outer vertices. One thread a quad of the list."""
     n = first + wp.tid()
     goes = eligible[n] == wp.int64(1)
@@ -212,7 +212,7 @@ def mark_3333_kernel(
     mesh: MeshArrays,  # changed
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Mark what goes: a flagged quad's neighbours and its own vertices. One thread a quad of the list."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
@@ -232,7 +232,7 @@ def gather_sides_kernel(
     # Out:
     sides_out: wp.array(dtype=wp.vec4i),
     twins_out: wp.array(dtype=wp.vec4i),
-):
+) -> None:
     """Note the outer sides and what lies beyond them, before anything changes. One thread a quad of the list.
 
     A quad beyond that goes belongs to another flagged quad, whose halfedge takes its place.
@@ -263,7 +263,7 @@ def stretch_kernel(
     twins: wp.array(dtype=wp.vec4i),
     # Out:
     seams_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Give the flagged quads the outer vertices and their twins. One thread a quad of the list.
 
     An outer vertex whose halfedge goes with one of this quad's neighbours gets this quad's.
@@ -293,7 +293,7 @@ def lower_outer_kernel(
     mesh: MeshArrays,  # changed
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Take one mesh edge from each vertex of the stretched quads. One thread a quad; not for chunks."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
@@ -309,7 +309,7 @@ def subtract_kernel(
     others: wp.array(dtype=wp.int64),
     # Out:
     difference_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Keep the flags that others do not have. One thread a flag."""
     n = first + wp.tid()
     difference_out[n] = flags[n] - others[n]

@@ -139,7 +139,7 @@ def choose_by_paper_kernel(
     by_color: wp.bool,
     # Out:
     cuts_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Choose by the papers' rules. One thread 32 quads of the list."""
     start = 32 * (first + wp.tid())
     for n in range(start, wp.min(start + 32, quads.shape[0])):
@@ -182,7 +182,7 @@ def judge_topology_kernel(
     state_out: wp.array(dtype=wp.uint8),
     cuts_out: wp.array(dtype=wp.int32),
     refused_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Judge by connectivity which quads may go. One thread 32 quads of the list."""
     block = first + wp.tid()
     refused = wp.int32(0)
@@ -234,7 +234,7 @@ def choose_apart_kernel(
     # Out:
     chosen_out: wp.array(dtype=wp.int32),
     waiting_out: wp.array(dtype=wp.uint32),
-):
+) -> None:
     """Choose the quads with the lowest key within two steps. One thread 32 quads of the list."""
     block = first + wp.tid()
     waiting = wp.uint32(0)

@@ -115,10 +115,15 @@ class _Scratch:
     @staticmethod
     def of(vertex_count: int, quad_count: int, device: Device) -> "_Scratch":
         """Return room for a mesh."""
-        quads = [device.empty(quad_count, kind) for kind in (wp.float32, wp.uint8)]
-        kinds = (wp.float32, wp.vec3, wp.int8, wp.uint8)
-        vertices = [device.empty(vertex_count, kind) for kind in kinds]
-        return _Scratch(*quads, *vertices, device.zeros(vertex_count, wp.uint8))
+        return _Scratch(
+            shape=device.empty(quad_count, wp.float32),
+            failing=device.empty(quad_count, wp.uint8),
+            floor=device.empty(vertex_count, wp.float32),
+            aim=device.empty(vertex_count, wp.vec3),
+            level=device.empty(vertex_count, wp.int8),
+            has_moved=device.empty(vertex_count, wp.uint8),
+            must_retreat=device.zeros(vertex_count, wp.uint8),
+        )
 
 
 def _measure(mesh: Any, spots: Any, scratch: _Scratch, device: Device) -> float:
@@ -152,8 +157,8 @@ def _take_step(
         inputs = [context, mesh, sense, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
         if tracked is not None:
-            outputs = [scratch.has_moved, scratch.must_retreat, scratch.failing]
-            keep_points_near(tracked, context.grid, mesh.corners, then, *outputs, device)
+            flags = (scratch.has_moved, scratch.must_retreat, scratch.failing)
+            keep_points_near(tracked, context.grid, mesh.corners, then, flags, device)
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
 
 
@@ -167,7 +172,8 @@ def _spots(position: Any, cell: Any, local: Any, device: Device) -> Any:
 
 def _empty_spots(count: int, device: Device) -> Any:
     """Return the kernels' view of vertices that are still to be written."""
-    return _spots(*(device.empty(count, kind) for kind in (wp.vec3, wp.int64, wp.vec3)), device)
+    position, local = (device.empty(count, wp.vec3) for _ in range(2))
+    return _spots(position, device.empty(count, wp.int64), local, device)
 
 
 @wp.kernel
@@ -177,7 +183,7 @@ def find_normals_kernel(
     context: SurfaceContext,
     # In/out:
     spots_inout: Spots,
-):
+) -> None:
     """Find the surface's normal at each vertex. One thread a vertex."""
     v = first + wp.tid()
     cell = cell_node(context.grid, spots_inout.cell[v])
@@ -192,7 +198,7 @@ def measure_shapes_kernel(
     position: wp.array(dtype=wp.vec3),
     # Out:
     shape_out: wp.array(dtype=wp.float32),
-):
+) -> None:
     """Measure the quads. One thread a quad."""
     q = first + wp.tid()
     h = 4 * q
@@ -214,7 +220,7 @@ def aim_kernel(
     floor_out: wp.array(dtype=wp.float32),
     aim_out: wp.array(dtype=wp.vec3),
     level_out: wp.array(dtype=wp.int8),
-):
+) -> None:
     """Find each vertex's worst quad and the step that it would like to take. One thread a vertex."""
     v = first + wp.tid()
     h = mesh.vertex_halfedge[v]
@@ -257,7 +263,7 @@ def move_kernel(
     # Out:
     has_moved_out: wp.array(dtype=wp.uint8),
     then: Spots,
-):
+) -> None:
     """Move vertices of failing quads by their next smaller step, at last by none. One thread a vertex."""
     v = first + wp.tid()
     level = level_inout[v]

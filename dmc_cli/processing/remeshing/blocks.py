@@ -52,8 +52,7 @@ class Blocks:
 
 def frozen_vertices(mesh: Mesh) -> Any:
     """Return a mark for each vertex of a connected mesh on a boundary or with several fans, uint8 (V,)."""
-    frozen, halfedges = mesh.device.empty(mesh.vertex_count, wp.uint8), mesh.halfedges
-    assert halfedges is not None
+    frozen, halfedges = mesh.device.empty(mesh.vertex_count, wp.uint8), mesh.require_halfedges()
     inputs = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence]
     mesh.device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [frozen])
     return frozen
@@ -109,7 +108,7 @@ def freeze_fans_kernel(
     valence: wp.array(dtype=wp.int32),
     # Out:
     frozen_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Freeze what has no ring. One thread a vertex."""
     v = first + wp.tid()
     size = ring_size(twin, vertex_halfedge[v], valence[v])
@@ -125,7 +124,7 @@ def find_normals_kernel(
     local: wp.array(dtype=wp.vec3),
     # Out:
     normal_out: wp.array(dtype=wp.vec3),
-):
+) -> None:
     """Find the surface's normals. One thread a vertex."""
     v = first + wp.tid()
     normal_out[v] = surface_normal(context, cell_node(context.grid, cell[v]), local[v])
@@ -143,7 +142,7 @@ def find_boxes_kernel(
     # Out:
     box_out: wp.array(dtype=wp.int32),
     taken_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Find the box of each quad; all who mark a box as taken write the same. One thread a quad."""
     q = first + wp.tid()
     node = cell_node(grid, cell[corners[4 * q]]) + shift
@@ -167,7 +166,7 @@ def own_vertices_kernel(
     vertex_block_out: wp.array(dtype=wp.int32),
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find the block whose own a vertex is. One thread a vertex."""
     v = first + wp.tid()
     block = int(-1)
@@ -193,7 +192,7 @@ def find_starts_kernel(
     count: wp.int32,
     # Out:
     starts_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find where each key begins among the sorted ones. One thread a key, and one for the end."""
     n = first + wp.tid()
     before = int(-1)
@@ -213,7 +212,7 @@ def count_spares_kernel(
     starts: wp.array(dtype=wp.int32),
     # Out:
     spares_out: wp.array(dtype=wp.int64),
-):
+) -> None:
     """Count a block's spare places. One thread a block."""
     b = first + wp.tid()
     size = starts[b + 1] - starts[b]
@@ -228,7 +227,7 @@ def own_spares_kernel(
     vertices: wp.int32,
     # Out:
     vertex_block_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Give a block its spare places. One thread a block."""
     b = first + wp.tid()
     for n in range(wp.int32(spare_starts[b]), wp.int32(spare_starts[b + 1])):

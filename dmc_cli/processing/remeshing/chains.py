@@ -94,7 +94,7 @@ def collapse_cost(work: Work, h: wp.int32) -> wp.int32:
 
 
 @wp.func
-def link(work: Work, b: wp.int32, h: wp.int32):
+def link(work: Work, b: wp.int32, h: wp.int32) -> None:
     """Note that a chain rotates the edge of halfedge h."""
     work.chain[b, work.tally[b, LINKED]] = h
     work.tally[b, LINKED] = work.tally[b, LINKED] + 1

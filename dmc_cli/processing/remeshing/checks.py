@@ -105,7 +105,7 @@ def quads_removed(work: Work, b: wp.int32) -> wp.int32:
 
 
 @wp.func
-def gather_patch(work: Work, b: wp.int32):
+def gather_patch(work: Work, b: wp.int32) -> None:
     """List the quads round the touched vertices, each once, in an order that the rings give."""
     work.tally[b, PATCHED] = 0
     for n in range(work.tally[b, TOUCHED]):

@@ -49,7 +49,7 @@ def find_older_vertices_kernel(
     begin: wp.int32,
     # Out:
     older_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find the first neighbour of each new vertex that is older, or -1. One thread a vertex."""
     n = first + wp.tid()
     v = begin + n
@@ -72,7 +72,7 @@ def find_older_faces_kernel(
     begin: wp.int32,
     # Out:
     older_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find the first face across a side of each new one that is older, or -1. One thread a face."""
     n = first + wp.tid()
     f = begin + n
@@ -93,7 +93,7 @@ def copy_values_kernel(
     begin: wp.int32,
     # In/out:
     values_inout: wp.array2d(dtype=wp.uint8),
-):
+) -> None:
     """Copy values byte by byte from older items. One thread a new one."""
     n = first + wp.tid()
     if older[n] >= 0:

@@ -160,7 +160,7 @@ def try_step(
 @wp.func
 def try_steps(
     context: SurfaceContext, work: Work, b: wp.int32, v: wp.int32, planes: wp.int32, limits: Limits
-):
+) -> None:
     """Try steps of all lengths and directions in the tangent plane, or in three planes at right angles."""
     normal = upward(work, v)
     way = wp.where(wp.abs(normal[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
@@ -183,7 +183,7 @@ def try_steps(
 @wp.func
 def mend_vertex(
     context: SurfaceContext, work: Work, b: wp.int32, v: wp.int32, is_high: wp.bool, limits: Limits
-):
+) -> None:
     """Try steps at a vertex if one of its quads is high or bad."""
     begin(work, b)
     touch(work, b, v)
@@ -203,7 +203,7 @@ def mark_high_kernel(
     local: wp.array(dtype=wp.vec3),
     # Out:
     high_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Mark the vertices of a high quad; all who mark one write the same. One thread a quad."""
     q = first + wp.tid()
     if excess_height(context, corners, cell, local, q) > 0.0:
@@ -224,7 +224,7 @@ def mend_kernel(
     end: wp.int32,
     # In/out:
     work_inout: Work,
-):
+) -> None:
     """Mend the quads round the vertices of a block, in turn, from visit `begin` up to `end`.
 
     One thread a block; `MEND_PASSES` visits a vertex.

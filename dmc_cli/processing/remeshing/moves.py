@@ -27,7 +27,7 @@ FARTHEST = wp.constant(wp.float64(1.25))
 
 
 @wp.func
-def keep_places(work: Work, b: wp.int32):
+def keep_places(work: Work, b: wp.int32) -> None:
     """Note where the touched vertices are, and put a merged one midway."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
@@ -41,7 +41,7 @@ def keep_places(work: Work, b: wp.int32):
 
 
 @wp.func
-def restore_places(work: Work, b: wp.int32):
+def restore_places(work: Work, b: wp.int32) -> None:
     """Put the touched vertices back."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
@@ -69,7 +69,7 @@ def goal_of(work: Work, v: wp.int32) -> wp.vec3:
 
 
 @wp.func
-def smooth_core(work: Work, b: wp.int32):
+def smooth_core(work: Work, b: wp.int32) -> None:
     """Smooth the touched vertices, one after the other."""
     for _step in range(STEPS):
         for n in range(work.tally[b, TOUCHED]):
@@ -79,7 +79,7 @@ def smooth_core(work: Work, b: wp.int32):
 
 
 @wp.func
-def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
+def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32) -> None:
     """Put a touched vertex on the surface near where it has gone; fail where that is not found.
 
     It may not come to face the other way; where the field's gradient vanishes it faces no way yet.
@@ -109,7 +109,7 @@ def settle(context: SurfaceContext, work: Work, b: wp.int32, n: wp.int32):
 
 
 @wp.func
-def settle_core(context: SurfaceContext, work: Work, b: wp.int32):
+def settle_core(context: SurfaceContext, work: Work, b: wp.int32) -> None:
     """Put the touched vertices on the surface."""
     for n in range(work.tally[b, TOUCHED]):
         if work.mesh.vertex_gone[work.core[b, n]] == wp.uint8(0) and not has_failed(work, b):

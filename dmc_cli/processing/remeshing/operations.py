@@ -39,7 +39,7 @@ DOUBLETS = 4
 
 
 @wp.func
-def place_side(work: Work, b: wp.int32, h: wp.int32, v: wp.int32, t: wp.int32):
+def place_side(work: Work, b: wp.int32, h: wp.int32, v: wp.int32, t: wp.int32) -> None:
     """Make halfedge h start at v and be the twin of t."""
     put(work, b, CORNER, h, v)
     put(work, b, TWIN, h, t)
@@ -48,13 +48,13 @@ def place_side(work: Work, b: wp.int32, h: wp.int32, v: wp.int32, t: wp.int32):
 
 
 @wp.func
-def add_valence(work: Work, b: wp.int32, v: wp.int32, more: wp.int32):
+def add_valence(work: Work, b: wp.int32, v: wp.int32, more: wp.int32) -> None:
     """Change the valence of a vertex."""
     put(work, b, VALENCE, v, work.mesh.valence[v] + more)
 
 
 @wp.func
-def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool):
+def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> None:
     """Turn the edge between two quads by one vertex of the hexagon that they form, p0 to p5 in order.
 
     The edge joins p3 and p0; turned forward it joins p4 and p1, else p2 and p5. The quads' sides without
@@ -105,7 +105,7 @@ def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool):
 
 
 @wp.func
-def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32):
+def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32) -> None:
     """Remove the quad of halfedge h by merging the vertex where h starts into the one opposite."""
     gone = quad_corner(work.mesh.corners, h, 0)
     side = quad_corner(work.mesh.corners, h, 1)
@@ -146,7 +146,7 @@ def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32):
 @wp.func
 def open_quad(
     work: Work, b: wp.int32, h: wp.int32, steps: wp.int32, last_vertex: wp.int32, last_quad: wp.int32
-):
+) -> None:
     """Split the vertex where h starts, along h and the halfedge `steps` onward, and put a quad between.
 
     The quads from h on go to the new vertex. Spare numbers run up to `last_vertex` and `last_quad`.

@@ -99,7 +99,7 @@ class Rounds:
         self._frame, self._device = placement.frame, mesh.device
         self._context = make_context(self._frame)
         self._mesh = working_mesh(replace(mesh, vertex_values=values), placement)
-        start, grid = mesh.halfedges.vertex_halfedge, self._frame.grid
+        start, grid = mesh.require_halfedges().vertex_halfedge, self._frame.grid
         self._tracked = track_vertices(grid, start, placement.cell, placement.local, self._device)
 
     def run(self, rounds: int, progress: Progress = SILENT) -> Remeshed:

@@ -148,7 +148,9 @@ def next_action(work: Work, b: wp.int32, number: wp.uint32, done: wp.int32, is_c
 
 
 @wp.func
-def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32, last: wp.vec2i):
+def propose(
+    work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.float32, last: wp.vec2i
+) -> None:
     """Do the operation that a random number names, and what follows it.
 
     Each kind is called at one place only: the compiler copies it there.
@@ -174,7 +176,7 @@ def propose(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: wp.fl
 
 
 @wp.func
-def begin_opened(work: Work, b: wp.int32, fresh: wp.int32):
+def begin_opened(work: Work, b: wp.int32, fresh: wp.int32) -> None:
     """Start a vertex that a quad was opened for where the one is that it was split from."""
     of = work.core[b, 0]
     work.mesh.position[fresh] = work.mesh.position[of]
@@ -184,7 +186,7 @@ def begin_opened(work: Work, b: wp.int32, fresh: wp.int32):
 
 
 @wp.func
-def spread_opened(work: Work, fresh: wp.int32):
+def spread_opened(work: Work, fresh: wp.int32) -> None:
     """Move it a little to its side."""
     h = work.mesh.vertex_halfedge[fresh]
     mean = wp.vec3(0.0, 0.0, 0.0)
@@ -207,7 +209,7 @@ def measure_before(work: Work, b: wp.int32) -> wp.vec4:
 
 
 @wp.func
-def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4):
+def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4) -> None:
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
     fresh = work.tally[b, SPARE_VERTEX]
@@ -239,7 +241,7 @@ def attempt(
     rules: Rules,
     number: wp.uint32,
     last: wp.vec2i,
-):
+) -> None:
     """Try one operation at a vertex: afterwards it is done, or nothing has changed."""
     begin(work, b)
     margin = allowance(rules.temperature, scrambled(number))
@@ -259,7 +261,7 @@ def attempt(
 
 
 @wp.func
-def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32):
+def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32) -> None:
     """Fail unless the shapes round an operation cost no more than `budget`, against before."""
     before = measure_before(work, b)
     whole = budget + SHAPE_WEIGHT * before[0]
@@ -288,7 +290,7 @@ def try_vertex(
     rules: Rules,
     turn: wp.int32,
     last: wp.vec2i,
-):
+) -> None:
     """Try operations at a vertex as long as it is there and irregular."""
     for n in range(rules.tries):
         if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
@@ -311,7 +313,7 @@ def sweep_kernel(
     end: wp.int32,
     # In/out:
     work_inout: Work,
-):
+) -> None:
     """Try operations at the irregular vertices of a block, in turn, from visit `begin` up to `end`.
 
     One thread a block; `PASSES` visits a vertex.

@@ -65,7 +65,7 @@ def nearest_in_patch(context: SurfaceContext, work: Work, b: wp.int32, g: wp.int
 
 
 @wp.func
-def assign_points(context: SurfaceContext, work: Work, b: wp.int32):
+def assign_points(context: SurfaceContext, work: Work, b: wp.int32) -> None:
     """Assign the points of an operation's quads to quads of the patch; fail if one is left behind."""
     size = list_points_of_patch(work, b)
     if size > TRACKED:

@@ -76,7 +76,7 @@ class Work:
 
 
 @wp.func
-def begin(work: Work, b: wp.int32):
+def begin(work: Work, b: wp.int32) -> None:
     """Start an operation."""
     work.tally[b, JOURNALLED] = 0
     work.tally[b, TOUCHED] = 0
@@ -89,7 +89,7 @@ def begin(work: Work, b: wp.int32):
 
 
 @wp.func
-def fail(work: Work, b: wp.int32):
+def fail(work: Work, b: wp.int32) -> None:
     """Give an operation up."""
     work.tally[b, FAILED] = 1
 
@@ -107,7 +107,7 @@ def is_own(work: Work, b: wp.int32, v: wp.int32) -> wp.bool:
 
 
 @wp.func
-def touch(work: Work, b: wp.int32, v: wp.int32):
+def touch(work: Work, b: wp.int32, v: wp.int32) -> None:
     """Note that an operation changes what is round a vertex; it fails if that is not the block's own."""
     count = work.tally[b, TOUCHED]
     known = bool(False)
@@ -126,7 +126,7 @@ def touch(work: Work, b: wp.int32, v: wp.int32):
 
 
 @wp.func
-def exchange(work: Work, b: wp.int32, n: wp.int32):
+def exchange(work: Work, b: wp.int32, n: wp.int32) -> None:
     """Exchange an entry of the journal with what stands in its place."""
     place = work.journal_place[b, n]
     index = wp.int32(place >> wp.int64(3))
@@ -155,7 +155,7 @@ def exchange(work: Work, b: wp.int32, n: wp.int32):
 
 
 @wp.func
-def put(work: Work, b: wp.int32, kind: wp.int32, index: wp.int32, value: wp.int32):
+def put(work: Work, b: wp.int32, kind: wp.int32, index: wp.int32, value: wp.int32) -> None:
     """Change a value and journal it; fail if the journal is full."""
     n = work.tally[b, JOURNALLED]
     if n == JOURNAL:
@@ -168,7 +168,7 @@ def put(work: Work, b: wp.int32, kind: wp.int32, index: wp.int32, value: wp.int3
 
 
 @wp.func
-def undo(work: Work, b: wp.int32):
+def undo(work: Work, b: wp.int32) -> None:
     """Take back the changes since `begin`."""
     count = work.tally[b, JOURNALLED]
     for n in range(count):
@@ -176,7 +176,7 @@ def undo(work: Work, b: wp.int32):
 
 
 @wp.func
-def redo(work: Work, b: wp.int32):
+def redo(work: Work, b: wp.int32) -> None:
     """Do again what was taken back."""
     for n in range(work.tally[b, JOURNALLED]):
         exchange(work, b, n)

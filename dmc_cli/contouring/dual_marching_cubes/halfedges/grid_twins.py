@@ -206,7 +206,7 @@ def find_with_care(
     forward: wp.uint32,
     twins_out: wp.array(dtype=wp.vec4i),
     defects_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Find the twins of those quads along an axis of word n that may have special cells beside them.
 
     Those of `inner` nodes are there already, but for sides that are `UNSURE`.
@@ -250,7 +250,7 @@ def find_twins_kernel(
     # Out:
     twins_out: wp.array(dtype=wp.vec4i),
     defects_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Find the twins of the halfedges of all quads. One thread a block of words."""
     block = first + wp.tid()
     start = block * LANES

@@ -72,7 +72,7 @@ def store_plain_rings(
     inside_yz: wp.uint32,
     halfedge_out: wp.array(dtype=wp.int32),
     valence_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Store a halfedge and the valence of the vertices of word n's ordinary cells; v is the first one.
 
     `row` and `layer` are the words of a row and a layer. A cell takes a quad round an x edge if it has one:

@@ -136,7 +136,7 @@ def store_plain_twins(
     forward: wp.uint32,
     q: wp.int32,
     twins_out: wp.array(dtype=wp.vec4i),
-):
+) -> None:
     """Store the twins of the quads of word n of the line whose lower node is `known`; q is the first quad.
 
     `row` and `layer` are the words of a row and a layer; `forward` tells which quads have their normal along

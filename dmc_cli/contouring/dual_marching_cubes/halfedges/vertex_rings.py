@@ -65,7 +65,7 @@ def ring_ordinary_kernel(
     # Out:
     halfedge_out: wp.array(dtype=wp.int32),
     valence_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find a halfedge and the valence of the ordinary cells' vertices. One thread a block of words."""
     block = first + wp.tid()
     if starts[block] == starts[block + 1]:
@@ -134,7 +134,7 @@ def ring_special_kernel(
     # Out:
     halfedge_out: wp.array(dtype=wp.int32),
     valence_out: wp.array(dtype=wp.int32),
-):
+) -> None:
     """Find a halfedge and the valence of the special cells' vertices. One thread a special cell."""
     s = first + wp.tid()
     row = special.row[s]

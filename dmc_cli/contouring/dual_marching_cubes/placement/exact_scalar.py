@@ -38,7 +38,7 @@ def place_remaining_vertices_kernel(
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
     remaining_inout: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Place the vertices that have no place yet: local coordinates below 0.
 
     One thread `span` blocks of `size`: `remaining` says which have any, and then how many of each took a

@@ -127,7 +127,7 @@ def place_block_kernel(
     # Out:
     position_out: wp.array(dtype=wp.vec3),
     remaining_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Place a block of vertices where the axis of the steepest slope does. One thread a block."""
     block = first + wp.tid()
     start = block * LANES

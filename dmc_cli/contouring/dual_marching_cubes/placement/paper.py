@@ -57,7 +57,7 @@ def place_paper_vertices_kernel(
     position_out: wp.array(dtype=wp.vec3),
     local_out: wp.array(dtype=wp.vec3),
     fallback_out: wp.array(dtype=wp.uint8),
-):
+) -> None:
     """Place vertices and note the cells of special ones. One thread a vertex."""
     v = first + wp.tid()
     s = int(-1)
