@@ -28,13 +28,12 @@ from dmc_cli.contouring import (
     upload_volume,
 )
 from dmc_cli.contouring import kernel_modules as surface_kernels
-from dmc_cli.contouring.dual_marching_cubes.vertices import refuse_lost
 from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
 from dmc_cli.files.atomic import check_output, write_output
 from dmc_cli.measures import kernel_modules as report_kernels
 from dmc_cli.measures.rounding import rounding_warnings
 from dmc_cli.mesh.mesh import COLOR, COLOR24, Mesh
-from dmc_cli.mesh.placement import Placement
+from dmc_cli.mesh.placement import Placement, refuse_lost
 from dmc_cli.mesh_io.halfedge_dump import HalfedgeDump, check_dump_name, write_halfedges
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.write import choose_format, write_mesh
@@ -287,7 +286,7 @@ def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
 def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
     if settings.output.halfedges is not None:
-        from dmc_cli.contouring.dual_marching_cubes.coloring import color_vertices
+        from dmc_cli.contouring.vertex_colors import color_vertices
 
         stages.vertex_color = color_vertices(stages.placement)
     if settings.mesh.relax:

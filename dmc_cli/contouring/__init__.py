@@ -4,6 +4,7 @@ registry              the methods that there are
 surface               what a method returns
 dual_marching_cubes/  quads only, one vertex a polygon (Grosso & Zint 2021)
 extraction            a volume and its settings to a surface, by whichever method
+vertex_colors         colours of vertices by the parity of their cells
 normals               vertex normals by central differences, whatever the method
 """
 
@@ -46,4 +47,9 @@ def kernel_modules(
 
 def mesh_kernel_modules(*, method: Method = "dmc", colors: bool = False) -> list[ModuleType]:
     """Return the modules whose kernels connecting the faces needs, and colouring them if that is wanted."""
-    return METHODS[method].mesh_kernels(colors=colors)
+    modules = METHODS[method].mesh_kernels(colors=colors)
+    if colors:
+        from dmc_cli.contouring import vertex_colors
+
+        modules.append(vertex_colors)
+    return modules

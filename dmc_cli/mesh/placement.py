@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.errors import MeshInvariantError
 from dmc_cli.field.grid import GridShape, kernel_matrix
 from dmc_cli.field.slices import map_vertices
 from dmc_cli.runtime.device import Device
@@ -59,3 +60,15 @@ class Placement:
     def in_frame(self, affine: np.ndarray[Any, np.dtype[np.float64]]) -> "Placement":
         """Return the same places with another map from the grid to the output space."""
         return replace(self, frame=replace(self.frame, affine=affine))
+
+
+def refuse_lost(local: np.ndarray[Any, Any]) -> None:
+    """Raise MeshInvariantError with the first vertex whose local coordinates, (V, 3), are not in [0, 1]."""
+    is_lost = ~((local >= 0) & (local <= 1)).all(axis=1)
+    if is_lost.any():
+        first = int(np.argmax(is_lost))
+        found = ", ".join(f"{x:g}" for x in local[first].tolist())
+        raise MeshInvariantError(
+            f"vertex {first} lies at ({found}) of its cell, one of {int(is_lost.sum())} outside theirs;"
+            " expected local coordinates from 0 to 1; please report this"
+        )

@@ -16,7 +16,7 @@ numbering         what the stages number, for those that follow
 extraction        the stages in order
 halfedges/        the halfedge structure, from the grid
 color_words       colours of the quads of whole rows
-coloring          colours of vertices and quads
+coloring          colours of quads
 """
 
 from types import ModuleType

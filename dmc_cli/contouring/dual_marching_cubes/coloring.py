@@ -1,8 +1,7 @@
-"""Colour vertices with 8 colours, quads with 24 reduced to 5 (Grosso & Zint 2021, section 3.1.4).
+"""Colour quads with 24 colours, reduced to 5 (Grosso & Zint 2021, section 3.1.4).
 
-A cell's colour is the parity of its indices, (i & 1) | (j & 1) << 1 | (k & 1) << 2; a vertex has its
-cell's. A quad's colour is 3 * (colour of the cell at the lower node of its edge) + axis: 24 in all,
-different across every twin. With a closed border the indices are those of the padded grid.
+A quad's colour is 3 * (colour of the cell at the lower node of its edge) + axis: 24 in all, different across
+every twin. A cell's colour is the parity of its indices (`vertex_colors.py`).
 
 Reduction: classes 5 to 23 in turn take the first of 0 to 4 that no neighbour has; then the quads of colour
 4 retry (not in the paper). Quads of one class are never neighbours. The classes 6 r to 6 r + 5 are those of
@@ -19,8 +18,7 @@ from dmc_cli.bits.words import LANES, VECTOR_FLAGS
 from dmc_cli.contouring.dual_marching_cubes.color_words import color_row, reduce_row, retry_quads
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field.grid import Grid, cell_node
-from dmc_cli.mesh.placement import Placement
+from dmc_cli.field.grid import Grid
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -63,14 +61,6 @@ def reduce_colors(surface: Surface, colors: Any) -> Any:
         device.launch(reduce_rows_kernel, grid.rows, inputs, [reduced])
     device.launch(retry_kernel, -(-colors.shape[0] // 64), [twin], [reduced])
     return reduced
-
-
-def color_vertices(placement: Placement) -> Any:
-    """Return the colour of each vertex's cell, 0 to 7, uint8 (V,)."""
-    device, count = placement.frame.device, placement.cell.shape[0]
-    colors = device.empty(count, wp.uint8)
-    device.launch(color_vertices_kernel, count, [placement.frame.grid.struct(), placement.cell], [colors])
-    return colors
 
 
 @wp.func
@@ -134,18 +124,3 @@ def retry_kernel(
     """Let the quads of the last colour retry the others. One thread 64 quads; they are no neighbours."""
     start = 64 * (first + wp.tid())
     retry_quads(twin, start, wp.min(64, colors_inout.shape[0] - start), colors_inout)
-
-
-@wp.kernel
-def color_vertices_kernel(
-    # In:
-    first: wp.int32,
-    grid: Grid,
-    cells: wp.array(dtype=wp.int64),
-    # Out:
-    colors_out: wp.array(dtype=wp.uint8),
-) -> None:
-    """Colour the vertices by the parity of their cell's indices. One thread a vertex."""
-    v = first + wp.tid()
-    node = cell_node(grid, cells[v])
-    colors_out[v] = wp.uint8((node[0] & 1) | ((node[1] & 1) << 1) | ((node[2] & 1) << 2))

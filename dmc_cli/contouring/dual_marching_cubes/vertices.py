@@ -8,7 +8,6 @@ in double precision and are rounded to float32 once. Vertices of ordinary cells 
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from dmc_cli.bits.bit_lists import LIST_BITS, ON_GPU
@@ -21,10 +20,10 @@ from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, plac
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
-from dmc_cli.errors import MeshInvariantError
 from dmc_cli.field.crossings import ALL_EDGES
 from dmc_cli.field.grid import Grid, GridShape
 from dmc_cli.field.planes import BITS_A_CHUNK, BLOCKS_A_CHUNK, before_line, block_count
+from dmc_cli.mesh.placement import refuse_lost
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
 from dmc_cli.settings import PlacementRule
 
@@ -125,18 +124,6 @@ def count_fallbacks(vertices: Vertices, device: Device) -> int:
     if count >= int(LOST) and (vertices.fallbacks.numpy() == int(LOST)).any():
         refuse_lost(vertices.local.numpy())
     return count
-
-
-def refuse_lost(local: np.ndarray[Any, Any]) -> None:
-    """Raise MeshInvariantError with the first vertex whose local coordinates, (V, 3), are not in [0, 1]."""
-    is_lost = ~((local >= 0) & (local <= 1)).all(axis=1)
-    if is_lost.any():
-        first = int(np.argmax(is_lost))
-        found = ", ".join(f"{x:g}" for x in local[first].tolist())
-        raise MeshInvariantError(
-            f"vertex {first} lies at ({found}) of its cell, one of {int(is_lost.sum())} outside theirs;"
-            " expected local coordinates from 0 to 1; please report this"
-        )
 
 
 @wp.func_native(

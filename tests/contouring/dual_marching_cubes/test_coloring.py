@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from hypothesis import given
 
-from dmc_cli.contouring.dual_marching_cubes.coloring import color_vertices
+from dmc_cli.contouring.vertex_colors import color_vertices
 from dmc_cli.mesh.halfedges import NO_TWIN
 from dmc_cli.processing.color_repair import choose_colors_kernel, repair_colors
 from dmc_cli.runtime.device import Device

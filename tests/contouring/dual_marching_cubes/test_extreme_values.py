@@ -10,8 +10,8 @@ from hypothesis.extra.numpy import arrays
 
 from dmc_cli.contouring import compute_normals
 from dmc_cli.contouring.dual_marching_cubes import extraction as stages
-from dmc_cli.contouring.dual_marching_cubes import vertices as placed
 from dmc_cli.errors import EmptySurfaceError, MeshInvariantError
+from dmc_cli.mesh.placement import refuse_lost
 from dmc_cli.settings import SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import as_arrays, extract_on
 from tests.fields import smooth_noise, volume_of
@@ -177,8 +177,8 @@ def test_a_vertex_outside_its_cell_is_never_kept(extract, placement, monkeypatch
 def test_the_first_vertex_outside_its_cell_is_named():
     local = np.array([[0, 0.5, 1], [0.25, 1.5, 0], [np.nan, 0, 0]], np.float32)
     with pytest.raises(MeshInvariantError, match=r"vertex 1 lies at \(0.25, 1.5, 0\) of its cell, one of 2 "):
-        placed.refuse_lost(local)
-    placed.refuse_lost(local[:1])
+        refuse_lost(local)
+    refuse_lost(local[:1])
 
 
 def test_threads_place_extreme_values_alike(extract):
