@@ -128,7 +128,7 @@ def _codecs() -> dict[str, bool]:
 
 
 def _launches() -> dict[str, Any]:
-    """How many CPU threads share a launch, and why only one does where that is Warp's fault."""
+    """Return how many CPU threads share a launch, and why only one where Warp is the reason."""
     from dmc_cli.runtime.device import launch_fallback
 
     try:
