@@ -13,7 +13,8 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.setting_types import is_whole, settle_types
 
 InputFormat = Literal[
-    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr", "mgh", "afni", "parrec"
+    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr",
+    "mgh", "afni", "parrec", "minc",
 ]  # fmt: skip
 OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]

@@ -12,6 +12,7 @@ from dmc_cli.app.convert import convert
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import make_slice, save
+from tests.volume_io.minc_files import hdf, netcdf
 from tests.volume_io.par_files import par_header
 
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0])
@@ -73,6 +74,19 @@ def as_mgh(folder, directions):
     return folder / "scan.mgh", {}
 
 
+def as_minc(folder, directions, write=netcdf):
+    """MINC 1; the directions are of the axes x, y, z, and the start is along them."""
+    axes = LPS_OF_RAS @ directions
+    start = np.linalg.solve(axes, LPS_OF_RAS @ ORIGIN)
+    path = folder / f"{write.__name__}.mnc"
+    told = {"step": SPACING, "start": start, "cosines": axes.T, "valid_range": (-32768, 32767)}
+    return write(path, VALUES, -32768.0, 32767.0, **told), {}
+
+
+def as_minc_2(folder, directions):
+    return as_minc(folder, directions, hdf)
+
+
 def as_afni(folder, directions):
     places = np.column_stack((directions * SPACING, ORIGIN)).ravel().tolist()
     header = afni_header(SHAPE[::-1], IJK_TO_DICOM_REAL=tuple(places))
@@ -91,7 +105,7 @@ def as_dicom(folder, directions):
 
 
 WRITERS = [as_itk_file(".nrrd"), as_itk_file(".mha"), as_itk_file(".nii.gz"), as_nibabel_file, as_dicom]
-WRITERS += [as_mgh, as_afni]
+WRITERS += [as_mgh, as_afni, as_minc, as_minc_2]
 
 
 def mesh_of(path, folder, space, isovalue=ISOVALUE, **read):

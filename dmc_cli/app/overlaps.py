@@ -24,7 +24,8 @@ from dmc_cli.volume_io.within import Bounds, Walk
 from dmc_cli.volume_io.zarr.store import is_zarr
 
 _SINGLE_FILES = (
-    *(".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", ".zip", ".tif", ".tiff", ".mgh", ".mgz"),
+    *(".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", ".zip", ".tif", ".tiff"),
+    *(".mgh", ".mgz", ".mnc"),
 )
 """Suffixes of inputs that are one file."""
 

@@ -6,6 +6,6 @@ stream, decoding, values, unpacked_size  from bytes to one array, no larger than
 raw, synthetic, numpy_file, metaimage, nifti, analyze, mgh, afni, parrec  formats of one file
 slices         a volume from slices that have a scale each
 nibabel_headers  what headers of nibabel's classes say of the values
-nrrd/, tiff/, zarr/, dicom/  formats of a folder
+minc/, nrrd/, tiff/, zarr/, dicom/  formats of a folder
 volume_file    volumes written
 """

@@ -3,6 +3,7 @@
 The header is nibabel's. Each sub-brick is a volume with a factor of its own.
 """
 
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +63,9 @@ def _header(path: Path, name: str) -> Any:
         raise DamagedVolumeError(
             f"{name}: {size} bytes of {path.name} found; expected a header of at most {LARGEST_HEADER}"
         )
+    text = path.read_bytes().decode("latin-1")
     try:
-        with path.open(encoding="latin-1") as file:
-            header = AFNIHeader.from_fileobj(file)
+        header = AFNIHeader.from_fileobj(StringIO(text, newline=None))
         found = header.get_data_shape()
         if len(found) != 4 or not all(isinstance(n, int) and n > 0 for n in found):
             raise ValueError(f"sizes {found}")

@@ -16,6 +16,7 @@ CONTENTS: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("nifti", lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2")),
     ("analyze", lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c")),
     ("mgh", lambda start: start[:4] == b"\0\0\0\1" and start[20:24] in MGH_TYPES and start[28] == 0),
+    ("minc", lambda start: start[:4] in (b"CDF\x01", b"CDF\x02", b"\x89HDF")),
     ("numpy", lambda start: start.startswith(b"\x93NUMPY")),
     ("tiff", lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")),
     ("meta", lambda start: b"NDims" in start and b"DimSize" in start),

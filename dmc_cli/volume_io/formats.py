@@ -56,6 +56,13 @@ FORMATS = {
         read="parrec:parrec_volume",
         entries="parrec:parrec_entries",
     ),
+    "minc": VolumeFormat(
+        title="MINC 1 and 2",
+        suffixes=(".mnc",),
+        read="minc.reader:minc_volume",
+        entries="minc.reader:minc_entries",
+        begins=("minc",),
+    ),
     "tiff": VolumeFormat(
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),

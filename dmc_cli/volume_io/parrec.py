@@ -7,6 +7,7 @@ are its own.
 
 import warnings
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,7 @@ def parrec_volume(path: Path, name: str, settings: ReadSettings, progress: Progr
         check_affine(name, affine)
         _check_slices(slices, shape, affine, name)
     records = _records(header.image_defs, name)[order]
-    scales = np.column_stack((slices["rescale slope"], slices["rescale intercept"]))
+    scales = _scales(slices, name)
     dtype = header.get_data_dtype()
     size = shape[0] * shape[1] * dtype.itemsize
     found = check_file(data_path, name if data_path == path else f"{name} ({data_path.name})")
@@ -106,22 +107,24 @@ def _header(path: Path, name: str) -> Any:
     """
     from nibabel.parrec import PARRECHeader, parse_PAR_header
 
+    size = check_file(path, name)
+    if size > LARGEST_HEADER:
+        raise DamagedVolumeError(
+            f"{name}: {size} bytes of {path.name} found; expected a header of at most {LARGEST_HEADER}"
+        )
+    file = StringIO(path.read_bytes().decode("latin-1"), newline=None)
     try:
-        if check_file(path, name) > LARGEST_HEADER:
-            raise ValueError(f"more than {LARGEST_HEADER} bytes")
-        with path.open(encoding="latin-1") as file:
-            if any(len(line) > LONGEST_LINE and line.lstrip().startswith(".") for line in file):
-                raise ValueError(f"a line of more than {LONGEST_LINE} characters")
-            file.seek(0)
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")  # what matters of it is looked at here
-                info, slices = parse_PAR_header(file)
-                numbers = slices["slice number"]
-                most = max(np.unique(numbers, return_counts=True)[1])
-                if not 1 <= info["max_slices"] <= len(slices) or most * len(slices) > MOST_STEPS:
-                    raise ValueError(f"{info['max_slices']} slices in {len(slices)} lines of them")
-                header = PARRECHeader(info, slices, strict_sort=True)
-                header.get_affine()
+        if any(len(line) > LONGEST_LINE and line.lstrip().startswith(".") for line in file):
+            raise ValueError(f"a line of more than {LONGEST_LINE} characters")
+        file.seek(0)
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # what matters of it is looked at here
+            info, slices = parse_PAR_header(file)
+            most = max(np.unique(slices["slice number"], return_counts=True)[1])
+            if not 1 <= info["max_slices"] <= len(slices) or most * len(slices) > MOST_STEPS:
+                raise ValueError(f"{info['max_slices']} slices in {len(slices)} lines of them")
+            header = PARRECHeader(info, slices, strict_sort=True)
+            header.get_affine()
     except Exception as error:
         # nibabel raises whatever its parsing runs into: a version that it does not know is a KeyError
         told = " ".join(str(error).split())[:200]
@@ -173,6 +176,18 @@ def _records(slices: Any, name: str) -> _Array:
             "lines; expected each slice once; the header is damaged; export the scan anew"
         )
     return records
+
+
+def _scales(slices: Any, name: str) -> _Array:
+    """Return slope and intercept of each slice, shape (n, 2)."""
+    scales = np.column_stack((slices["rescale slope"], slices["rescale intercept"]))
+    if not scales[:, 0].all():
+        k = int(np.argmin(scales[:, 0] != 0))
+        raise DamagedVolumeError(
+            f"{name}: slope 0 and intercept {scales[k, 1]:g} of slice {k} found; expected another "
+            "slope; the header is damaged; export the scan anew"
+        )
+    return scales
 
 
 def _planes(path: Path, records: list[int], plane: _Array, name: str) -> Iterator[_Array]:

@@ -40,11 +40,11 @@ def stack_slices(
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
     stored = storable_type(name, dtype)
-    if not np.isfinite(scales).all() or not scales[:, 0].all():
-        k = int(np.argmin(np.isfinite(scales).all(axis=1) & (scales[:, 0] != 0)))
+    if not np.isfinite(scales).all():
+        k = int(np.argmin(np.isfinite(scales).all(axis=1)))
         raise DamagedVolumeError(
             f"{name}: slope {scales[k, 0]:g} and intercept {scales[k, 1]:g} of slice {k} found; expected "
-            "finite numbers, the slope not 0; the header is damaged"
+            "finite numbers; the header is damaged"
         )
     is_one = bool((scales == scales[0]).all())
     physical = np.dtype(np.float32 if stored.itemsize <= 2 else np.float64)

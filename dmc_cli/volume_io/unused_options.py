@@ -9,7 +9,7 @@ _RAW = ("raw",)
 _DICOM = ("dicom",)
 _PLACED = ("meta", "nrrd", "numpy", "raw", "tiff", "zarr")
 _MANY_FILES = ("afni", "analyze", "dicom", "meta", "nifti", "nrrd", "parrec", "tiff", "zarr")
-_SEVERAL = ("afni", "analyze", "meta", "mgh", "nifti", "nrrd", "numpy", "parrec", "tiff", "zarr")
+_SEVERAL = ("afni", "analyze", "meta", "mgh", "minc", "nifti", "nrrd", "numpy", "parrec", "tiff", "zarr")
 
 USED_BY: dict[str, tuple[str, ...]] = {
     "series": _DICOM,

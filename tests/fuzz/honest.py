@@ -13,6 +13,7 @@ from pydicom.sequence import Sequence
 
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
+from tests.volume_io.minc_files import hdf, netcdf
 from tests.volume_io.par_files import par_header
 
 VALUES = np.arange(6 * 7 * 8, dtype="<i2").reshape(6, 7, 8)
@@ -205,6 +206,15 @@ def make_parrec(folder):
     return [folder / "a.PAR", folder / "a.REC"]
 
 
+def make_minc(folder):
+    ends = (np.arange(6.0), np.arange(6.0) + 9)
+    netcdf(folder / "one.mnc", VALUES, *ends, along=("zspace",))
+    hdf(folder / "two.mnc", VALUES, *ends, along=("zspace",))
+    packed = {"chunks": (2, 7, 8), "compression": "gzip", "shuffle": True}
+    hdf(folder / "packed.mnc", VALUES, 0.0, 9.0, storage=packed)
+    return [folder / "one.mnc", folder / "two.mnc", folder / "packed.mnc"]
+
+
 HONEST = {
     "afni": make_afni,
     "analyze": make_analyze,
@@ -213,6 +223,7 @@ HONEST = {
     "enhanced": make_enhanced,
     "meta": make_meta,
     "mgh": make_mgh,
+    "minc": make_minc,
     "nifti": make_nifti,
     "nrrd": make_nrrd,
     "numpy": make_numpy,

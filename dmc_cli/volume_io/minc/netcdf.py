@@ -1,0 +1,75 @@
+"""Open MINC 1, which is netCDF 3, by nibabel's reader: the file is mapped, and only its header read."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from dmc_cli.volume_io.minc.image import MincImage
+
+_Array = np.ndarray[Any, np.dtype[Any]]
+
+LONGEST_HEADER = 1 << 22
+"""Bytes that the header is read for: more than any history of processing, and read within seconds."""
+
+
+class _HeaderFile:
+    """The file as far as its header goes: who asks for more is refused."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._rest = file, LONGEST_HEADER
+        self.seek, self.tell, self.fileno, self.close = file.seek, file.tell, file.fileno, file.close
+
+    @property
+    def closed(self) -> bool:
+        """Return whether the file was closed."""
+        return self._file.closed
+
+    def read(self, count: int) -> bytes:
+        """Return the next bytes.
+
+        Raises:
+            ValueError: The header is longer than any, or ends within what is asked for.
+        """
+        self._rest -= max(count, 1)
+        if count < 0 or self._rest < 0:
+            raise ValueError(f"a header of more than {LONGEST_HEADER} bytes")
+        found = self._file.read(count)
+        if len(found) < count:
+            raise ValueError("the header is cut short")
+        return found
+
+
+def open_netcdf(path: Path, name: str) -> MincImage:
+    """Return the image of a file; what is wrong with it is any exception of nibabel's."""
+    from nibabel.externals.netcdf import netcdf_file
+    from nibabel.minc1 import Minc1File
+
+    with path.open("rb") as file:
+        # closed here, before the reader that holds it: the reader would complain of arrays that are left
+        found = netcdf_file(_HeaderFile(file), mmap=True)
+        minc = Minc1File(found)
+    image, least, most = (found.variables[key] for key in ("image", "image-min", "image-max"))
+    dtype = np.dtype(minc.get_data_dtype())
+    values = np.asarray(image.data).view(dtype)
+    if least.dimensions != most.dimensions:
+        raise ValueError("image-min and image-max along different axes")
+    ends = [getattr(image, key, None) for key in ("valid_min", "valid_max")]
+    told = ends if None not in ends else None
+
+    def slabs(place: tuple[int, ...]) -> Iterator[_Array]:
+        for plane in values[place]:
+            yield plane[None]
+
+    return MincImage(
+        name=name,
+        axes=tuple(image.dimensions),
+        shape=values.shape,
+        dtype=dtype,
+        affine=minc.get_affine(),
+        valid=getattr(image, "valid_range", told),
+        ends=(np.asarray(least.data), np.asarray(most.data)),
+        ends_axes=tuple(least.dimensions),
+        slabs=slabs,
+    )

@@ -1,0 +1,103 @@
+"""Read MINC 1 and 2: .mnc; world axes RAS. Headers and affines are nibabel's.
+
+Axes before the last three count volumes. Slices that have scales of their own become physical values.
+"""
+
+import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume.checks import check_affine
+from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume_io.content import first_bytes
+from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
+from dmc_cli.volume_io.minc.hdf import open_hdf
+from dmc_cli.volume_io.minc.image import MincImage
+from dmc_cli.volume_io.minc.netcdf import open_netcdf
+from dmc_cli.volume_io.pair import is_gzip
+from dmc_cli.volume_io.slices import stack_slices
+
+NETCDF_MAGIC = b"CDF\x01", b"CDF\x02"
+HDF_MAGIC = b"\x89HDF"
+
+
+def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """Return the volume `settings.volume_index` of a MINC file.
+
+    Raises:
+        UnsupportedFormatError: No MINC file, one that is gzipped, or h5py is missing.
+        DamagedVolumeError: The file cannot be understood, or promises more than it holds.
+        AmbiguousVolumeError: Several volumes, and none chosen.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    with _told(name):
+        image = _opened(path, name)
+        shape = image.nodes()
+        index = chosen_index(name, math.prod(image.volumes), settings.volume_index)
+        place = tuple(int(n) for n in np.unravel_index(index, image.volumes)) if image.volumes else ()
+        affine = image.world()
+        check_affine(name, affine)
+        slabs = image.clipped(image.slabs(place))
+        values, slope, intercept = stack_slices(
+            name, shape, image.dtype, image.scales(place), slabs, progress
+        )
+    return Volume(
+        values=values,
+        affine=affine,
+        space="RAS",
+        slope=slope,
+        intercept=intercept,
+        path=name,
+        files=(path,),
+        format="minc",
+    )
+
+
+def minc_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """Return the volumes of a file as one entry.
+
+    Raises:
+        VolumeError: As `minc_volume`.
+    """
+    with _told(name):
+        image = _opened(path, name)
+        return [file_entry("minc", math.prod(image.volumes), image.nodes())]
+
+
+def _opened(path: Path, name: str) -> MincImage:
+    """Return the image of a file of either version."""
+    check_file(path, name)
+    start = first_bytes(path, name, 4)
+    if start not in (*NETCDF_MAGIC, HDF_MAGIC):
+        raise UnsupportedFormatError(
+            f"{name}: neither netCDF nor HDF5 found; expected a MINC file; choose another reader with "
+            "--input-format"
+        )
+    if is_gzip(path, name):
+        raise UnsupportedFormatError(f"{name}: a gzipped MINC file found; expected it unpacked; use gunzip")
+    # what is not finite is refused with the affine; spacing of a kind that nibabel warns of is regular
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return open_hdf(path, name) if start == HDF_MAGIC else open_netcdf(path, name)
+
+
+@contextmanager
+def _told(name: str) -> Iterator[None]:
+    """Tell in one message what nibabel and h5py run into, which may be any exception."""
+    try:
+        yield
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{name}: no MINC image that can be understood found ({type(error).__name__}: {told}); expected "
+            "one with regular axes, image-min and image-max; get the file again, or use mincconvert"
+        ) from error
