@@ -7,6 +7,7 @@ PY := $(BIN)/python
 TESTS := $(PY) -m pytest
 # Side by side on the cores there are; kernels share them
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist worksteal
+HEADERS = $(shell find dmc_cli -name '*.h')
 SECONDS ?= 60
 AREA ?= processing
 COUNT ?= 60
@@ -66,10 +67,12 @@ lock: $(VENV)/.installed-dev ## write down the versions that are installed
 format: $(VENV)/.installed-dev ## format the code and apply the safe fixes
 	$(BIN)/ruff format
 	$(BIN)/ruff check --fix
+	$(BIN)/clang-format -i $(HEADERS)
 
-lint: $(VENV)/.installed-dev ## ruff, formatting, import contracts, spelling
+lint: $(VENV)/.installed-dev ## ruff, formatting of Python and C++, import contracts, spelling
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/clang-format --dry-run -Werror $(HEADERS)
 	$(BIN)/lint-imports
 	$(BIN)/typos
 

@@ -1,7 +1,7 @@
 """Bits by the word: what any stage does with one bit an item.
 
 words       words of 32 bits, sixteen at a time; single bits of one
-bit_lists   lists of the set bits of words
+bit_lists   lists of the set bits of words (a C++ header)
 flags       flags, a byte an item, 32 of them at a glance
 selection   sets of items, as flags and as lists
 """

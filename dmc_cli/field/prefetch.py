@@ -9,58 +9,22 @@ import warp as wp
 from dmc_cli.field.field import Field, node_of_volume
 from dmc_cli.field.grid import Grid, cell_node
 from dmc_cli.field.sample_reader import fetch_cell
+from dmc_cli.runtime.native import native
 
 
-def _on_cpu(body: str) -> str:
-    """Return C++ that compiles to nothing but on a CPU."""
-    return f"\n#if defined(__clang__) && !defined(__CUDA_ARCH__)\n{body}\n#endif\n"
-
-
-@wp.func_native(
-    _on_cpu(
-        """
-        const int* t = (const int*)twin.data + 4 * (size_t)q;
-        for (int c = 0; c < 4; ++c) {
-            __builtin_prefetch((const int*)corners.data + (t[c] & ~3));
-            __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
-        }
-        """
-    )
-)
+@wp.func_native(native(__file__, "fetch_neighbors"))
 def fetch_neighbors(corners: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), q: wp.int32) -> None:
     """Ask for the corners and twins of a quad's neighbours."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        """
-        const int* listed = (const int*)quads.data;
-        if (n + 16 < quads.shape[0]) {
-            __builtin_prefetch((const int*)twin.data + 4 * (size_t)listed[n + 16]);
-            const int* t = (const int*)twin.data + 4 * (size_t)listed[n + 8];
-            for (int c = 0; c < 4; ++c) __builtin_prefetch((const int*)twin.data + (t[c] & ~3));
-        }
-        """
-    )
-)
+@wp.func_native(native(__file__, "fetch_onward"))
 def fetch_onward(quads: wp.array(dtype=wp.int32), twin: wp.array(dtype=wp.int32), n: wp.int32) -> None:
     """Ask for the twins of quads that follow the n-th in a list, and for those of their neighbours."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        """
-        const int* corner = (const int*)corners.data + 4 * (size_t)q;
-        for (int c = 0; c < 4; ++c) {
-            __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[c]);
-            __builtin_prefetch((const float*)local.data + 3 * (size_t)corner[c]);
-            __builtin_prefetch((const long long*)cell.data + corner[c]);
-        }
-        """
-    )
-)
+@wp.func_native(native(__file__, "fetch_vertices"))
 def fetch_vertices(
     corners: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
@@ -72,19 +36,7 @@ def fetch_vertices(
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        """
-        const int* t = (const int*)twin.data + 4 * (size_t)q;
-        for (int c = 0; c < 4; ++c) {
-            if (t[c] < 0) continue;
-            const int* corner = (const int*)corners.data + (t[c] & ~3);
-            for (int n = 2; n < 4; ++n)  // the two that the quad does not have
-                __builtin_prefetch((const float*)position.data + 3 * (size_t)corner[(t[c] + n) & 3]);
-        }
-        """
-    )
-)
+@wp.func_native(native(__file__, "fetch_surroundings"))
 def fetch_surroundings(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),

@@ -9,6 +9,7 @@ import warp as wp
 from dmc_cli.bits.words import LANES
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import DoubleLanes, IntLanes
+from dmc_cli.runtime.native import native
 
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
 
@@ -36,41 +37,13 @@ class BlockCells:
     far: IntLanes
 
 
-@wp.func_native(
-    """
-    const long long* first = (const long long*)cells.data + start;
-    wp::vec_t<16, double> numbers;
-    if (size == 16) {
-        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane];
-    } else {
-        for (int lane = 0; lane < 16; ++lane) numbers[lane] = (double)first[lane < size ? lane : size - 1];
-    }
-    return numbers;
-    """
-)
+@wp.func_native(native(__file__, "load_cells"))
 def load_cells(cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32) -> DoubleLanes:
     """Return the numbers of `size` cells from `start` on, the last one again for the lanes that remain."""
     ...
 
 
-@wp.func_native(
-    """
-    float* points = (float*)out.data + 3 * (size_t)start;
-    if (size == 16) {
-        for (int lane = 0; lane < 16; ++lane) {
-            points[3 * lane] = x[lane];
-            points[3 * lane + 1] = y[lane];
-            points[3 * lane + 2] = z[lane];
-        }
-    } else {
-        for (int lane = 0; lane < size; ++lane) {
-            points[3 * lane] = x[lane];
-            points[3 * lane + 1] = y[lane];
-            points[3 * lane + 2] = z[lane];
-        }
-    }
-    """
-)
+@wp.func_native(native(__file__, "store_points"))
 def store_points(
     x: FloatLanes, y: FloatLanes, z: FloatLanes, start: wp.int32, size: wp.int32, out: wp.array(dtype=wp.vec3)
 ) -> None:
@@ -130,19 +103,7 @@ def find_block_cells(
     return found
 
 
-@wp.func_native(
-    """
-    const float* first = (const float*)points.data + 3 * (size_t)start;
-    wp::vec_t<48, float> lanes;
-    for (int lane = 0; lane < 16; ++lane) {
-        const float* point = first + 3 * (lane < size ? lane : size - 1);
-        lanes[lane] = point[0];
-        lanes[16 + lane] = point[1];
-        lanes[32 + lane] = point[2];
-    }
-    return lanes;
-    """
-)
+@wp.func_native(native(__file__, "load_points"))
 def load_points(points: wp.array(dtype=wp.vec3), start: wp.int32, size: wp.int32) -> PointLanes:
     """Return `size` points from `start` on, the last one again for the lanes that remain."""
     ...

@@ -7,36 +7,21 @@ dimensions of their arrays.
 
 import warp as wp
 
+from dmc_cli.runtime.native import native
+
 wp.set_module_options({"enable_backward": False})
 
 CHUNK = 2048
 """Counts of a long row that one thread sums."""
 
 
-@wp.func_native(
-    """
-    const long long* count = (const long long*)counts;
-    long long sum = 0;
-    for (long long n = begin; n < end; ++n) sum += count[n];
-    return sum;
-    """
-)
+@wp.func_native(native(__file__, "chunk_sum"))
 def chunk_sum(counts: wp.uint64, begin: wp.int64, end: wp.int64) -> wp.int64:
     """Return the sum of the counts from `begin` up to `end`."""
     ...
 
 
-@wp.func_native(
-    """
-    const long long* count = (const long long*)counts;
-    long long* sum = (long long*)sums_out;
-    for (long long n = begin; n < end; ++n) {
-        sum[n] = before;
-        before += count[n];
-    }
-    if (end == length) sum[length] = before;
-    """
-)
+@wp.func_native(native(__file__, "store_sums"))
 def store_sums(
     counts: wp.uint64, length: wp.int64, begin: wp.int64, end: wp.int64, before: wp.int64, sums_out: wp.uint64
 ) -> None:

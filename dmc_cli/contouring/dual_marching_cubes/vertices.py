@@ -10,7 +10,6 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.bit_lists import LIST_BITS, ON_GPU
 from dmc_cli.bits.words import LANES, VECTOR_FLAGS, Words
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST
@@ -25,6 +24,7 @@ from dmc_cli.field.grid import Grid, GridShape
 from dmc_cli.field.planes import BITS_A_CHUNK, BLOCKS_A_CHUNK, before_line, block_count
 from dmc_cli.mesh.placement import refuse_lost
 from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
+from dmc_cli.runtime.native import native
 from dmc_cli.settings import PlacementRule
 
 wp.set_module_options(
@@ -126,33 +126,7 @@ def count_fallbacks(vertices: Vertices, device: Device) -> int:
     return count
 
 
-@wp.func_native(
-    f"""
-    long long* cell = (long long*)cell_out.data + v;
-    auto first_cell = [&](int lane) {{  // of a word
-        int row = (n + lane) / words_a_row;
-        return (long long)row * nx + 32 * (n + lane - row * words_a_row);
-    }};
-    #if {ON_GPU}
-    for (int lane = 0; lane < 16; ++lane) {{
-        for (unsigned int left = words[lane]; left; left &= left - 1) {{
-            *cell++ = first_cell(lane) + wp::bit_count(~left & (left - 1));
-        }}
-    }}
-    #else
-    {LIST_BITS}
-    long long firsts[16];
-    unsigned short codes[16 * 32 + 32];
-    unsigned short* end = codes;
-    for (int lane = 0; lane < 16; ++lane) {{
-        if (!words[lane]) continue;
-        firsts[lane] = first_cell(lane);
-        end = list_bits(words[lane], lane << 5, end);
-    }}
-    for (const unsigned short* code = codes; code < end; ++code) *cell++ = firsts[*code >> 5] + (*code & 31);
-    #endif
-    """
-)
+@wp.func_native(native(__file__, "store_cells"))
 def store_cells(
     words: Words,
     n: wp.int32,

@@ -13,6 +13,7 @@ from dmc_cli.bits.flags import ANY, flagged
 from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_length
 from dmc_cli.bits.words import VECTOR_FLAGS
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.runtime.native import native
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -36,31 +37,7 @@ def _listed(mesh: WorkingMesh, *, all_three: bool) -> Any:
     return list_mask(mesh.device, mask)
 
 
-def _for_each_quad(test: str) -> str:
-    """Return C++ that gives a bit for each of 32 quads: what `test` says of its valences a, b, c, d."""
-    return f"""
-        const int* corner = (const int*)corners.data + 128 * (size_t)word;
-        const int* valences = (const int*)valence.data;
-        auto bit = [&](int n) {{
-            int a = valences[corner[4 * n]], b = valences[corner[4 * n + 1]];
-            int c = valences[corner[4 * n + 2]], d = valences[corner[4 * n + 3]];
-            return (unsigned int)({test}) << n;
-        }};
-        unsigned int bits = 0;
-        if (count >= 32) {{
-            for (int n = 0; n < 32; ++n) bits |= bit(n);
-        }} else {{
-            for (int n = 0; n < count; ++n) bits |= bit(n);
-        }}
-        return bits;
-        """
-
-
-@wp.func_native(
-    _for_each_quad(
-        "((a == 3) & (c == 3) & (b >= 5) & (d >= 5)) | ((b == 3) & (d == 3) & (a >= 5) & (c >= 5))"
-    )
-)
+@wp.func_native(native(__file__, "find_pattern", ALL_THREE=0))
 def word_3x3y(
     corners: wp.array(dtype=wp.int32), valence: wp.array(dtype=wp.int32), word: wp.int32, count: wp.int32
 ) -> wp.uint32:
@@ -68,7 +45,7 @@ def word_3x3y(
     ...
 
 
-@wp.func_native(_for_each_quad("(a == 3) & (b == 3) & (c == 3) & (d == 3)"))
+@wp.func_native(native(__file__, "find_pattern", ALL_THREE=1))
 def word_3333(
     corners: wp.array(dtype=wp.int32), valence: wp.array(dtype=wp.int32), word: wp.int32, count: wp.int32
 ) -> wp.uint32:

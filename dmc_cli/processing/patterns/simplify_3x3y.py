@@ -28,6 +28,7 @@ from dmc_cli.field.prefetch import fetch_neighbors
 from dmc_cli.mesh.halfedges import opposite_in_quad
 from dmc_cli.mesh.mesh import COLOR
 from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
+from dmc_cli.runtime.native import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -200,22 +201,7 @@ def judge_topology_kernel(
     refused_out[block] = refused
 
 
-@wp.func_native(
-    f"""
-    const int* twins = (const int*)twin.data;
-    const unsigned char* may_go = (const unsigned char*)state.data;
-    auto is_before = [&](int other) {{
-        return may_go[other] & ((unsigned int)other * {KEY_FACTOR}u < (unsigned int)q * {KEY_FACTOR}u);
-    }};
-    int before = 0;
-    for (int c = 0; c < 4; ++c) {{
-        int t = twins[4 * (size_t)q + c];
-        before |= is_before(t >> 2);
-        for (int step = 1; step < 4; ++step) before |= is_before(twins[(t & ~3) | ((t + step) & 3)] >> 2);
-    }}
-    return before == 0;
-    """
-)
+@wp.func_native(native(__file__, "comes_first", KEY_FACTOR=KEY_FACTOR))
 def comes_first(twin: wp.array(dtype=wp.int32), state: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
     """Return whether no quad within two steps that may go has a lower key.
 

@@ -1,0 +1,54 @@
+"""Take the C++ of Warp's native functions from the headers beside the kernels.
+
+Warp compiles the body of a native function that it gets as text, and hashes that text, so that a header that
+changes is compiled anew. A header is plain C++: functions, templates where Python supplies a constant, and
+small functions that several use, in a namespace.
+"""
+
+import re
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1]
+
+_INCLUDE = re.compile(r'^#include "dmc_cli/(.+)"$', re.MULTILINE)
+_DEFINE = re.compile(r"^#define (?:.*\\\n)*.*\n", re.MULTILINE)
+_NAMESPACE = re.compile(r"^namespace (\w+) \{\n(.*?)^\}  // namespace \w+$", re.MULTILINE | re.DOTALL)
+
+
+def native(module: str, name: str, **constants: int) -> str:
+    """Return the body of a C++ function, as `wp.func_native` takes it.
+
+    Args:
+        module: The `__file__` of a module that has a header beside it: `words.h` for `words.py`.
+        name: The function.
+        constants: What the parameters of the function's template are.
+
+    Raises:
+        ValueError: The header has no such function.
+    """
+    header = Path(module).with_suffix(".h")
+    text = header.read_text("utf-8")
+    found = re.search(rf"\b{name}\([^{{;]*\) \{{\n(.*?)^\}}$", text, re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise ValueError(f"{header} has no function {name}")
+    given = "".join(f"constexpr auto {key} = {_literal(value)};\n" for key, value in constants.items())
+    return f"\n{_shared(header)}{given}{found[1]}"
+
+
+def _literal(value: int) -> str:
+    """Return a number in C++: of type int, or unsigned where that is too small."""
+    return f"{value}u" if value >= 2**31 else str(value)
+
+
+@cache
+def _shared(header: Path) -> str:
+    """Return what the functions of a header share, as it may stand in a function's body.
+
+    A body can hold no namespace, but a struct of static functions, which are called alike.
+    """
+    text = header.read_text("utf-8")
+    included = "".join(_shared(PACKAGE / path) for path in _INCLUDE.findall(text))
+    defined = "".join(_DEFINE.findall(text))
+    helpers = "".join(f"struct {name} {{\n{body}}};\n" for name, body in _NAMESPACE.findall(text))
+    return included + defined + helpers
