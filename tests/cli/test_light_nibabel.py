@@ -22,7 +22,9 @@ def imported(module, before="", after=""):
     return run.stdout.split()
 
 
-@pytest.mark.parametrize("module", ["nifti1", "nifti2", "spm2analyze"])
+@pytest.mark.parametrize(
+    "module", ["nifti1", "nifti2", "spm2analyze", "freesurfer.mghformat", "brikhead", "parrec", "minc2"]
+)
 def test_a_header_comes_without_other_formats_and_pydicom(module):
     found = imported(module)
     assert f"nibabel.{module}" in found

@@ -136,6 +136,16 @@ def test_complex_and_colour_values_are_refused(tmp_path, dtype):
         read(tmp_path / "a.nii")
 
 
+@pytest.mark.parametrize(("code", "told"), [(1, "binary"), (11012, "unknown"), (-1, "unknown")])
+def test_other_types_are_refused_by_name_and_code(tmp_path, code, told):
+    path = write(tmp_path / "a.nii", counting((3, 4, 5)))
+    content = bytearray(path.read_bytes())
+    content[70:72] = np.array(code, "<i2").tobytes()
+    path.write_bytes(content)
+    with pytest.raises(UnsupportedFormatError, match=f"values of type {told}, datatype code {code} found"):
+        read(path)
+
+
 @pytest.mark.parametrize("shape", [(1, 4, 5), (3, 1, 5), (3, 4, 1)])
 def test_a_single_layer_is_refused(tmp_path, shape):
     with pytest.raises(VolumeError, match="at least two along each axis") as caught:
