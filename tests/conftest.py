@@ -29,6 +29,11 @@ def pytest_addoption(parser):
     )
 
 
+def pytest_runtest_setup(item):
+    if item.get_closest_marker("pool") and item.config.getoption("--launches-by-warp"):
+        pytest.skip("there is no pool where launches are Warp's")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def launches(request):
     """Have the way of launching that the options ask for."""

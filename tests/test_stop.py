@@ -80,6 +80,7 @@ def check_nobody_is_at_work(shared: Launcher, visits: np.ndarray) -> None:
     assert (visits_of(shared, 3000, 10)[:3000] == 1).all()
 
 
+@pytest.mark.pool
 def test_what_was_begun_can_be_dropped():
     shared = Launcher(3)
     visits = wp.zeros(ITEMS, dtype=wp.int32, device="cpu")
@@ -92,6 +93,7 @@ def test_what_was_begun_can_be_dropped():
     check_nobody_is_at_work(shared, visits.numpy())
 
 
+@pytest.mark.pool
 def test_a_signal_while_the_next_launch_waits_drops_what_was_begun(alarm):
     shared = Launcher(2)
     slow_visits = wp.zeros(ITEMS, dtype=wp.int32, device="cpu")

@@ -100,6 +100,7 @@ def test_only_the_stages_that_are_needed_run(convert, output, mesh, stages):
     assert report["timings_ms"]["total"] >= sum(report["timings_ms"][name] for name in always - {"total"})
 
 
+@pytest.mark.pool
 def test_both_measurements_of_a_simplified_mesh_are_timed(convert, monkeypatch):
     shown = []
 

@@ -10,6 +10,7 @@ from dmc_cli.runtime.compiled_kernel import takes_structs
 from tests.runtime.launcher import Launcher, count_visits_kernel, visits_of
 
 
+@pytest.mark.pool
 def test_an_array_of_another_type_is_refused_on_every_launch():
     shared = Launcher(1)
     visits_of(shared, 10, 1)
@@ -32,6 +33,7 @@ def test_no_array_of_a_launch_is_kept(threads):
     assert gone() is None
 
 
+@pytest.mark.pool
 def test_how_kernels_take_their_arguments_is_read_from_their_source():
     source = Launcher(1).pool._kernels.lead.source
     assert takes_structs(source, "lead_kernel")

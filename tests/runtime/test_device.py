@@ -88,6 +88,7 @@ def mesh_of_noise(device: Device, reserve=None) -> Surface:
     return extract_surface(upload_volume(NOISE, device), SurfaceSettings(isovalue=0.0), reserve=reserve)
 
 
+@pytest.mark.pool
 @pytest.mark.parametrize("short_of", ["cells", "vertices", "nothing"])
 def test_nothing_is_begun_after_a_mesh_too_large(short_of, monkeypatch):
     sizes = []
@@ -104,6 +105,7 @@ def test_nothing_is_begun_after_a_mesh_too_large(short_of, monkeypatch):
     assert not worker_pool().slot.is_begun
 
 
+@pytest.mark.pool
 @pytest.mark.parametrize("left", range(1, 24, 2))
 def test_nothing_is_begun_after_memory_ran_out(left, monkeypatch):
     device = select_device("cpu", 2)

@@ -64,9 +64,8 @@ def test_known_versions_are_those_that_may_be_installed():
     assert [f'"warp-lang>={lowest},<{after}"' in line for line in bounds] == [True]
 
 
-def test_where_the_pool_launches_nothing_is_said(run, anew, request, tmp_path):
-    if request.config.getoption("--launches-by-warp"):
-        pytest.skip("the launches of this run are Warp's")
+@pytest.mark.pool
+def test_where_the_pool_launches_nothing_is_said(run, anew, tmp_path):
     assert "CPU thread(s) share each" in run("doctor").output
     words = ["convert", "synth:torus:16", tmp_path / "torus.ply", "-i", 0, "--device", "cpu", "-v"]
     assert "one thread" not in run(*words).output

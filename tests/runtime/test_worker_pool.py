@@ -71,6 +71,7 @@ def test_workers_go_on_while_the_caller_does_something_else():
     shared.finish()
 
 
+@pytest.mark.pool
 def test_arrays_live_until_a_launch_that_was_begun_is_done():
     shared = Launcher(2)
     visits = wp.zeros(1000, dtype=wp.int32, device="cpu")
@@ -99,6 +100,7 @@ def test_callers_finish_what_others_have_begun():
         assert all((run.result() == 300).all() for run in runs)
 
 
+@pytest.mark.pool
 @pytest.mark.parametrize("threads", [1, 4])
 def test_workers_can_be_woken_ahead(threads):
     shared = Launcher(threads)
@@ -156,12 +158,14 @@ def test_several_callers_share_the_workers():
         assert all((run.result()[:3000] == 300).all() for run in runs)
 
 
+@pytest.mark.pool
 def test_only_as_many_workers_wake_as_there_are_chunks_for():
     shared = Launcher(8)
     visits_of(shared, 1000, 400)
     assert len(shared.pool._workers) == 1
 
 
+@pytest.mark.pool
 def test_a_launch_that_is_begun_wakes_no_more_than_one_that_is_waited_for():
     shared = Launcher(3)
     visits_of(shared, 1000, 10, ahead=True)
@@ -176,6 +180,7 @@ def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatc
     assert shared.pool._workers == []
 
 
+@pytest.mark.pool
 @pytest.mark.parametrize("error", [AttributeError, FileNotFoundError, TypeError])
 def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
     def fail(self):
@@ -183,7 +188,7 @@ def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
 
     monkeypatch.setattr(worker_pool.CompiledKernel, "source", property(fail))
     shared = Launcher(2)
-    assert not shared.pool.knows_warp
+    assert shared.pool.fallback
     assert (visits_of(shared, 1000, 10, ahead=True)[:1000] == 1).all()
 
 
@@ -226,6 +231,7 @@ def test_jobs_end_when_their_chunks_do_so_that_workers_sleep():
     shared.finish()
 
 
+@pytest.mark.pool
 def test_a_pool_grows_to_the_most_that_was_asked_for():
     shared = Launcher(3)
     visits_of(shared, 1000, 10)
@@ -268,6 +274,7 @@ def test_where_no_thread_can_be_made_the_caller_works_alone(monkeypatch):
     assert shared.pool._workers == []
 
 
+@pytest.mark.pool
 def test_more_callers_than_slots_are_served(monkeypatch):
     monkeypatch.setattr(worker_pool.job_slots, "MOST_SLOTS", 2)
     shared = Launcher(2)
@@ -277,6 +284,7 @@ def test_more_callers_than_slots_are_served(monkeypatch):
     assert len(shared.pool._slots) == 2
 
 
+@pytest.mark.pool
 def test_slots_are_given_back_by_threads_that_end():
     shared = Launcher(2)
     for _ in range(5):
@@ -295,6 +303,7 @@ def test_workers_end_with_their_pool():
     assert not any(thread.is_alive() for thread in threads)
 
 
+@pytest.mark.pool
 def test_jobs_at_the_same_time_have_workers_as_far_as_there_are_processors(monkeypatch):
     monkeypatch.setattr(worker_pool, "usable_cores", lambda: 4)
     shared, both = Launcher(3), Barrier(2)
@@ -356,6 +365,7 @@ def test_chunks_are_neither_short_nor_long(dim, threads, grain, longest, expecte
     assert worker_pool.chunk_size(dim, threads, grain, longest) == expected
 
 
+@pytest.mark.pool
 def test_devices_share_the_pool_of_the_process():
     visits = wp.zeros(3000, dtype=wp.int32, device="cpu")
     for threads in (2, 3, 1, 3, 2):
