@@ -16,14 +16,8 @@ from pathlib import Path
 
 from cases import CASES
 
-from dmc_cli.contouring import (
-    color_faces,
-    compute_normals,
-    connect_faces,
-    extract_surface,
-    kernel_modules,
-    upload_volume,
-)
+from dmc_cli.contouring import color_faces, compute_normals, connect_faces, extract_surface, kernel_modules
+from dmc_cli.field import upload_volume
 from dmc_cli.processing import kernel_modules as mesh_kernels
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.runtime.device import load_kernels, select_device

@@ -16,7 +16,8 @@ import warp as wp
 from cases import CASES
 from history import record
 
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
+from dmc_cli.field import upload_volume
 from dmc_cli.field.field import stored_isovalue
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings

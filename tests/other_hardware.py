@@ -8,8 +8,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
+from dmc_cli.field import upload_volume
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.report import measured_sections

@@ -8,7 +8,7 @@ import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from nibabel.parrec import PARRECHeader
 from scipy.spatial import cKDTree
 
-from dmc_cli.app.convert import convert
+from dmc_cli.app.conversion import convert
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReadSettings, SurfaceSettings
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import make_slice, save

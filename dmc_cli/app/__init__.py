@@ -7,3 +7,7 @@ convert        the table of contents: one call a stage
 measure_file   a mesh file measured
 batch          many conversions, side by side
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

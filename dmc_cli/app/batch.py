@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 from threading import Event, Thread
 from typing import Any
 
-from dmc_cli.app import convert as pipeline
+from dmc_cli.app import conversion as pipeline
 from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare
 from dmc_cli.stop import check_stop, stopping_on
 from dmc_cli.system import lacks_memory
-from dmc_cli.volume.allocation import available_bytes
+from dmc_cli.volume import available_bytes
 
 _BUG = 1
 """Status of an item that failed by an error of ours: the others go on all the same."""

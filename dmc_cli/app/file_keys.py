@@ -12,10 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from dmc_cli.files.atomic import part_of
+from dmc_cli.files import part_of
 from dmc_cli.settings import STREAM
-from dmc_cli.volume_io.synthetic import PREFIX
-from dmc_cli.volume_io.zarr.store import is_zarr
+from dmc_cli.volume_io import PREFIX, is_zarr
 
 _FOLDS_CASE = sys.platform in ("darwin", "win32")
 """Whether `A` and `a` are one name in a folder that does not tell by what is in it."""

@@ -12,11 +12,9 @@ from pathlib import PurePath
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.memory_limits import available_memory, total_memory
-from dmc_cli.runtime.buffer_pool import SPARE_SHARE
+from dmc_cli.runtime import SPARE_SHARE
 from dmc_cli.settings import ConvertSettings, OutputSettings
-from dmc_cli.volume.allocation import available_bytes
-from dmc_cli.volume.mapping import mapped_file
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume, available_bytes, mapped_file
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,17 @@ from typing import NamedTuple
 from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
-from dmc_cli.volume_io.content import CONTENTS
-from dmc_cli.volume_io.formats import FORMATS
-from dmc_cli.volume_io.layout import exists
-from dmc_cli.volume_io.pair import pair_files
-from dmc_cli.volume_io.read import input_format, read_layout
-from dmc_cli.volume_io.within import Bounds, Walk
-from dmc_cli.volume_io.zarr.store import is_zarr
+from dmc_cli.volume_io import (
+    CONTENTS,
+    FORMATS,
+    Bounds,
+    Walk,
+    exists,
+    input_format,
+    is_zarr,
+    pair_files,
+    read_layout,
+)
 
 _SINGLE_FILES = (
     *(".nii", ".nii.gz", ".npy", ".npz", ".dcm", ".raw", ".raw.gz", ".zip", ".tif", ".tiff"),

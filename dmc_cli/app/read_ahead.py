@@ -10,9 +10,8 @@ from threading import Thread
 from dmc_cli.app.memory_budget import reserve_values
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.settings import STREAM, ConvertSettings
-from dmc_cli.volume.allocation import forecasting
-from dmc_cli.volume.volume import Volume
-from dmc_cli.volume_io.read import check_input, read_volume
+from dmc_cli.volume import Volume, forecasting
+from dmc_cli.volume_io import check_input, read_volume
 
 _TICK = 0.05
 """Seconds between two looks at how far the thread is."""

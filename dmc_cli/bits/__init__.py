@@ -5,3 +5,7 @@ bit_lists   lists of the set bits of words (a C++ header)
 flags       flags, a byte an item, 32 of them at a glance
 selection   sets of items, as flags and as lists
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

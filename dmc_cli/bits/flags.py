@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False})
 

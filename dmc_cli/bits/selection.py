@@ -12,8 +12,7 @@ import warp as wp
 
 from dmc_cli.bits.flags import ANY, flagged
 from dmc_cli.bits.words import VECTOR_FLAGS, bit_index
-from dmc_cli.runtime.arrays import adopt
-from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
+from dmc_cli.runtime import FLAGS_A_CHUNK, Device, adopt
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -14,7 +14,7 @@ from dmc_cli.errors import BatchError
 from dmc_cli.printable import json_text
 
 if TYPE_CHECKING:
-    from dmc_cli.app.batch import Outcome
+    from dmc_cli.app import Outcome
 
 
 @click.command(cls=SectionedCommand)
@@ -69,7 +69,7 @@ def batch(
     failed = 0
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.app.batch import convert_all
+            from dmc_cli.app import convert_all
 
         def tell(outcome: "Outcome") -> None:
             nonlocal failed

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app import refuse_overlaps
 from dmc_cli.cli.batch_file import read_tables
 from dmc_cli.cli.options import gather
 from dmc_cli.cli.templates import fill_template, name_part
@@ -24,7 +24,7 @@ from dmc_cli.settings import (
     SurfaceSettings,
     check_path,
 )
-from dmc_cli.volume_io.layout import exists
+from dmc_cli.volume_io import exists
 
 _COMPRESSED = {".gz", ".bz2", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""

@@ -49,10 +49,10 @@ def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     )
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.app.read_ahead import ReadAhead
+            from dmc_cli.app import ReadAhead
 
             ahead = ReadAhead(settings)  # reads while Warp, which is most of the loading, is imported
-            from dmc_cli.app import convert as pipeline
-        result = pipeline.convert(settings, progress, ahead)
+            from dmc_cli.app import convert as convert_volume
+        result = convert_volume(settings, progress, ahead)
     if not quiet:
         echo_summary(result.report)

@@ -11,9 +11,8 @@ from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
 from dmc_cli.version import VERSION
-from dmc_cli.volume.mapping import intact
-from dmc_cli.volume.volume import Volume
-from dmc_cli.volume_io.read import list_volumes, read_volume
+from dmc_cli.volume import Volume, intact
+from dmc_cli.volume_io import list_volumes, read_volume
 
 _PACKAGES = (
     "warp-lang", "numpy", "pydicom", "nibabel", "meshio", "isal", "orjson", "click", "rich",
@@ -94,7 +93,7 @@ def _devices() -> list[dict[str, Any]]:
     """Return all devices that Warp sees, the CPU first."""
     import warp as wp
 
-    from dmc_cli.runtime.device import initialize_warp
+    from dmc_cli.runtime import initialize_warp
 
     initialize_warp()
     found = [{"alias": "cpu", "name": platform.processor() or platform.machine(), "memory_bytes": None}]
@@ -129,7 +128,7 @@ def _codecs() -> dict[str, bool]:
 
 def _launches() -> dict[str, Any]:
     """Return how many CPU threads share a launch, and why only one where Warp is the reason."""
-    from dmc_cli.runtime.device import launch_fallback
+    from dmc_cli.runtime import launch_fallback
 
     try:
         fallback = launch_fallback()
@@ -140,7 +139,7 @@ def _launches() -> dict[str, Any]:
 
 def _kernel_cache() -> dict[str, Any]:
     """Return where Warp keeps compiled kernels, and how much is there."""
-    from dmc_cli.runtime.kernel_cache import cache_folder
+    from dmc_cli.runtime import cache_folder
 
     folder = cache_folder()
     files = [file for file in folder.rglob("*") if file.is_file()] if folder.is_dir() else []

@@ -25,7 +25,7 @@ def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:
     from dmc_cli.cli.description import diagnose
 
     if warm_up:
-        from dmc_cli.app.convert import compile_kernels
+        from dmc_cli.app import compile_kernels
 
         with shown_progress(quiet=quiet, verbose=verbose) as progress:
             compile_kernels(progress)

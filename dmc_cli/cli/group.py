@@ -101,7 +101,7 @@ def _stdout_failure(error: OSError) -> Failure:
     """Return the failure that an error of standard output means; raise any other one again."""
     if error.errno not in _STDOUT_ERRORS:
         raise error
-    from dmc_cli.files.atomic import write_error
+    from dmc_cli.files import write_error
     from dmc_cli.settings import STREAM
 
     _forget_broken_stdout()

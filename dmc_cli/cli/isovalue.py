@@ -6,8 +6,8 @@ from dmc_cli.settings import ReadSettings
 
 def missing_isovalue(input: str, settings: ReadSettings) -> SettingsError:
     """Return the error that names the range of the values in the volume, to choose from."""
-    from dmc_cli.volume.mapping import intact
-    from dmc_cli.volume_io.read import read_volume
+    from dmc_cli.volume import intact
+    from dmc_cli.volume_io import read_volume
 
     volume = read_volume(input, settings)
     with intact(volume.values, input):

@@ -63,7 +63,7 @@ def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
         raise missing_isovalue(settings.volume, read)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.app.measure_file import measure_file
+            from dmc_cli.app import measure_file
         report = measure_file(settings, progress)
     if as_json:
         click.echo(json_text(report, indent=2))

@@ -12,7 +12,7 @@ import click
 from dmc_cli.cli.group import VERBOSE
 from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_values
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.mesh_io import formats as mesh_formats
+from dmc_cli.mesh_io import known_suffixes as mesh_suffixes
 from dmc_cli.settings import (
     ConvertSettings,
     MeshSettings,
@@ -21,7 +21,7 @@ from dmc_cli.settings import (
     Requirement,
     SurfaceSettings,
 )
-from dmc_cli.volume_io import formats as volume_formats
+from dmc_cli.volume_io import known_suffixes as volume_suffixes
 
 Decorator = Callable[[Any], Any]
 Settings = TypeVar("Settings")
@@ -87,7 +87,7 @@ def _remember(ctx: click.Context, _parameter: click.Parameter, value: int) -> in
 
 
 def _complete_types(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> Any:
-    from dmc_cli.volume_io.raw import RAW_TYPES
+    from dmc_cli.volume_io import RAW_TYPES
 
     return complete_values(*RAW_TYPES)(ctx, parameter, incomplete)
 
@@ -100,8 +100,7 @@ read_options = stack(
         ReadSettings,
         "input_format",
         section="Input",
-        help=f"The format, where neither the suffix ({', '.join(volume_formats.known_suffixes())}) nor the"
-        " content tells.",
+        help=f"The format, where neither the suffix ({', '.join(volume_suffixes())}) nor the content tells.",
     ),
     setting(
         ReadSettings,
@@ -270,7 +269,7 @@ output_options = stack(
         OutputSettings,
         "output_format",
         section="Output",
-        help=f"The format, where the suffix ({', '.join(mesh_formats.known_suffixes())}) does not tell.",
+        help=f"The format, where the suffix ({', '.join(mesh_suffixes())}) does not tell.",
     ),
     setting(
         OutputSettings,

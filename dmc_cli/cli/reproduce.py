@@ -52,8 +52,7 @@ def reproduce(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
     settings = options.gather(ReproduceSettings, values)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.reproduction.reproduce import rows_as_json, rows_as_text
-            from dmc_cli.reproduction.reproduce_run import reproduce_tables
+            from dmc_cli.reproduction import reproduce_tables, rows_as_json, rows_as_text
         rows = reproduce_tables(settings, progress)
     if as_json:
         click.echo(json_text(rows_as_json(rows), indent=2))

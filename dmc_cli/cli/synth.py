@@ -33,9 +33,8 @@ def synth(quiet: bool, verbose: int, **values: Any) -> None:
       dmc synth iwp iwp.nrrd -n 128
       dmc synth noise noise.nii.gz -n 64 --seed 7 --sigma 2
     """
-    from dmc_cli.files.atomic import check_output
-    from dmc_cli.volume_io.read import read_volume
-    from dmc_cli.volume_io.volume_file import choose_volume_format, write_volume
+    from dmc_cli.files import check_output
+    from dmc_cli.volume_io import choose_volume_format, read_volume, write_volume
 
     settings = options.gather(SynthSettings, values)
     choose_volume_format(settings.path, settings.output_format)

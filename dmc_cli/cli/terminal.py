@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import click
 
-from dmc_cli.files.whole_writes import whole_writes
+from dmc_cli.files import whole_writes
 from dmc_cli.printable import printable
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from dmc_cli.contouring.registry import METHODS
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field.field import DeviceVolume
+from dmc_cli.field import DeviceVolume
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.volume.mapping import intact
+from dmc_cli.volume import intact
 
 
 def extract_surface(

@@ -15,16 +15,27 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.words import LANES, VECTOR_FLAGS
-from dmc_cli.field.central_differences import difference, mixed, slopes_in_lanes
-from dmc_cli.field.corner_differences import corner_differences, gradient_from_corners
-from dmc_cli.field.field import Field, node_of_volume, stored_value
-from dmc_cli.field.grid import Grid, cell_node
-from dmc_cli.field.sample_reader import IntLanes
-from dmc_cli.field.simd_cells import FloatLanes, find_block_cells, load_points, store_points
-from dmc_cli.field.slices import node_distance
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.runtime.device import ITEMS_A_CHUNK
+from dmc_cli.bits import LANES, VECTOR_FLAGS
+from dmc_cli.field import (
+    Field,
+    FloatLanes,
+    Grid,
+    IntLanes,
+    cell_node,
+    corner_differences,
+    difference,
+    find_block_cells,
+    gradient_from_corners,
+    load_points,
+    mixed,
+    node_distance,
+    node_of_volume,
+    slopes_in_lanes,
+    store_points,
+    stored_value,
+)
+from dmc_cli.mesh import Placement
+from dmc_cli.runtime import ITEMS_A_CHUNK
 from dmc_cli.settings import SurfaceSettings
 
 wp.set_module_options(

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement
+from dmc_cli.mesh import Mesh, Placement
 from dmc_cli.settings import Method
 
 

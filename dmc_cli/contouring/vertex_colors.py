@@ -8,8 +8,8 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.field.grid import Grid, cell_node
-from dmc_cli.mesh.placement import Placement
+from dmc_cli.field import Grid, cell_node
+from dmc_cli.mesh import Placement
 
 wp.set_module_options({"enable_backward": False})
 

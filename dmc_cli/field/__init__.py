@@ -13,3 +13,7 @@ corner_differences   slopes at the corners of any cell, beside missing nodes too
 prefetch             values asked for ahead of their use
 projection           the nearest point of the surface
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

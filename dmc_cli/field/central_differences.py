@@ -6,7 +6,7 @@ of the eight rows beside those. Sixteen cells at a time read each row once.
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES
+from dmc_cli.bits import LANES
 from dmc_cli.field.field import Field
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import DoubleLanes, IntLanes, RowLanes, rows_at

@@ -25,10 +25,9 @@ from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import KINDS, STORED_TYPES, cell_at, value_at
 from dmc_cli.field.trilinear import CornerValues64
-from dmc_cli.runtime.arrays import adopt, view
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device, adopt, view
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES, Words
+from dmc_cli.bits import LANES, Words
 from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.runtime.arrays import view
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device, view
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

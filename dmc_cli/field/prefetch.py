@@ -9,7 +9,7 @@ import warp as wp
 from dmc_cli.field.field import Field, node_of_volume
 from dmc_cli.field.grid import Grid, cell_node
 from dmc_cli.field.sample_reader import fetch_cell
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime import native
 
 
 @wp.func_native(native(__file__, "fetch_neighbors"))

@@ -10,9 +10,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES
+from dmc_cli.bits import LANES
 from dmc_cli.field.trilinear import CornerValues64
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime import native
 
 STORED_TYPES: dict[str, Any] = {
     "uint8": wp.uint8,

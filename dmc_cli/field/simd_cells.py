@@ -6,10 +6,10 @@ done by the callers afterwards, lane by lane.
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES
+from dmc_cli.bits import LANES
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import DoubleLanes, IntLanes
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime import native
 
 FloatLanes = wp.types.vector(length=LANES, dtype=wp.float32)
 

@@ -12,8 +12,8 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.field.grid import Grid, GridShape, cell_node, world_position
-from dmc_cli.runtime.device import Device
-from dmc_cli.volume.volume import Volume
+from dmc_cli.runtime import Device
+from dmc_cli.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

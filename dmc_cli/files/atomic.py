@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from dmc_cli.errors import WriteError
-from dmc_cli.files.whole_writes import whole_writes
+from dmc_cli.files.streams import whole_writes
 from dmc_cli.settings import STREAM
 from dmc_cli.stop import check_stop
 

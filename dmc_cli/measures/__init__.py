@@ -12,12 +12,6 @@ measure_rounding  its kernels
 plain_values      numbers as JSON has them
 """
 
-from types import ModuleType
+import lazy_loader
 
-
-def kernel_modules() -> list[ModuleType]:
-    """Return the modules whose kernels a report needs, for loading them ahead of time."""
-    from dmc_cli.measures import components, deviation, measure_rounding, quality, vertex_fans
-    from dmc_cli.mesh import connect, twins
-
-    return [components, deviation, measure_rounding, quality, twins, connect, vertex_fans]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_halfedge
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh import next_halfedge
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 

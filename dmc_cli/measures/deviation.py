@@ -13,17 +13,20 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, cell_node
-from dmc_cli.field.slices import slice_depths, slice_distance
-from dmc_cli.field.trilinear import (
+from dmc_cli.field import (
+    Field,
+    Grid,
+    cell_node,
+    cell_values,
+    slice_depths,
+    slice_distance,
     trilinear_slope_u,
     trilinear_slope_v,
     trilinear_slope_w,
     trilinear_value,
 )
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.volume.volume import Volume
+from dmc_cli.mesh import Placement
+from dmc_cli.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -12,8 +12,8 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.measures.shape import blank_shape, chooses_02, quad_shape, triangle_shape, turn_angle
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.runtime.device import Device
+from dmc_cli.mesh import Mesh
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.near_frame import COARSE, HALF_STEP
-from dmc_cli.mesh.placement import Placement, SurfaceFrame
-from dmc_cli.runtime.device import load_kernels
-from dmc_cli.volume.volume import Volume
+from dmc_cli.mesh import COARSE, HALF_STEP, Mesh, Placement, SurfaceFrame
+from dmc_cli.runtime import load_kernels
+from dmc_cli.volume import Volume
 
 SMALLEST_STEP = float(np.finfo(np.float32).smallest_subnormal)
 """No numbers of float32 are closer: a point near the origin is off by up to half of it along each axis."""
@@ -52,10 +50,10 @@ def rounding_warnings(mesh: Mesh, placement: Placement, volume: Volume) -> tuple
     """Return what is to be told of a mesh's coordinates, if float32 is too coarse for them."""
     if not may_be_coarse(placement.frame):
         return ()
-    from dmc_cli.measures import measure_rounding
+    from dmc_cli.measures import rounding_kernels
 
-    load_kernels(mesh.device, [measure_rounding])
-    warning = rounding_warning(measure_rounding.measure_rounding(mesh, placement, volume))
+    load_kernels(mesh.device, [rounding_kernels])
+    warning = rounding_warning(rounding_kernels.measure_rounding(mesh, placement, volume))
     return () if warning is None else (warning,)
 
 

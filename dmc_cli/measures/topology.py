@@ -13,8 +13,7 @@ import numpy as np
 
 from dmc_cli.measures.components import count_roots, label_components, label_loops, list_boundary
 from dmc_cli.measures.vertex_fans import VertexFans, inspect_vertices
-from dmc_cli.mesh.connect import connect
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh import Mesh, connect
 
 QUAD_VALENCE = 4
 """Mesh edges of a regular vertex, if any face is a quad (Grosso & Zint 2021, section 5.3)."""

@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh.connect import connect
-from dmc_cli.mesh.halfedges import next_halfedge, next_outgoing_of_any, previous_halfedge
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh import Mesh, connect, next_halfedge, next_outgoing_of_any, previous_halfedge
 
 wp.set_module_options({"enable_backward": False})
 

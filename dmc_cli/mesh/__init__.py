@@ -13,3 +13,7 @@ near_frame       the frame in which a mesh far from the origin is changed
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

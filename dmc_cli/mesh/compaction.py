@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_flagged, part
-from dmc_cli.bits.words import VECTOR_FLAGS, low_bits
+from dmc_cli.bits import VECTOR_FLAGS, WORDS_A_CHUNK, list_mask, low_bits, mask_flagged, part
 from dmc_cli.mesh.mesh import DEFECT, Mesh
 from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
-from dmc_cli.runtime.arrays import size_of, view
-from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
+from dmc_cli.mesh.working import MeshArrays, WorkingMesh
+from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device, size_of, view
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

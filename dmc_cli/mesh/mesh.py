@@ -8,8 +8,7 @@ import warp as wp
 
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.runtime.arrays import view
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device, view
 
 DEFECT, COLOR, COLOR24, LABELS = "defect", "color", "color24", "labels"
 """Values of faces that stages know: uint8, not 0 if a quad has a defect (`defects.py`); colours 0 to 4, of

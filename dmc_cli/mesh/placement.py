@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
-from dmc_cli.field.grid import GridShape, kernel_matrix
-from dmc_cli.field.slices import map_vertices
-from dmc_cli.runtime.device import Device
+from dmc_cli.field import GridShape, kernel_matrix, map_vertices
+from dmc_cli.runtime import Device
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import warp as wp
 
 from dmc_cli.mesh.halfedges import NO_TWIN, next_halfedge
 from dmc_cli.mesh.mesh import flat_corners
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -14,3 +14,7 @@ ply_items      vertices and faces out of its text or bytes
 read_ply, read_obj, read_off  meshes out of files
 read           a mesh from a file of any format
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import SettingsError
-from dmc_cli.files.atomic import open_output, write_output
+from dmc_cli.files import open_output, write_output
 from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
 from dmc_cli.settings import STREAM
 from dmc_cli.stop import check_stop

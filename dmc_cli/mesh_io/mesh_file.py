@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
-from dmc_cli.volume.volume import Space
+from dmc_cli.volume import Space
 
 Array = np.ndarray[Any, np.dtype[Any]]
 FloatArray = np.ndarray[Any, np.dtype[np.float32]] | np.ndarray[Any, np.dtype[np.float64]]

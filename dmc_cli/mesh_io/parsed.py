@@ -7,8 +7,7 @@ import numpy as np
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
-from dmc_cli.volume.checks import FARTHEST_MM
-from dmc_cli.volume.volume import Space
+from dmc_cli.volume import FARTHEST_MM, Space
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -10,7 +10,7 @@ from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import make_mesh
-from dmc_cli.volume_io.layout import exists
+from dmc_cli.volume_io import exists
 
 
 def read_mesh(path: str | Path) -> MeshFile:

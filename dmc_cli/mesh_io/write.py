@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 from dmc_cli.errors import SettingsError
-from dmc_cli.files.atomic import write_output
+from dmc_cli.files import write_output
 from dmc_cli.mesh_io.formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.settings import STREAM, OutputFormat

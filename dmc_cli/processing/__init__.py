@@ -10,28 +10,6 @@ color_repair      different colours for quads that have become neighbours
 distance_guard    points of the mesh before that the new one must not leave behind
 """
 
-from types import ModuleType
+import lazy_loader
 
-
-def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool = False) -> list[ModuleType]:
-    """Return the modules whose kernels the stages need, for loading them ahead of time."""
-    modules: list[ModuleType] = []
-    if simplify:
-        from dmc_cli.bits import selection
-        from dmc_cli.mesh import compaction, valences
-        from dmc_cli.processing import color_repair
-        from dmc_cli.processing.patterns import masks, removal_3x3y, simplify_3x3y, simplify_3333
-
-        modules += [selection, color_repair, masks, simplify_3x3y, removal_3x3y, simplify_3333]
-        modules += [compaction, valences]
-    if remesh:
-        from dmc_cli.processing import distance_guard
-        from dmc_cli.processing.remeshing import blocks, inheritance, mend, sweep
-
-        modules += [distance_guard, blocks, sweep, mend, inheritance]
-    if relax or remesh:
-        from dmc_cli.processing.relaxation import relax as relaxation
-        from dmc_cli.processing.relaxation import relax_checks
-
-        modules += [relaxation, relax_checks]
-    return modules
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

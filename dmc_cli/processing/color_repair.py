@@ -8,10 +8,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import concatenated, keep_flagged, order_key
-from dmc_cli.bits.words import VECTOR_FLAGS
-from dmc_cli.field.prefetch import fetch_onward
-from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
+from dmc_cli.bits import VECTOR_FLAGS, concatenated, keep_flagged, order_key
+from dmc_cli.field import fetch_onward
+from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -13,9 +13,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.field.grid import Grid, GridShape, index_position
-from dmc_cli.mesh.halfedges import next_outgoing
-from dmc_cli.runtime.device import Device
+from dmc_cli.field import Grid, GridShape, index_position
+from dmc_cli.mesh import next_outgoing
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

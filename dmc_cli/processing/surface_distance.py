@@ -2,10 +2,16 @@
 
 import warp as wp
 
-from dmc_cli.field.field import cell_values
-from dmc_cli.field.grid import index_position, node_cell
-from dmc_cli.field.projection import point_at, project_point
-from dmc_cli.field.trilinear import single_precision, trilinear_gradient, trilinear_value
+from dmc_cli.field import (
+    cell_values,
+    index_position,
+    node_cell,
+    point_at,
+    project_point,
+    single_precision,
+    trilinear_gradient,
+    trilinear_value,
+)
 from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})

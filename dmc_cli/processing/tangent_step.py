@@ -9,12 +9,21 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, cell_node, index_position, kernel_matrix, node_cell
-from dmc_cli.field.projection import GridPoint, project_point
-from dmc_cli.field.slices import slice_distance
-from dmc_cli.field.trilinear import single_precision, trilinear_gradient
-from dmc_cli.mesh.placement import SurfaceFrame
+from dmc_cli.field import (
+    Field,
+    Grid,
+    GridPoint,
+    cell_node,
+    cell_values,
+    index_position,
+    kernel_matrix,
+    node_cell,
+    project_point,
+    single_precision,
+    slice_distance,
+    trilinear_gradient,
+)
+from dmc_cli.mesh import SurfaceFrame
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import warp as wp
 
-from dmc_cli.measures.deviation import Deviation, measure_deviation
-from dmc_cli.measures.locate import locate
-from dmc_cli.measures.measure_rounding import measure_rounding
-from dmc_cli.measures.quality import measure_quality
-from dmc_cli.measures.topology import measure_topology
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.near_frame import COARSE
-from dmc_cli.mesh.placement import Placement
+from dmc_cli.measures import (
+    Deviation,
+    locate,
+    measure_deviation,
+    measure_quality,
+    measure_rounding,
+    measure_topology,
+)
+from dmc_cli.mesh import COARSE, Mesh, Placement
 from dmc_cli.report.report import Measures
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume
 
 
 def measure_surface(mesh: Mesh, placement: Placement, volume: Volume) -> Measures:

@@ -9,16 +9,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from dmc_cli.contouring.surface import SurfaceCounts
-from dmc_cli.measures.plain_values import plain
+from dmc_cli.contouring import SurfaceCounts
+from dmc_cli.measures import plain
 from dmc_cli.printable import json_text
 from dmc_cli.settings import ConvertSettings
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.measures.deviation import Deviation
-    from dmc_cli.measures.quality import Quality
-    from dmc_cli.measures.topology import Topology
+    from dmc_cli.measures import Deviation, Quality, Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""

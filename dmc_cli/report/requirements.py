@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from dmc_cli.errors import RequirementError
-from dmc_cli.measures.rounding import cause_and_remedy
-from dmc_cli.mesh.near_frame import COARSE
+from dmc_cli.measures import cause_and_remedy
+from dmc_cli.mesh import COARSE
 from dmc_cli.settings import Requirement
 
 ON_SURFACE = 1e-5

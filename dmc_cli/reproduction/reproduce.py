@@ -11,12 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.measures.quality import choose_diagonals, measure_quality
-from dmc_cli.measures.topology import QUAD_VALENCE, TRIANGLE_VALENCE
-from dmc_cli.measures.vertex_fans import inspect_vertices
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.measures import (
+    QUAD_VALENCE,
+    TRIANGLE_VALENCE,
+    choose_diagonals,
+    inspect_vertices,
+    measure_quality,
+)
+from dmc_cli.mesh import Mesh
 from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
-from dmc_cli.volume_io.synthetic import FIELDS
+from dmc_cli.volume_io import FIELDS
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

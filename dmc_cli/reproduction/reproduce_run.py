@@ -9,26 +9,23 @@ from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 from dmc_cli.contouring import (
-    DeviceVolume,
     Surface,
     color_faces,
     connect_faces,
     extract_surface,
+    kernel_modules as surface_kernels,
     mesh_kernel_modules,
-    upload_volume,
 )
-from dmc_cli.contouring import kernel_modules as surface_kernels
+from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.measures import kernel_modules as report_kernels
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.processing import kernel_modules as processing_kernels
-from dmc_cli.processing.patterns.simplify import simplify
+from dmc_cli.mesh import Mesh, Placement
+from dmc_cli.processing import kernel_modules as processing_kernels, simplify
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.reproduction.paper_tables import DMC, DMCS, PAPER_VALUES, DataSet, MeshKind
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
-from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import MeshSettings, PlacementRule, ReadSettings, ReproduceSettings, SurfaceSettings
-from dmc_cli.volume_io.synthetic import synthetic_volume
+from dmc_cli.volume_io import synthetic_volume
 
 WARM_UP = DataSet(field="genus_two", nodes=32)
 """Made first, its times thrown away: the first launches of a process take longer."""

@@ -9,3 +9,7 @@ job, job_slots, worker_pool  the CPU threads that share a launch
 prefix_sums      the prefix sum of a long array, by all threads
 device           devices, and the one way to launch a kernel
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

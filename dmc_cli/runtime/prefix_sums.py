@@ -7,7 +7,7 @@ dimensions of their arrays.
 
 import warp as wp
 
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime.native_code import native
 
 wp.set_module_options({"enable_backward": False})
 

@@ -9,3 +9,7 @@ nibabel_headers  what headers of nibabel's classes say of the values
 minc/, nrrd/, tiff/, zarr/, dicom/  formats of a folder
 volume_file    volumes written
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

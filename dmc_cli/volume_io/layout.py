@@ -20,7 +20,7 @@ from dmc_cli.errors import (
     VolumeError,
 )
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.volume import Space, VolumeEntry
+from dmc_cli.volume import Space, VolumeEntry
 
 Triple = tuple[float, float, float]
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume_io.layout import (
     MILLIMETRES,

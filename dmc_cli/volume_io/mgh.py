@@ -10,7 +10,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, check_file, chosen_index
 from dmc_cli.volume_io.pair import is_gzip

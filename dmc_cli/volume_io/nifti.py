@@ -15,8 +15,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_shape
-from dmc_cli.volume.volume import Space
+from dmc_cli.volume import Space, check_shape
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type

@@ -16,10 +16,17 @@ import numpy as np
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import WIDENED, check_shape, storable_type, widened_type
-from dmc_cli.volume.mapping import intact, map_file
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import (
+    WIDENED,
+    Volume,
+    VolumeEntry,
+    allocate_values,
+    check_shape,
+    intact,
+    map_file,
+    storable_type,
+    widened_type,
+)
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
 from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
 

@@ -16,8 +16,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_affine, check_shape
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
 from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
 from dmc_cli.volume_io.pair import checked_pair
 from dmc_cli.volume_io.slices import stack_slices

@@ -11,7 +11,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.layout import Layout, check_file, scale_affine
 
 RAW_TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64")

@@ -15,7 +15,7 @@ import numpy as np
 from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.content import format_of_content
 from dmc_cli.volume_io.formats import FORMATS, format_of_suffix, known_suffixes, reader
 from dmc_cli.volume_io.layout import Layout, check_file, exists, file_entry

@@ -7,8 +7,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
-from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import storable_type
+from dmc_cli.volume import allocate_values, storable_type
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -12,9 +12,7 @@ import numpy as np
 from dmc_cli.errors import SettingsError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import check_shape
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume, allocate_values, check_shape
 from dmc_cli.volume_io.layout import scale_affine
 
 Array = Any

@@ -15,10 +15,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import check_affine, check_shape, storable_type
-from dmc_cli.volume.mapping import map_file
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume, allocate_values, check_affine, check_shape, map_file, storable_type
 from dmc_cli.volume_io.decoding import LARGEST_RATIO, DecodedStream
 from dmc_cli.volume_io.layout import FROM_END, Layout, check_file
 

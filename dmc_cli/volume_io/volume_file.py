@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import SettingsError
-from dmc_cli.files.atomic import write_output
+from dmc_cli.files import write_output
 from dmc_cli.settings import STREAM, VolumeFormat
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume
 
 SUFFIXES: dict[str, VolumeFormat] = {
     ".nii": "nifti",

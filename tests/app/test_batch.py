@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from dmc_cli.app import batch
-from dmc_cli.app import convert as pipeline
+from dmc_cli.app import batch, conversion as pipeline
 from dmc_cli.app.batch import Outcome, convert_all
 from dmc_cli.errors import DamagedVolumeError, WriteError
 from dmc_cli.progress import SILENT, SilentProgress

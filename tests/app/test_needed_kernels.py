@@ -3,11 +3,12 @@
 import pytest
 import warp as wp
 
-from dmc_cli.app.convert import _needed_kernels, convert, job_slots, prefix_sums
+from dmc_cli.app.conversion import _needed_kernels, convert
+from dmc_cli.runtime import launch_kernels
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 
-ALWAYS = {job_slots.__name__, prefix_sums.__name__}
+ALWAYS = {module.__name__ for module in launch_kernels()}
 RUNS = {
     "plain": ({}, {}),
     "no normals": ({"normals": False}, {}),

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dmc_cli.bits import selection
 from dmc_cli.bits.selection import keep_flagged, keep_masked, list_mask, mask_flagged, mask_length

@@ -25,7 +25,7 @@ def test_a_missing_driver_is_told_once(run_process):
 @pytest.mark.parametrize(("words", "times"), [([], 0), (["--warm-up"], 1)])
 def test_kernels_are_compiled_on_request(run, monkeypatch, words, times):
     calls = []
-    monkeypatch.setattr("dmc_cli.app.convert.compile_kernels", calls.append)
+    monkeypatch.setattr("dmc_cli.app.compile_kernels", calls.append)
     monkeypatch.setattr("dmc_cli.cli.description.diagnose", lambda: {"a": 1})
     assert json.loads(run("doctor", "--json", *words).stdout) == {"a": 1}
     assert len(calls) == times

@@ -6,7 +6,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from dmc_cli.app.convert import convert
+from dmc_cli.app.conversion import convert
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs/report-schema.json").read_text("utf-8"))

@@ -20,7 +20,7 @@ FOR_A_LIST = {
     "dmc_cli",
     *(f"dmc_cli.{name}" for name in ("cli", "errors", "files", "printable", "system", "version")),
     *(f"dmc_cli.cli.{name}" for name in ("group", "lazy", "signals", "terminal")),
-    "dmc_cli.files.whole_writes",
+    "dmc_cli.files.streams",
 }
 """Our modules that are needed to list the commands."""
 

@@ -77,7 +77,7 @@ def test_a_bug_in_a_batch_tells_its_traceback(tmp_path, monkeypatch):
     def broken(*_):
         raise errors.MeshInvariantError("vertex 3 is in no quad")
 
-    monkeypatch.setattr("dmc_cli.app.convert.convert", broken)
+    monkeypatch.setattr("dmc_cli.app.conversion.convert", broken)
     output = OutputSettings(path=str(tmp_path / "a.ply"))
     item = ConvertSettings(input="synth:sphere:8", surface=SurfaceSettings(isovalue=0.0), output=output)
     outcomes = []

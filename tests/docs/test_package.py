@@ -38,13 +38,10 @@ def test_every_public_name_is_there_and_has_a_docstring(name):
     assert name in dir(dmc_cli)
 
 
-def test_all_is_sorted_and_what_type_checkers_see():
-    assert dmc_cli.__all__ == sorted(dmc_cli.__all__)
-    tree = ast.parse(Path(dmc_cli.__file__).read_text("utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    homes = {alias.name: node.module for node in block.body for alias in node.names}
-    assert homes == {name: f"dmc_cli.{home}" for name, home in dmc_cli._HOMES.items()}
-    assert sorted(homes) == dmc_cli.__all__
+def test_all_is_what_type_checkers_see():
+    tree = ast.parse(Path(dmc_cli.__file__).with_suffix(".pyi").read_text("utf-8"))
+    names = [alias.asname for node in tree.body for alias in node.names]
+    assert sorted(dmc_cli.__all__) == sorted(names)
 
 
 def test_the_version_is_the_one_to_cite():
@@ -52,7 +49,7 @@ def test_the_version_is_the_one_to_cite():
 
 
 def test_other_names_are_not_there():
-    with pytest.raises(AttributeError, match="no attribute 'contour'"):
+    with pytest.raises(AttributeError, match="attribute contour"):
         dmc_cli.contour  # noqa: B018
 
 

@@ -95,7 +95,7 @@ def test_an_input_that_shrank_ends_with_status_3(tmp_path, suffix):
 
 SHRINK = """
 import os, sys, time
-from dmc_cli.app import convert as pipeline
+from dmc_cli.app import conversion as pipeline
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
 settings = ConvertSettings(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.contouring import upload_volume
+from dmc_cli.field import upload_volume
 from dmc_cli.field.field import Field, make_field
 from dmc_cli.field.grid import Grid, grid_of
 from dmc_cli.field.projection import GridPoint, project_point

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import compute_normals, extract_surface
+from dmc_cli.field import upload_volume
 from dmc_cli.measures.deviation import measure_deviation
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings

@@ -2,8 +2,7 @@ import random
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dmc_cli.errors import DmcError
 from dmc_cli.settings import ReadSettings

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy.ndimage import map_coordinates
 
 from dmc_cli.field.field import make_field, upload_volume

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from dmc_cli.measures.quality import choose_diagonals, measure_quality

@@ -7,10 +7,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
 from dmc_cli.errors import RequirementError, VolumeError
-from dmc_cli.measures.measure_rounding import measure_rounding
+from dmc_cli.field import upload_volume
 from dmc_cli.measures.rounding import file_rounding, may_be_coarse
+from dmc_cli.measures.rounding_kernels import measure_rounding
 from dmc_cli.mesh.near_frame import COARSE
 from dmc_cli.report.requirements import check_requirements
 from dmc_cli.runtime.device import Device

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import tests.measures.meshes as plain
 from dmc_cli.mesh.twins import pair_halfedges

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.mesh.twins import LONGEST_LIST, find_twins, pair_halfedges
 from dmc_cli.runtime.device import Device

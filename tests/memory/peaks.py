@@ -130,7 +130,7 @@ def in_a_process(words: list[str]) -> Peaks:
 
 def load() -> None:
     """Load all kernels, so that a convert takes memory for its arrays alone."""
-    from dmc_cli.app import convert as pipeline
+    from dmc_cli.app import conversion as pipeline
     from dmc_cli.runtime.device import load_kernels, select_device
 
     load_kernels(select_device("cpu"), pipeline.every_kernel())

@@ -16,8 +16,9 @@ from dmc_cli.app.memory_budget import (
     reserve_values,
     words_of,
 )
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
 from dmc_cli.errors import MemoryBudgetError
+from dmc_cli.field import upload_volume
 from dmc_cli.memory_limits import Available
 from dmc_cli.mesh_io.text import CHUNK_ROWS
 from dmc_cli.runtime.device import select_device

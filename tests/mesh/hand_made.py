@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.mesh.twins import pair_halfedges
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.mesh.working import MeshArrays, WorkingMesh
 from dmc_cli.runtime.device import Device
 from tests.oracle.edges import vertex_pairs
 from tests.oracle.halfedges import NO_TWIN, valences

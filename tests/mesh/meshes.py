@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.contouring import Surface, color_faces, connect_faces
-from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.processing.patterns.simplify import Simplified, simplify

@@ -9,7 +9,7 @@ import warp as wp
 from dmc_cli.contouring import compute_normals, connect_faces
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check import DEVIATION_TOLERANCE, UNIT_TOLERANCE, check_mesh
-from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import extract_on

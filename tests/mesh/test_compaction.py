@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.mesh.compaction import rename_vertices_kernel
-from dmc_cli.mesh.working_mesh import MeshArrays
+from dmc_cli.mesh.working import MeshArrays
 from dmc_cli.runtime.device import Device
 
 END = 100

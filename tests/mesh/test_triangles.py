@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.app.measure_file import measure_mesh, mesh_on_device
+from dmc_cli.app.measurement import measure_mesh, mesh_on_device
 from dmc_cli.contouring import compute_normals, connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.measures.quality import measure_quality
@@ -14,10 +14,10 @@ from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check import check_mesh
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.compaction import fill_gaps, pack
-from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
 from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working_mesh import working_mesh
+from dmc_cli.mesh.working import working_mesh
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh

@@ -4,8 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.formats import FORMATS, function

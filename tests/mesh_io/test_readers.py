@@ -6,12 +6,10 @@ import meshio
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io import numbers
-from dmc_cli.mesh_io import read_obj as obj
+from dmc_cli.mesh_io import numbers, read_obj as obj
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.obj import encode_obj
 from dmc_cli.mesh_io.off import encode_off

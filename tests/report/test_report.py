@@ -10,13 +10,14 @@ import jsonschema
 import numpy as np
 import pytest
 
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
 from dmc_cli.errors import RequirementError
+from dmc_cli.field import upload_volume
 from dmc_cli.measures.deviation import measure_deviation
 from dmc_cli.measures.plain_values import plain
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
-from dmc_cli.mesh.connect import connect
+from dmc_cli.mesh.connectivity import connect
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, report_text
 from dmc_cli.report.requirements import CHECKS, check_requirements

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
+from dmc_cli.field import upload_volume
 from dmc_cli.reproduction import reproduce, reproduce_run
 from dmc_cli.reproduction.paper_tables import DATA_SETS, PAPER_VALUES, DataSet, PaperValue
 from dmc_cli.reproduction.reproduce import (

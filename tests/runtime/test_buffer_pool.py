@@ -5,8 +5,7 @@ import gc
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.runtime import buffer_pool
 from dmc_cli.runtime.buffer_pool import SMALLEST_KEPT, HostMemory, buffer_size

@@ -7,11 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from dmc_cli.contouring import Surface, compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import Surface, compute_normals, extract_surface
 from dmc_cli.errors import DeviceError
+from dmc_cli.field import upload_volume
 from dmc_cli.runtime import device as device_module
 from dmc_cli.runtime.buffer_pool import HostMemory
 from dmc_cli.runtime.device import SHORT_SCAN, Device, select_device

@@ -8,7 +8,8 @@ import multiprocessing, sys, threading
 import numpy as np
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
+from dmc_cli.field import upload_volume
 from tests.fields import white_noise
 
 NOISE = white_noise(40)

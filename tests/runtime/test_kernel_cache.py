@@ -14,8 +14,7 @@ import warp as wp
 
 from dmc_cli.errors import WriteError
 from dmc_cli.progress import SilentProgress
-from dmc_cli.runtime import device as device_module
-from dmc_cli.runtime import kernel_cache
+from dmc_cli.runtime import device as device_module, kernel_cache
 from dmc_cli.runtime.device import load_kernels, select_device
 from dmc_cli.runtime.kernel_cache import CHECKSUMS, ROOM, compile_modules, load_compiled, usable_cache
 from tests import doubling

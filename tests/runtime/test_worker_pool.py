@@ -10,8 +10,7 @@ from threading import Barrier
 import numpy as np
 import pytest
 import warp as wp
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dmc_cli.runtime import job_slots, worker_pool
 from dmc_cli.runtime.device import Device

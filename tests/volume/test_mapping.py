@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmc_cli.contouring import compute_normals, extract_surface, upload_volume
+from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.field import upload_volume
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import ReadSettings, SurfaceSettings
 from dmc_cli.volume import mapping as mapping_module

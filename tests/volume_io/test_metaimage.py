@@ -3,8 +3,7 @@ import zlib
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
 from tests.volume_io.reading import assert_same_as_itk, counting, read

@@ -3,8 +3,7 @@ import gzip
 import nibabel as nib
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from dmc_cli.errors import (
     AmbiguousVolumeError,

@@ -13,9 +13,7 @@ from pydicom import uid
 from pydicom.encaps import encapsulate, generate_frames
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
-from dmc_cli.volume_io.dicom import effort as dicom_effort
-from dmc_cli.volume_io.dicom import frames as dicom_frames
-from dmc_cli.volume_io.dicom import reader as dicom
+from dmc_cli.volume_io.dicom import effort as dicom_effort, frames as dicom_frames, reader as dicom
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream, TooMuchError
 from dmc_cli.volume_io.dicom.zip_archive import unpacked_start
 from dmc_cli.volume_io.unpacked_size import told_size

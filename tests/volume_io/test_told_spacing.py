@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.volume_io.nrrd.test_reader import LPS
-from tests.volume_io.nrrd.test_reader import header as nrrd_header
+from tests.volume_io.nrrd.test_reader import LPS, header as nrrd_header
 from tests.volume_io.reading import counting, read
 from tests.volume_io.test_metaimage import header as meta_header
 

@@ -65,7 +65,7 @@ def kernels(placement: PlacementRule) -> list[ModuleType]:
         vertices,
     )
     from dmc_cli.contouring.dual_marching_cubes.placement import exact_scalar, exact_simd, paper
-    from dmc_cli.field import slices
+    from dmc_cli.field import slice_kernels
 
     placing = [exact_simd, exact_scalar] if placement == "exact" else [paper]
-    return [classification, cells, polygons, manifold_repair, vertices, *placing, quads, slices]
+    return [classification, cells, polygons, manifold_repair, vertices, *placing, quads, *slice_kernels()]

@@ -20,16 +20,24 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.words import ALL_BITS, LANES, VECTOR_FLAGS, Words, bit_index, low_bits, next_node
+from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, Words, bit_index, low_bits, next_node
 from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits
 from dmc_cli.contouring.dual_marching_cubes.nodata_cells import (
     count_crossed,
     existing_cells,
     has_whole_surroundings,
 )
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.planes import BITS_A_CHUNK, before_line, block_count, make_plane, position_of, step_along
-from dmc_cli.runtime.device import Device, mesh_size
+from dmc_cli.field import (
+    BITS_A_CHUNK,
+    Grid,
+    GridShape,
+    before_line,
+    block_count,
+    make_plane,
+    position_of,
+    step_along,
+)
+from dmc_cli.runtime import Device, mesh_size
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

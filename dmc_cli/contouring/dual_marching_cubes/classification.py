@@ -11,11 +11,20 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.words import ALL_BITS, VECTOR_FLAGS, low_bits, previous_node
-from dmc_cli.field.field import DeviceVolume, node_of_volume, padding_range, stored_isovalue
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.planes import Plane, make_plane
-from dmc_cli.field.sample_reader import bits_at_least, compare_row, finite_bits
+from dmc_cli.bits import ALL_BITS, VECTOR_FLAGS, low_bits, previous_node
+from dmc_cli.field import (
+    DeviceVolume,
+    Grid,
+    GridShape,
+    Plane,
+    bits_at_least,
+    compare_row,
+    finite_bits,
+    make_plane,
+    node_of_volume,
+    padding_range,
+    stored_isovalue,
+)
 from dmc_cli.settings import SurfaceSettings
 
 wp.set_module_options(

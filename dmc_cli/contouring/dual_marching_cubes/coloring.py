@@ -14,11 +14,11 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES, VECTOR_FLAGS
+from dmc_cli.bits import LANES, VECTOR_FLAGS
 from dmc_cli.contouring.dual_marching_cubes.color_words import color_row, reduce_row, retry_quads
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field.grid import Grid
+from dmc_cli.field import Grid
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -17,14 +17,22 @@ from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
 from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
 from dmc_cli.contouring.surface import Surface, SurfaceCounts
 from dmc_cli.errors import VolumeError
-from dmc_cli.field.field import DeviceVolume, make_field, nodata_value
-from dmc_cli.field.grid import GridShape, grid_affine, grid_of, is_mirrored, kernel_matrix
-from dmc_cli.field.slices import map_vertices, slice_depths
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement, SurfaceFrame
-from dmc_cli.runtime.device import Device
+from dmc_cli.field import (
+    DeviceVolume,
+    GridShape,
+    grid_affine,
+    grid_of,
+    is_mirrored,
+    kernel_matrix,
+    make_field,
+    map_vertices,
+    nodata_value,
+    slice_depths,
+)
+from dmc_cli.mesh import Mesh, Placement, SurfaceFrame
+from dmc_cli.runtime import Device
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.volume.checks import FARTHEST_MM
+from dmc_cli.volume import FARTHEST_MM
 
 
 def extract(

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.bits.flags import flagged
-from dmc_cli.bits.words import bit_index
+from dmc_cli.bits import bit_index, flagged
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.polygon_vertices import number_vertices, store_vertices
 from dmc_cli.contouring.dual_marching_cubes.special_cells import (
@@ -24,8 +23,8 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     is_active,
 )
 from dmc_cli.contouring.dual_marching_cubes.tracing import FACE_EDGES, is_ambiguous, label_of, trace_cell
-from dmc_cli.field.grid import Grid
-from dmc_cli.runtime.device import ITEMS_A_CHUNK, Device
+from dmc_cli.field import Grid
+from dmc_cli.runtime import ITEMS_A_CHUNK, Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

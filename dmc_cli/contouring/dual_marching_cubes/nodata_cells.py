@@ -5,8 +5,8 @@ A cell with such a corner does not exist; one beside it lacks quads.
 
 import warp as wp
 
-from dmc_cli.bits.words import ALL_BITS, next_node, previous_node
-from dmc_cli.field.grid import Grid
+from dmc_cli.bits import ALL_BITS, next_node, previous_node
+from dmc_cli.field import Grid
 
 
 @wp.func

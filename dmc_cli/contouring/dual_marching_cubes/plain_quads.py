@@ -6,8 +6,8 @@ and normal are selected, not branched upon.
 
 import warp as wp
 
-from dmc_cli.bits.words import Words
-from dmc_cli.runtime.native import native
+from dmc_cli.bits import Words
+from dmc_cli.runtime import native
 
 QuadEdges = wp.types.vector(length=48, dtype=wp.uint32)
 """The nodes of a block of words from which an edge along x, y, z goes up that carries a quad: a bit each."""

@@ -7,7 +7,7 @@ vertex of its own, all at one place.
 
 import warp as wp
 
-from dmc_cli.bits.words import has_bit
+from dmc_cli.bits import has_bit
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.special_cells import MULTI, POLYGONS, UNUSED, is_active
 from dmc_cli.contouring.dual_marching_cubes.tracing import (
@@ -22,8 +22,7 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     next_edge,
     with_label,
 )
-from dmc_cli.field.crossings import ALL_EDGES
-from dmc_cli.field.grid import Grid
+from dmc_cli.field import ALL_EDGES, Grid
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

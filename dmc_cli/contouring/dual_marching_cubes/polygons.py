@@ -28,10 +28,8 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     label_all,
     trace_cell,
 )
-from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.trilinear import CornerValues64
-from dmc_cli.runtime.device import ITEMS_A_CHUNK, Device, mesh_size
+from dmc_cli.field import CornerValues64, Field, Grid, GridShape, cell_values
+from dmc_cli.runtime import ITEMS_A_CHUNK, Device, mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

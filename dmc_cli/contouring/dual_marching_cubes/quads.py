@@ -12,7 +12,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import (
+from dmc_cli.bits import (
     ALL_BITS,
     LANES,
     VECTOR_FLAGS,
@@ -28,9 +28,8 @@ from dmc_cli.contouring.dual_marching_cubes.plain_quads import QuadEdges, store_
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_LOW, label_of
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
-from dmc_cli.runtime.device import Device
+from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
+from dmc_cli.runtime import Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -2,10 +2,10 @@
 
 import warp as wp
 
-from dmc_cli.bits.words import has_bit, low_bits
+from dmc_cli.bits import has_bit, low_bits
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.tracing import NO_LABEL, label_of
-from dmc_cli.field.grid import Grid
+from dmc_cli.field import Grid
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

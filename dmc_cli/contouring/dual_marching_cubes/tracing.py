@@ -10,8 +10,8 @@ Conventions: a *case* has bit c set if corner c is inside; *labels* hold four bi
 
 import warp as wp
 
-from dmc_cli.bits.words import has_bit
-from dmc_cli.field.grid import CORNERS, EDGES
+from dmc_cli.bits import has_bit
+from dmc_cli.field import CORNERS, EDGES
 
 NO_LABEL = 15
 """Label of an edge that belongs to no polygon, or to no vertex."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES, VECTOR_FLAGS, Words
+from dmc_cli.bits import LANES, VECTOR_FLAGS, Words
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_remaining_vertices_kernel
@@ -19,12 +19,9 @@ from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, plac
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
-from dmc_cli.field.crossings import ALL_EDGES
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.planes import BITS_A_CHUNK, BLOCKS_A_CHUNK, before_line, block_count
-from dmc_cli.mesh.placement import refuse_lost
-from dmc_cli.runtime.device import FLAGS_A_CHUNK, Device
-from dmc_cli.runtime.native import native
+from dmc_cli.field import ALL_EDGES, BITS_A_CHUNK, BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
+from dmc_cli.mesh import refuse_lost
+from dmc_cli.runtime import FLAGS_A_CHUNK, Device, native
 from dmc_cli.settings import PlacementRule
 
 wp.set_module_options(

@@ -9,11 +9,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.flags import ANY, flagged
-from dmc_cli.bits.selection import WORDS_A_CHUNK, list_mask, mask_length
-from dmc_cli.bits.words import VECTOR_FLAGS
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
-from dmc_cli.runtime.native import native
+from dmc_cli.bits import ANY, VECTOR_FLAGS, WORDS_A_CHUNK, flagged, list_mask, mask_length
+from dmc_cli.mesh import MeshArrays, WorkingMesh
+from dmc_cli.runtime import native
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

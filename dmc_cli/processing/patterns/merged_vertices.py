@@ -7,10 +7,8 @@ not found, gives way to the nearer of v1 and v2, which lie on the surface.
 
 import warp as wp
 
-from dmc_cli.field.field import Field
-from dmc_cli.field.grid import Grid, cell_node, index_position
-from dmc_cli.field.projection import GridPoint, locate_point, project_point
-from dmc_cli.mesh.halfedges import next_in_quad, opposite_in_quad, previous_in_quad
+from dmc_cli.field import Field, Grid, GridPoint, cell_node, index_position, locate_point, project_point
+from dmc_cli.mesh import next_in_quad, opposite_in_quad, previous_in_quad
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -10,15 +10,18 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import keep_masked, mask_length
-from dmc_cli.field.field import Field
-from dmc_cli.field.grid import Grid, kernel_matrix, node_cell
-from dmc_cli.field.prefetch import fetch_around_cuts
-from dmc_cli.field.projection import GridPoint
-from dmc_cli.field.slices import output_position
-from dmc_cli.mesh.halfedges import next_in_quad, next_outgoing, opposite_in_quad, previous_in_quad
-from dmc_cli.mesh.mesh import COLOR
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, set_twins
+from dmc_cli.bits import keep_masked, mask_length
+from dmc_cli.field import Field, Grid, GridPoint, fetch_around_cuts, kernel_matrix, node_cell, output_position
+from dmc_cli.mesh import (
+    COLOR,
+    MeshArrays,
+    WorkingMesh,
+    next_in_quad,
+    next_outgoing,
+    opposite_in_quad,
+    previous_in_quad,
+    set_twins,
+)
 from dmc_cli.processing.patterns.merged_vertices import folds, merged_point
 from dmc_cli.processing.patterns.simplify_3x3y import LISTED_A_CHUNK
 

@@ -10,13 +10,18 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from dmc_cli.bits.selection import keep_masked
-from dmc_cli.mesh.compaction import fill_gaps
-from dmc_cli.mesh.connect import connect, require_quads
-from dmc_cli.mesh.defects import with_defects
-from dmc_cli.mesh.mesh import COLOR, Mesh
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working_mesh import WorkingMesh, working_mesh
+from dmc_cli.bits import keep_masked
+from dmc_cli.mesh import (
+    COLOR,
+    Mesh,
+    Placement,
+    WorkingMesh,
+    connect,
+    fill_gaps,
+    require_quads,
+    with_defects,
+    working_mesh,
+)
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.patterns.masks import list_3x3y, list_3333
 from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y

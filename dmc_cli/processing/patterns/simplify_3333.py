@@ -20,10 +20,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import keep_flagged, order_key
-from dmc_cli.mesh.halfedges import opposite_in_quad
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
-from dmc_cli.runtime.device import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
+from dmc_cli.bits import keep_flagged, order_key
+from dmc_cli.mesh import MeshArrays, WorkingMesh, is_skipped, opposite_in_quad
+from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -23,12 +23,10 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.selection import KEY_FACTOR, mask_length
-from dmc_cli.field.prefetch import fetch_neighbors
-from dmc_cli.mesh.halfedges import opposite_in_quad
-from dmc_cli.mesh.mesh import COLOR
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh, is_skipped
-from dmc_cli.runtime.native import native
+from dmc_cli.bits import KEY_FACTOR, mask_length
+from dmc_cli.field import fetch_neighbors
+from dmc_cli.mesh import COLOR, MeshArrays, WorkingMesh, is_skipped, opposite_in_quad
+from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -20,19 +20,24 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.grid import cell_node, node_cell
-from dmc_cli.field.slices import output_position
-from dmc_cli.mesh.connect import connect, require_quads
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner, ring_size
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working_mesh import MeshArrays, mesh_arrays
+from dmc_cli.field import cell_node, node_cell, output_position
+from dmc_cli.mesh import (
+    Mesh,
+    MeshArrays,
+    Placement,
+    connect,
+    mesh_arrays,
+    next_outgoing,
+    quad_corner,
+    require_quads,
+    ring_size,
+)
 from dmc_cli.processing.distance_guard import TrackedPoints, keep_points_near
 from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
 from dmc_cli.processing.relaxation.relax_checks import Spots, check_kernel
 from dmc_cli.processing.tangent_step import SurfaceContext, glide, make_context, surface_normal
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

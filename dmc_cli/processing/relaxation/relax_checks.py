@@ -2,8 +2,7 @@
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import quad_corner
-from dmc_cli.mesh.working_mesh import MeshArrays
+from dmc_cli.mesh import MeshArrays, quad_corner
 from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.processing.tangent_step import SurfaceContext

@@ -9,13 +9,11 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.field.grid import Grid, GridShape, cell_node
-from dmc_cli.mesh.halfedges import next_outgoing, ring_size
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.working_mesh import WorkingMesh
+from dmc_cli.field import Grid, GridShape, cell_node
+from dmc_cli.mesh import Mesh, WorkingMesh, next_outgoing, ring_size
 from dmc_cli.processing.remeshing.work import LONGEST_RING
 from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -9,8 +9,7 @@ B. W. Kernighan's of 1973 for tours). The whole is then judged as one operation.
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
-from dmc_cli.mesh.valences import REGULAR
+from dmc_cli.mesh import REGULAR, next_outgoing, quad_corner
 from dmc_cli.processing.remeshing.checks import irregularity_change
 from dmc_cli.processing.remeshing.work import LINKED, TOUCHED, Work, is_own
 

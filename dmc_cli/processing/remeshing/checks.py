@@ -8,8 +8,8 @@ as long as no two vertices of a ring become one.
 
 import warp as wp
 
-from dmc_cli.field.grid import index_position
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
+from dmc_cli.field import index_position
+from dmc_cli.mesh import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.remeshing.work import (
     LONGEST_RING,

@@ -5,12 +5,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.compaction import as_bytes
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
-from dmc_cli.mesh.mesh import COLOR, COLOR24
-from dmc_cli.mesh.working_mesh import MeshArrays, WorkingMesh
+from dmc_cli.mesh import COLOR, COLOR24, MeshArrays, WorkingMesh, as_bytes, next_outgoing, quad_corner
 from dmc_cli.processing.remeshing.blocks import FROZEN
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -15,8 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
-from dmc_cli.mesh.working_mesh import WorkingMesh
+from dmc_cli.mesh import WorkingMesh, next_outgoing, quad_corner
 from dmc_cli.processing.relaxation.relax_checks import SLIVER
 from dmc_cli.processing.remeshing.checks import (
     excess_of_patch,

@@ -2,10 +2,8 @@
 
 import warp as wp
 
-from dmc_cli.field.grid import index_position, node_cell
-from dmc_cli.field.projection import project_point
-from dmc_cli.field.slices import output_position, slice_distance
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
+from dmc_cli.field import index_position, node_cell, output_position, project_point, slice_distance
+from dmc_cli.mesh import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import nearest_square_corner
 from dmc_cli.processing.remeshing.work import (
     LEFT,

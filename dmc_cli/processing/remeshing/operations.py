@@ -7,13 +7,7 @@ with two sides in common, is removed by collapsing one of them on the diagonal f
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import (
-    next_in_quad,
-    next_outgoing,
-    opposite_in_quad,
-    previous_in_quad,
-    quad_corner,
-)
+from dmc_cli.mesh import next_in_quad, next_outgoing, opposite_in_quad, previous_in_quad, quad_corner
 from dmc_cli.processing.remeshing.work import (
     CORNER,
     FACE_GONE,

@@ -13,11 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh.compaction import pack
-from dmc_cli.mesh.connect import connect, require_quads
-from dmc_cli.mesh.mesh import COLOR, DEFECT, Mesh
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working_mesh import with_room, working_mesh
+from dmc_cli.mesh import COLOR, DEFECT, Mesh, Placement, connect, pack, require_quads, with_room, working_mesh
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
 from dmc_cli.processing.relaxation.relax import measure_shapes, relax

@@ -9,8 +9,7 @@ and for any number of threads.
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_outgoing, quad_corner
-from dmc_cli.mesh.valences import REGULAR
+from dmc_cli.mesh import REGULAR, next_outgoing, quad_corner
 from dmc_cli.processing.remeshing.chains import (
     UNKNOWN,
     allowance,

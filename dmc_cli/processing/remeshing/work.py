@@ -9,8 +9,7 @@ again. So an operation is done first and judged afterwards, on the mesh as it wo
 
 import warp as wp
 
-from dmc_cli.mesh.halfedges import next_outgoing
-from dmc_cli.mesh.working_mesh import MeshArrays
+from dmc_cli.mesh import MeshArrays, next_outgoing
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

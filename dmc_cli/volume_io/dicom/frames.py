@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
-from dmc_cli.volume.checks import FARTHEST_MM
+from dmc_cli.volume import FARTHEST_MM
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.elements import Header
 from dmc_cli.volume_io.dicom.incomplete import check_pixels_expected

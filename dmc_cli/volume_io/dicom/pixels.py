@@ -15,7 +15,7 @@ from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.system import usable_cores
 from dmc_cli.threads import each_in_threads
-from dmc_cli.volume.allocation import allocate_values
+from dmc_cli.volume import allocate_values
 from dmc_cli.volume_io.dicom.decoding import UNPACKED, decode
 from dmc_cli.volume_io.dicom.elements import (
     BIG_ENDIAN,

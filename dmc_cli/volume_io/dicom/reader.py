@@ -10,8 +10,7 @@ from pathlib import Path, PurePosixPath
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_affine, check_shape
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
 from dmc_cli.volume_io.dicom.frames import MAX_FRAMES, Frame, NoSlice, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
-from dmc_cli.volume.volume import VolumeEntry
+from dmc_cli.volume import VolumeEntry
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.frames import DISCRIMINATORS, FRAME_DISCRIMINATORS, VALUE_TYPE, Frame
 from dmc_cli.volume_io.dicom.left_out import left_out

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
-from dmc_cli.volume.checks import check_shape
+from dmc_cli.volume import check_shape
 
 _Array = np.ndarray[Any, np.dtype[Any]]
 _Float64 = np.ndarray[Any, np.dtype[np.float64]]

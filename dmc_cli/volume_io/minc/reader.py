@@ -14,8 +14,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.checks import check_affine
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import Volume, VolumeEntry, check_affine
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
 from dmc_cli.volume_io.minc.hdf import open_hdf

@@ -12,7 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.volume import Space
+from dmc_cli.volume import Space
 from dmc_cli.volume_io.layout import (
     MILLIMETRES,
     Triple,

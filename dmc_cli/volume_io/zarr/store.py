@@ -15,9 +15,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.allocation import allocate_values
-from dmc_cli.volume.checks import check_shape, storable_type, widened_type
-from dmc_cli.volume.volume import Volume, VolumeEntry
+from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.layout import (
     MILLIMETRES,
     ZARR_MARKERS,

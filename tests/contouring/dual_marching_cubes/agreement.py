@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dmc_cli.contouring import Surface, extract_surface, upload_volume
+from dmc_cli.contouring import Surface, extract_surface
+from dmc_cli.field import upload_volume
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume

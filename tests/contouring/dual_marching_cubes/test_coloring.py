@@ -15,8 +15,7 @@ from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import one_inside_node, paper_field, white_noise
 from tests.mesh.hand_made import working
 from tests.mesh.meshes import colored
-from tests.oracle.coloring import grid_color
-from tests.oracle.coloring import reduce_colors as reduce_by_oracle
+from tests.oracle.coloring import grid_color, reduce_colors as reduce_by_oracle
 from tests.oracle.surface import extract_oracle_surface
 from tests.strategies import volumes_with_settings
 

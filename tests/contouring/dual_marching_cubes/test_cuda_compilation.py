@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 import dmc_cli
-from dmc_cli.app.convert import every_kernel
+from dmc_cli.app.conversion import every_kernel
 
 ARCHITECTURES = [75, pytest.param(90, marks=pytest.mark.slow)]
 """Seconds a module and architecture; the second one finds what the first one misses only rarely."""

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_remaining_vertices_kernel
+from dmc_cli.field import upload_volume
 from dmc_cli.field.grid import kernel_matrix
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import SurfaceSettings

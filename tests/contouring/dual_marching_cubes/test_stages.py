@@ -5,8 +5,9 @@ import pytest
 import warp as wp
 
 from dmc_cli.bits.words import LANES
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.contouring import extract_surface
 from dmc_cli.errors import MemoryBudgetError
+from dmc_cli.field import upload_volume
 from dmc_cli.field.field import make_field, stored_isovalue
 from dmc_cli.field.grid import grid_affine, grid_of, is_mirrored
 from dmc_cli.field.planes import block_count, make_plane, padding

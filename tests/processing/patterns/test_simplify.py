@@ -12,7 +12,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.halfedges import NO_TWIN
-from dmc_cli.mesh.working_mesh import working_mesh
+from dmc_cli.mesh.working import working_mesh
 from dmc_cli.processing.patterns.masks import list_3x3y
 from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y
 from dmc_cli.processing.patterns.simplify_3x3y import choose_apart, choose_by_paper, judge_topology

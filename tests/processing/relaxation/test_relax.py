@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from dmc_cli.contouring import connect_faces, upload_volume
+from dmc_cli.contouring import connect_faces
+from dmc_cli.field import upload_volume
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
 from tests.contouring.dual_marching_cubes.agreement import extract_on

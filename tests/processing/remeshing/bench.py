@@ -3,7 +3,7 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh.working_mesh import MeshArrays
+from dmc_cli.mesh.working import MeshArrays
 from dmc_cli.processing.remeshing.chains import (
     allowance,
     collapse_cost,

@@ -9,8 +9,7 @@ from pydicom import uid
 from pydicom.encaps import encapsulate, encapsulate_extended, generate_frames
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
-from dmc_cli.volume_io.dicom import decoding as dicom_decoding
-from dmc_cli.volume_io.dicom import pixels as dicom_pixels
+from dmc_cli.volume_io.dicom import decoding as dicom_decoding, pixels as dicom_pixels
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save, save_stack
 from tests.volume_io.reading import read
 

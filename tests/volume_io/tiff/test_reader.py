@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
-from dmc_cli.volume_io.tiff import ome as tiff_ome
-from dmc_cli.volume_io.tiff import reader as tiff
+from dmc_cli.volume_io.tiff import ome as tiff_ome, reader as tiff
 from tests.volume_io.reading import counting, read
 
 tifffile = pytest.importorskip("tifffile")

@@ -14,9 +14,7 @@ from dmc_cli.errors import (
 )
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.read import list_volumes
-from dmc_cli.volume_io.zarr import chunks as zarr_chunks
-from dmc_cli.volume_io.zarr import codecs as zarr_codecs
-from dmc_cli.volume_io.zarr import metadata as zarr_metadata
+from dmc_cli.volume_io.zarr import chunks as zarr_chunks, codecs as zarr_codecs, metadata as zarr_metadata
 from tests.volume_io.reading import counting, read
 
 pytest.importorskip("numcodecs")

@@ -6,8 +6,7 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.grid_twins import find_gri
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import rank_quads
 from dmc_cli.contouring.dual_marching_cubes.halfedges.vertex_rings import find_vertex_rings
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.mesh.halfedges import Halfedges
-from dmc_cli.mesh.mesh import flat_corners
+from dmc_cli.mesh import Halfedges, flat_corners
 
 
 def connect(surface: Surface) -> Surface:

@@ -10,7 +10,7 @@ words are an array with strides, which takes twice as long to index.
 import warp as wp
 
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
-from dmc_cli.runtime.native import native
+from dmc_cli.runtime import native
 
 UNSURE = wp.constant(-2)
 """Stands for the twin on a side that crosses an ambiguous face."""

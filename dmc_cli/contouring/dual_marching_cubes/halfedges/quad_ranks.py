@@ -15,12 +15,11 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES, VECTOR_FLAGS, has_bit
+from dmc_cli.bits import LANES, VECTOR_FLAGS, has_bit
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.quads import quad_edges
-from dmc_cli.field.grid import Grid, GridShape
-from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
-from dmc_cli.runtime.device import Device
+from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
+from dmc_cli.runtime import Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

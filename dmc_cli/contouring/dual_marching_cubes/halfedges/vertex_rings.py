@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits.words import ALL_BITS, LANES, VECTOR_FLAGS, bit_index
+from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, bit_index
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.halfedges.grid_twins import is_inside, one_step
 from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_rings import store_plain_rings
@@ -19,8 +19,7 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field.grid import Grid
-from dmc_cli.field.planes import BLOCKS_A_CHUNK, before_line, block_count
+from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

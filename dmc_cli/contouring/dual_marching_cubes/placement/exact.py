@@ -10,7 +10,9 @@ surface; the paper's own last resort, the mean itself, is not needed.
 
 import warp as wp
 
-from dmc_cli.field.crossings import (
+from dmc_cli.field import (
+    NOWHERE,
+    CornerValues,
     EdgeSet,
     Polygon,
     crossing_point,
@@ -22,8 +24,10 @@ from dmc_cli.field.crossings import (
     mean_crossing,
     measure_polygon,
     member_along,
+    solve_along,
+    trilinear_gradient,
+    trilinear_value,
 )
-from dmc_cli.field.trilinear import NOWHERE, CornerValues, solve_along, trilinear_gradient, trilinear_value
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -5,18 +5,25 @@ On CPU `exact_simd` has placed nearly all before; those that remain are placed h
 
 import warp as wp
 
-from dmc_cli.bits.flags import ANY, flagged
-from dmc_cli.bits.words import bit_index
+from dmc_cli.bits import ANY, bit_index, flagged
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST, place_vertex
 from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     SpecialCells,
     polygon_of_vertex,
     special_cell_of,
 )
-from dmc_cli.field.crossings import crossed_edges, edge_set
-from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, cell_node, node_position, world_position
-from dmc_cli.field.trilinear import is_in_cell, single_precision
+from dmc_cli.field import (
+    Field,
+    Grid,
+    cell_node,
+    cell_values,
+    crossed_edges,
+    edge_set,
+    is_in_cell,
+    node_position,
+    single_precision,
+    world_position,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

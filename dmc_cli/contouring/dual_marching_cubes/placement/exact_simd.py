@@ -7,14 +7,25 @@ below 0, for `exact_vertices` to place one by one.
 
 import warp as wp
 
-from dmc_cli.bits.words import LANES, VECTOR_FLAGS
+from dmc_cli.bits import LANES, VECTOR_FLAGS
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import solve_on_steepest_axis
-from dmc_cli.field.crossings import ALL_EDGES, crossed_edges, edges_among
-from dmc_cli.field.field import Field, needs_care
-from dmc_cli.field.grid import Grid, world_coordinate
-from dmc_cli.field.sample_reader import IntLanes, pairs_at
-from dmc_cli.field.simd_cells import FloatLanes, find_block_cells, store_points
-from dmc_cli.field.trilinear import CornerValues, below_zero, fits_single
+from dmc_cli.field import (
+    ALL_EDGES,
+    CornerValues,
+    Field,
+    FloatLanes,
+    Grid,
+    IntLanes,
+    below_zero,
+    crossed_edges,
+    edges_among,
+    find_block_cells,
+    fits_single,
+    needs_care,
+    pairs_at,
+    store_points,
+    world_coordinate,
+)
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}

@@ -8,8 +8,16 @@ if its F is smaller than the mean's. Four halvings leave about a sixteenth of th
 
 import warp as wp
 
-from dmc_cli.field.crossings import EdgeSet, find_crossings, mean_crossing
-from dmc_cli.field.trilinear import CornerValues, is_in_cell, newton_step, trilinear_gradient, trilinear_value
+from dmc_cli.field import (
+    CornerValues,
+    EdgeSet,
+    find_crossings,
+    is_in_cell,
+    mean_crossing,
+    newton_step,
+    trilinear_gradient,
+    trilinear_value,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -14,10 +14,20 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     polygon_of_vertex,
     special_cell_of,
 )
-from dmc_cli.field.crossings import EdgeSet, crossed_edges, edge_set
-from dmc_cli.field.field import Field, cell_values
-from dmc_cli.field.grid import Grid, cell_node, node_position, world_position
-from dmc_cli.field.trilinear import CornerValues, is_in_cell, single_precision
+from dmc_cli.field import (
+    CornerValues,
+    EdgeSet,
+    Field,
+    Grid,
+    cell_node,
+    cell_values,
+    crossed_edges,
+    edge_set,
+    is_in_cell,
+    node_position,
+    single_precision,
+    world_position,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -19,8 +19,7 @@ from dmc_cli.contouring.dual_marching_cubes.placement.exact import (
     FINE_LATTICE,
     nearest_on_lattice,
 )
-from dmc_cli.field.crossings import EdgeSet, Polygon, measure_polygon, sum4
-from dmc_cli.field.trilinear import CornerValues, trilinear_gradient
+from dmc_cli.field import CornerValues, EdgeSet, Polygon, measure_polygon, sum4, trilinear_gradient
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 

@@ -14,7 +14,7 @@ import warp as wp
 from dmc_cli.mesh.halfedges import NO_CORNER, Halfedges
 from dmc_cli.mesh.mesh import DEFECT, Mesh, rows_of_four
 from dmc_cli.mesh.placement import Placement, SurfaceFrame
-from dmc_cli.runtime.device import Device
+from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 

@@ -10,29 +10,26 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.field import make_field, nodata_value, upload_volume
-from dmc_cli.field.grid import grid_affine, grid_of
-from dmc_cli.field.slices import slice_depths
-from dmc_cli.measures import kernel_modules
-from dmc_cli.measures.deviation import Deviation, measure_deviation
-from dmc_cli.measures.locate import locate
-from dmc_cli.measures.plain_values import plain
-from dmc_cli.measures.quality import measure_quality
-from dmc_cli.measures.rounding import file_rounding, rounding_warning
-from dmc_cli.measures.topology import measure_topology
-from dmc_cli.mesh.connect import connect
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement, SurfaceFrame
-from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.read import read_mesh
+from dmc_cli.field import grid_affine, grid_of, make_field, nodata_value, slice_depths, upload_volume
+from dmc_cli.measures import (
+    Deviation,
+    file_rounding,
+    kernel_modules,
+    locate,
+    measure_deviation,
+    measure_quality,
+    measure_topology,
+    plain,
+    rounding_warning,
+)
+from dmc_cli.mesh import Mesh, Placement, SurfaceFrame, connect
+from dmc_cli.mesh_io import MeshFile, read_mesh
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.report.report import SCHEMA, extent_section, quality_section, topology_section
-from dmc_cli.report.versions import collect_versions
-from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
+from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
-from dmc_cli.volume.mapping import intact
-from dmc_cli.volume.volume import Volume
-from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume import Volume, intact
+from dmc_cli.volume_io import read_volume
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

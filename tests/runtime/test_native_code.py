@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import dmc_cli
-from dmc_cli.runtime.native import _DEFINE, native
+from dmc_cli.runtime.native_code import _DEFINE, native
 
 PACKAGE = Path(dmc_cli.__file__).parent
 HEADERS = sorted(PACKAGE.rglob("*.h"))

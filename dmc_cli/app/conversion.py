@@ -24,31 +24,37 @@ from dmc_cli.contouring import (
     compute_normals,
     connect_faces,
     extract_surface,
+    kernel_modules as surface_kernels,
     mesh_kernel_modules,
-    upload_volume,
 )
-from dmc_cli.contouring import kernel_modules as surface_kernels
 from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
-from dmc_cli.files.atomic import check_output, write_output
-from dmc_cli.measures import kernel_modules as report_kernels
-from dmc_cli.measures.rounding import rounding_warnings
-from dmc_cli.mesh.mesh import COLOR, COLOR24, Mesh
-from dmc_cli.mesh.placement import Placement, refuse_lost
-from dmc_cli.mesh_io.halfedge_dump import HalfedgeDump, check_dump_name, write_halfedges
-from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.write import choose_format, write_mesh
+from dmc_cli.field import upload_volume
+from dmc_cli.files import check_output, write_output
+from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
+from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, refuse_lost
+from dmc_cli.mesh_io import (
+    HalfedgeDump,
+    MeshFile,
+    check_dump_name,
+    choose_format,
+    write_halfedges,
+    write_mesh,
+)
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
-from dmc_cli.report.memory import measure_memory
-from dmc_cli.report.report import Measures, RunFacts, build_report, measured_sections, report_text
-from dmc_cli.report.requirements import check_requirements
-from dmc_cli.report.versions import collect_versions
-from dmc_cli.runtime import job_slots, prefix_sums
-from dmc_cli.runtime.device import Device, load_kernels, select_device
+from dmc_cli.report import (
+    Measures,
+    RunFacts,
+    build_report,
+    check_requirements,
+    collect_versions,
+    measure_memory,
+    measured_sections,
+    report_text,
+)
+from dmc_cli.runtime import Device, launch_kernels, load_kernels, select_device
 from dmc_cli.settings import ConvertSettings, OutputSettings
-from dmc_cli.volume.mapping import intact
-from dmc_cli.volume.space import output_affine
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume, intact, output_affine
 
 
 @dataclass
@@ -138,7 +144,7 @@ def _make_mesh(
     report = _make_report(settings, volume, stages, watch)
     device.let_go()
     if output.check:
-        from dmc_cli.mesh.check import check_mesh
+        from dmc_cli.mesh import check_mesh
 
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
     mesh = MeshFile(
@@ -176,7 +182,7 @@ def every_kernel() -> list[ModuleType]:
     placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
     connecting = mesh_kernel_modules(colors=True)
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    return [job_slots, prefix_sums, *placements, *connecting, *processing, *report_kernels()]
+    return [*launch_kernels(), *placements, *connecting, *processing, *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -241,9 +247,8 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> S
 
 def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Remove the papers' patterns, and remesh if that is asked for."""
-    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
-    from dmc_cli.mesh.valences import irregular_percent
-    from dmc_cli.processing.patterns.simplify import simplify
+    from dmc_cli.mesh import in_frame_of, in_near_frame, irregular_percent
+    from dmc_cli.processing import simplify
 
     irregular_before = irregular_percent(stages.mesh)
     before = _measure(stages, volume, settings, watch)
@@ -267,9 +272,8 @@ def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: 
 
 def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
     """Remove irregular vertices that the papers' patterns leave."""
-    from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
-    from dmc_cli.mesh.valences import irregular_percent
-    from dmc_cli.processing.remeshing.rounds import Rounds
+    from dmc_cli.mesh import in_frame_of, in_near_frame, irregular_percent
+    from dmc_cli.processing import Rounds
 
     with watch.stage("remesh", "remeshing"):
         affine = stages.placement.frame.affine
@@ -286,12 +290,12 @@ def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
 def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
     if settings.output.halfedges is not None:
-        from dmc_cli.contouring.vertex_colors import color_vertices
+        from dmc_cli.contouring import color_vertices
 
         stages.vertex_color = color_vertices(stages.placement)
     if settings.mesh.relax:
-        from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
-        from dmc_cli.processing.relaxation.relax import relax
+        from dmc_cli.mesh import in_frame_of, in_near_frame
+        from dmc_cli.processing import relax
 
         with watch.stage("relax", "relaxing"):
             affine = stages.placement.frame.affine
@@ -319,7 +323,7 @@ def _measure(stages: Stages, volume: Volume, settings: ConvertSettings, watch: S
     """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
     if not settings.output.is_measured:
         return None
-    from dmc_cli.report.measures import measure_surface
+    from dmc_cli.report import measure_surface
 
     with watch.stage("report", "measuring"):
         return measure_surface(stages.mesh, stages.placement, volume)

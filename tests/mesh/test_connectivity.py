@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.mesh.check_halfedges import check_halfedges
-from dmc_cli.mesh.connect import connect, require_quads
+from dmc_cli.mesh.connectivity import connect, require_quads
 from dmc_cli.mesh.defects import with_defects
 from dmc_cli.runtime.device import Device
 from tests import shapes

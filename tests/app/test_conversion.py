@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dmc_cli import progress
-from dmc_cli.app import convert as pipeline
+from dmc_cli.app import conversion as pipeline
 from dmc_cli.errors import EmptySurfaceError, RequirementError, VolumeError, WriteError
 from dmc_cli.progress import SilentProgress
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.field.grid import GridShape
+from dmc_cli.field import GridShape
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmc_cli.app.measure_file import VolumeReference, measure_mesh
-from dmc_cli.contouring import extract_surface, upload_volume
+from dmc_cli.app.measurement import VolumeReference, measure_mesh
+from dmc_cli.contouring import extract_surface
+from dmc_cli.field import upload_volume
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings

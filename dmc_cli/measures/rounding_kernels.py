@@ -3,12 +3,10 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.field.grid import Grid, cell_node, kernel_matrix
-from dmc_cli.field.slices import depth_position, slice_distance
+from dmc_cli.field import Grid, cell_node, depth_position, kernel_matrix, slice_distance
 from dmc_cli.measures.rounding import Rounding
-from dmc_cli.mesh.mesh import Mesh
-from dmc_cli.mesh.placement import Placement
-from dmc_cli.volume.volume import Volume
+from dmc_cli.mesh import Mesh, Placement
+from dmc_cli.volume import Volume
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -1,0 +1,25 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
+from .kernels import kernel_modules as kernel_modules
+from .location import locate as locate
+from .plain_values import plain as plain
+from .quality import (
+    Quality as Quality,
+    choose_diagonals as choose_diagonals,
+    measure_quality as measure_quality,
+)
+from .rounding import (
+    cause_and_remedy as cause_and_remedy,
+    file_rounding as file_rounding,
+    rounding_warning as rounding_warning,
+    rounding_warnings as rounding_warnings,
+)
+from .rounding_kernels import measure_rounding as measure_rounding
+from .topology import (
+    QUAD_VALENCE as QUAD_VALENCE,
+    TRIANGLE_VALENCE as TRIANGLE_VALENCE,
+    Topology as Topology,
+    measure_topology as measure_topology,
+)
+from .vertex_fans import inspect_vertices as inspect_vertices

@@ -1,0 +1,43 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .check import check_mesh as check_mesh
+from .compaction import as_bytes as as_bytes, fill_gaps as fill_gaps, pack as pack
+from .connectivity import connect as connect, require_quads as require_quads
+from .defects import with_defects as with_defects
+from .halfedges import (
+    Halfedges as Halfedges,
+    next_halfedge as next_halfedge,
+    next_in_quad as next_in_quad,
+    next_outgoing as next_outgoing,
+    next_outgoing_of_any as next_outgoing_of_any,
+    opposite_in_quad as opposite_in_quad,
+    previous_halfedge as previous_halfedge,
+    previous_in_quad as previous_in_quad,
+    quad_corner as quad_corner,
+    ring_size as ring_size,
+)
+from .kernels import changing_kernels as changing_kernels, connecting_kernels as connecting_kernels
+from .mesh import (
+    COLOR as COLOR,
+    COLOR24 as COLOR24,
+    DEFECT as DEFECT,
+    Mesh as Mesh,
+    flat_corners as flat_corners,
+)
+from .near_frame import (
+    COARSE as COARSE,
+    HALF_STEP as HALF_STEP,
+    in_frame_of as in_frame_of,
+    in_near_frame as in_near_frame,
+)
+from .placement import Placement as Placement, SurfaceFrame as SurfaceFrame, refuse_lost as refuse_lost
+from .valences import REGULAR as REGULAR, irregular_percent as irregular_percent
+from .working import (
+    MeshArrays as MeshArrays,
+    WorkingMesh as WorkingMesh,
+    is_skipped as is_skipped,
+    mesh_arrays as mesh_arrays,
+    set_twins as set_twins,
+    with_room as with_room,
+    working_mesh as working_mesh,
+)

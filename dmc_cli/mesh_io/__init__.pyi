@@ -1,0 +1,11 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .formats import known_suffixes as known_suffixes
+from .halfedge_dump import (
+    HalfedgeDump as HalfedgeDump,
+    check_dump_name as check_dump_name,
+    write_halfedges as write_halfedges,
+)
+from .mesh_file import MeshFile as MeshFile
+from .read import read_mesh as read_mesh
+from .write import choose_format as choose_format, write_mesh as write_mesh

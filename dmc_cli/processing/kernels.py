@@ -1,0 +1,26 @@
+"""Name the modules with kernels that a run needs, for loading them ahead of time."""
+
+from types import ModuleType
+
+
+def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool = False) -> list[ModuleType]:
+    """Return the modules whose kernels the stages need, for loading them ahead of time."""
+    modules: list[ModuleType] = []
+    if simplify:
+        from dmc_cli.bits import selection_kernels
+        from dmc_cli.mesh import changing_kernels
+        from dmc_cli.processing import color_repair
+        from dmc_cli.processing.patterns import masks, removal_3x3y, simplify_3x3y, simplify_3333
+
+        modules += [color_repair, masks, simplify_3x3y, removal_3x3y, simplify_3333]
+        modules += [*selection_kernels(), *changing_kernels()]
+    if remesh:
+        from dmc_cli.processing import distance_guard
+        from dmc_cli.processing.remeshing import blocks, inheritance, mend, sweep
+
+        modules += [distance_guard, blocks, sweep, mend, inheritance]
+    if relax or remesh:
+        from dmc_cli.processing.relaxation import relax as relaxation, relax_checks
+
+        modules += [relaxation, relax_checks]
+    return modules

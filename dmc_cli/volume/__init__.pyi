@@ -1,0 +1,18 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .allocation import (
+    allocate_values as allocate_values,
+    available_bytes as available_bytes,
+    forecasting as forecasting,
+)
+from .checks import (
+    FARTHEST_MM as FARTHEST_MM,
+    WIDENED as WIDENED,
+    check_affine as check_affine,
+    check_shape as check_shape,
+    storable_type as storable_type,
+    widened_type as widened_type,
+)
+from .mapping import intact as intact, map_file as map_file, mapped_file as mapped_file
+from .space import output_affine as output_affine
+from .volume import Space as Space, Volume as Volume, VolumeEntry as VolumeEntry

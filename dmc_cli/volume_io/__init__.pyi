@@ -1,0 +1,18 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .content import CONTENTS as CONTENTS
+from .formats import FORMATS as FORMATS, known_suffixes as known_suffixes
+from .layout import exists as exists
+from .pair import pair_files as pair_files
+from .raw import RAW_TYPES as RAW_TYPES
+from .read import (
+    check_input as check_input,
+    input_format as input_format,
+    list_volumes as list_volumes,
+    read_layout as read_layout,
+    read_volume as read_volume,
+)
+from .synthetic import FIELDS as FIELDS, PREFIX as PREFIX, synthetic_volume as synthetic_volume
+from .volume_file import choose_volume_format as choose_volume_format, write_volume as write_volume
+from .within import Bounds as Bounds, Walk as Walk
+from .zarr.store import is_zarr as is_zarr
