@@ -217,7 +217,7 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
     corners, twins = mesh.corners, halfedges.twin
     degrees = device.zeros(vertex_count, wp.int32)
     starts = device.zeros(vertex_count, wp.uint32)
-    device.launch_in_order(scatter_corners_kernel, corners.shape[0], [corners, twins], [degrees, starts])
+    device.launch_whole(scatter_corners_kernel, corners.shape[0], [corners, twins], [degrees, starts])
     valences = device.empty(vertex_count, wp.int32)
     nonmanifold = device.empty(vertex_count, wp.uint8)
     split = device.empty(vertex_count, wp.uint8)

@@ -31,7 +31,7 @@ def connect(mesh: Mesh) -> Mesh:
     valence = device.zeros(mesh.vertex_count, wp.int32)
     lowest = wp.full(mesh.vertex_count, NOWHERE, dtype=wp.uint32, device=device.name)
     inputs = [mesh.corners, twin]
-    device.launch_in_order(gather_halfedges_kernel, 4 * mesh.face_count, inputs, [valence, lowest])
+    device.launch_whole(gather_halfedges_kernel, 4 * mesh.face_count, inputs, [valence, lowest])
     start = device.empty(mesh.vertex_count, wp.int32)
     device.launch(choose_halfedges_kernel, mesh.vertex_count, [lowest], [start])
     return replace(mesh, halfedges=Halfedges(twin, start, valence))

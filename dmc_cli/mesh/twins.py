@@ -123,13 +123,13 @@ def find_twins(device: Device, faces: Any, vertex_count: int) -> Any:
     size = corners.shape[0]
     counts = device.zeros(vertex_count, wp.int64)
     if size:
-        device.launch_in_order(count_halfedges_kernel, size, [corners], [counts])
+        device.launch_whole(count_halfedges_kernel, size, [corners], [counts])
     if size == 0 or int(counts.numpy().max()) > LONGEST_LIST:
         return wp.array(pair_halfedges(corners.numpy().reshape(-1, 4)), dtype=wp.int32, device=device.name)
     starts, total = device.starts(counts)
     cursors = wp.clone(starts)
     listed = device.empty(total, wp.int32)
-    device.launch_in_order(list_halfedges_kernel, size, [corners], [cursors, listed])
+    device.launch_whole(list_halfedges_kernel, size, [corners], [cursors, listed])
     twins = wp.full(size, NO_TWIN, dtype=wp.int32, device=device.name)
     device.launch(match_halfedges_kernel, vertex_count, inputs=[corners, starts], outputs=[listed, twins])
     return twins

@@ -100,12 +100,14 @@ class Device:
         else:
             wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
 
-    def launch_in_order(
+    def launch_whole(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_CHUNK
     ) -> None:
-        """Run `kernel` as `launch` does, on CPU one thread index after the other.
+        """Run `kernel` as `launch` does, but on CPU without sharing it: one thread index after the other.
 
-        So must a kernel with atomics, which on CPU are plain loads and stores.
+        Needed where threads write to the same item, by atomics: on CPU Warp makes plain loads and stores of
+        them, of which some would be lost if several CPU threads ran chunks at once. The one CPU thread looks
+        after signals between stretches of 64 grains. On CUDA it is `launch`.
         """
         if self.is_cpu and dim:
             worker_pool().launch(kernel, dim, [0, *inputs, *outputs], 1, grain)

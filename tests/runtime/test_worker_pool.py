@@ -377,10 +377,10 @@ def test_devices_share_the_pool_of_the_process():
     assert (visits.numpy() == 25).all()
 
 
-def test_a_launch_in_order_goes_from_the_first_index_to_the_last():
+def test_a_launch_whole_goes_from_the_first_index_to_the_last():
     order = wp.zeros(50_001, dtype=wp.int32, device="cpu")
     device = Device("cpu", 4)
     device.wake()
-    device.launch_in_order(note_order_kernel, 50_000, [], [order])
+    device.launch_whole(note_order_kernel, 50_000, [], [order])
     assert np.array_equal(order.numpy()[1:], np.arange(50_000))
-    device.launch_in_order(note_order_kernel, 0, [], [order])
+    device.launch_whole(note_order_kernel, 0, [], [order])

@@ -53,7 +53,7 @@ def choose_unshared(mesh: WorkingMesh, quads: Any, eligible: Any) -> Any:
     flags = device.empty(count, wp.int64)
     owner = device.empty(mesh.arrays.valence.shape[0], wp.uint32)
     device.launch(free_outer_kernel, count, [mesh.arrays, quads, eligible], [owner], FLAGS_A_CHUNK)
-    device.launch_in_order(claim_outer_kernel, count, [mesh.arrays, quads, eligible], [owner])
+    device.launch_whole(claim_outer_kernel, count, [mesh.arrays, quads, eligible], [owner])
     device.launch(
         choose_unshared_kernel, count, [mesh.arrays, quads, eligible, owner], [flags], FLAGS_A_CHUNK
     )
@@ -68,7 +68,7 @@ def remove_3333(mesh: WorkingMesh, quads: Any, flags: Any) -> None:
     device.launch(gather_sides_kernel, count, [mesh.arrays, quads, flags], [sides, twins], FLAGS_A_CHUNK)
     seams = device.empty(4 * count, wp.int32)
     device.launch(stretch_kernel, count, [mesh.arrays, quads, flags, sides, twins], [seams], FLAGS_A_CHUNK)
-    device.launch_in_order(lower_outer_kernel, count, [mesh.arrays, quads, flags], [])
+    device.launch_whole(lower_outer_kernel, count, [mesh.arrays, quads, flags], [])
     mesh.seams.append(seams)
 
 
