@@ -3,7 +3,6 @@
 from .flags import ANY as ANY, flagged as flagged
 from .kernels import selection_kernels as selection_kernels
 from .selection import (
-    KEY_FACTOR as KEY_FACTOR,
     WORDS_A_CHUNK as WORDS_A_CHUNK,
     concatenated as concatenated,
     keep_flagged as keep_flagged,

@@ -23,10 +23,9 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.bits import KEY_FACTOR, mask_length
+from dmc_cli.bits import mask_length, order_key
 from dmc_cli.field import fetch_neighbors
 from dmc_cli.mesh import COLOR, MeshArrays, WorkingMesh, is_skipped, opposite_in_quad
-from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -199,13 +198,23 @@ def judge_topology_kernel(
     refused_out[block] = refused
 
 
-@wp.func_native(native(__file__, "comes_first", KEY_FACTOR=KEY_FACTOR))
-def comes_first(twin: wp.array(dtype=wp.int32), state: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
-    """Return whether no quad within two steps that may go has a lower key.
+@wp.func
+def is_ahead(state: wp.array(dtype=wp.uint8), other: wp.int32, q: wp.int32) -> wp.bool:
+    """Return whether another quad may go and has a lower key."""
+    return state[other] != wp.uint8(0) and order_key(other) < order_key(q)
 
-    Which one has is as good as random, so all are looked at, without a branch.
-    """
-    ...
+
+@wp.func
+def comes_first(twin: wp.array(dtype=wp.int32), state: wp.array(dtype=wp.uint8), q: wp.int32) -> wp.bool:
+    """Return whether no quad within two steps that may go has a lower key."""
+    for c in range(4):
+        t = twin[4 * q + c]
+        if is_ahead(state, t >> 2, q):
+            return False
+        for step in range(1, 4):
+            if is_ahead(state, twin[(t & ~3) | ((t + step) & 3)] >> 2, q):
+                return False
+    return True
 
 
 @wp.kernel
