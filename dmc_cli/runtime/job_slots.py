@@ -6,10 +6,13 @@ out after; who finds no chunk left closes the job; and the thread that launched 
 out, so nobody looks at a job that is over. Each thread first takes the chunks of its own part, where the
 launch before left its data in the processor's cache, then those of the others' parts.
 
-Warp's language has no atomic integers of 64 bits on CPU and cannot call an address: these few steps are C++.
+Warp's language has no atomic integers of 64 bits on CPU and cannot call an address: these few steps are C++
+(`job_slots.h`, whose structs have the entries below as fields of the same names).
 """
 
 import warp as wp
+
+from dmc_cli.runtime.native_code import native
 
 wp.set_module_options({"enable_backward": False})
 
@@ -42,181 +45,74 @@ functions that let another thread have the processor and that tell the time, and
 BOARD = FIRST_SLOT + SLOT * MOST_SLOTS
 """Entries of the board."""
 
-BUSY_TURNS = 200
+BUSY_LOOKS = 200
 """Looks at an entry, some ten microseconds, before the processor is offered to others at each."""
 
 LONGEST_LEAD = 50
 """Milliseconds after which a thread that leads a job looks after the interpreter's signals."""
 
 
-def _on_cpu(body: str, otherwise: str = "") -> str:
-    """Return C++ for a CPU alone: `common` are the board's entries, `words` the slot's."""
-    return f"""
-    #if defined(__clang__) && !defined(__CUDA_ARCH__)
-        long long* common = (long long*)board.data;
-        long long* words = common + {FIRST_SLOT} + {SLOT} * (long long)slot;
-        {body}
-    #else
-        return {otherwise};
-    #endif
-    """
-
-
-_TAKE = f"""
-    const long long size = words[{SIZE}];
-    void* arguments = __builtin_alloca_with_align(size, 512);
-    __builtin_memcpy(arguments, (const void*)words[{ARGUMENTS}], size);
-    const auto entry = reinterpret_cast<void (*)(void*, void*)>(words[{ENTRY}]);
-    for (long long turn = 0; turn < words[{PART_COUNT}]; ++turn) {{
-        long long* part = words + {PARTS} + {LINE} * ((own + turn) % words[{PART_COUNT}]);
-        while (__atomic_load_n(part, __ATOMIC_RELAXED) < part[1]) {{  // looking disturbs nobody
-            if (is_over()) return false;
-            const long long chunk = __atomic_fetch_add(part, 1, __ATOMIC_RELAXED);
-            if (chunk >= part[1]) break;
-            *(wp::int32*)arguments = (wp::int32)(chunk * words[{CHUNK}]);  // first
-            entry((void*)words[chunk + 1 < words[{CHUNKS}] ? {WHOLE} : {LAST}], arguments);
-        }}
-    }}
-    return true;
-"""
-"""Run chunks, those of the part `own` first, until none is left or time `is_over`; return whether none is."""
-
-_TIME = f"""
-    auto now = [&]() -> long long {{  // milliseconds
-        if (common[{CLOCK_ID}] < 0) return reinterpret_cast<long long (*)()>(common[{CLOCK}])();
-        long long time[2] = {{0, 0}};  // seconds and nanoseconds
-        const auto read_clock = reinterpret_cast<wp::int32 (*)(wp::int32, void*)>(common[{CLOCK}]);
-        read_clock((wp::int32)common[{CLOCK_ID}], time);
-        return time[0] * 1000 + time[1] / 1000000;
-    }};
-    const long long end = now() + {LONGEST_LEAD};
-    auto is_over = [&] {{ return now() > end; }};
-"""
-
-_REST = f"""
-    if (turn < {BUSY_TURNS}) {{
-    #if defined(__x86_64__)
-        __builtin_ia32_pause();
-    #endif
-    }} else {{
-        reinterpret_cast<void (*)()>(common[{YIELD}])();
-    }}
-"""
-
-
-@wp.func_native(
-    _on_cpu(
-        f"""
-        for (long long n = 0; n < words[{PART_COUNT}]; ++n) {{
-            long long* part = words + {PARTS} + {LINE} * n;
-            part[1] = words[{CHUNKS}] * (n + 1) / words[{PART_COUNT}];
-            __atomic_store_n(part, words[{CHUNKS}] * n / words[{PART_COUNT}], __ATOMIC_RELAXED);
-        }}
-        words[{DONE}] = 0;
-        __atomic_store_n(words + {OPEN}, 1, __ATOMIC_SEQ_CST);
-        """
-    )
-)
+@wp.func_native(native(__file__, "open_job"))
 def open_job(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Divide the job's chunks into parts and let workers in."""
     ...
 
 
-@wp.func_native(_on_cpu(f"__atomic_store_n(words + {OPEN}, 0, __ATOMIC_SEQ_CST);"))
+@wp.func_native(native(__file__, "close_job"))
 def close_job(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Let no more workers in."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        f"""
-        for (long long n = 0; n < words[{PART_COUNT}]; ++n) {{
-            long long* part = words + {PARTS} + {LINE} * n;
-            __atomic_store_n(part, part[1], __ATOMIC_SEQ_CST);
-        }}
-        """
-    )
-)
+@wp.func_native(native(__file__, "drop_chunks"))
 def drop_chunks(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Leave the chunks that nobody has taken undone."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        f"""
-        const long long most = __atomic_load_n(words + {WORKERS}, __ATOMIC_RELAXED);
-        if (__atomic_load_n(words + {OPEN}, __ATOMIC_RELAXED)
-            && __atomic_load_n(words + {INSIDE}, __ATOMIC_RELAXED) < most) {{
-            const long long before = __atomic_fetch_add(words + {INSIDE}, 1, __ATOMIC_SEQ_CST);
-            if (__atomic_load_n(words + {OPEN}, __ATOMIC_SEQ_CST) && before < words[{WORKERS}]) return true;
-            __atomic_fetch_sub(words + {INSIDE}, 1, __ATOMIC_SEQ_CST);
-        }}
-        return false;
-        """,
-        otherwise="false",
-    )
-)
+@wp.func_native(native(__file__, "sign_in"))
 def sign_in(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
     """Sign in if the slot's job is open and may have one more worker, and return whether it is."""
     ...
 
 
-@wp.func_native(_on_cpu(f"__atomic_fetch_sub(words + {INSIDE}, 1, __ATOMIC_SEQ_CST);"))
+@wp.func_native(native(__file__, "sign_out"))
 def sign_out(board: wp.array(dtype=wp.int64), slot: wp.int32) -> None:
     """Sign out, after work on a slot's job."""
     ...
 
 
-@wp.func_native(_on_cpu(_REST))
-def rest(board: wp.array(dtype=wp.int64), slot: wp.int32, turn: wp.int32) -> None:
-    """Wait a moment: `turn` is how often before."""
+@wp.func_native(native(__file__, "rest", BUSY_LOOKS=BUSY_LOOKS))
+def rest(board: wp.array(dtype=wp.int64), slot: wp.int32, looks: wp.int32) -> None:
+    """Wait a moment; `looks` is how often an entry was looked at in vain before."""
     ...
 
 
-@wp.func_native(_on_cpu(_TIME + "const int own = 0;" + _TAKE, otherwise="true"))
+@wp.func_native(native(__file__, "take_chunks_awhile", LONGEST_LEAD=LONGEST_LEAD))
 def take_chunks_awhile(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
     """Run chunks of the job, not for long, and return whether none is left."""
     ...
 
 
-@wp.func_native(_on_cpu("auto is_over = [] { return false; };" + _TAKE, otherwise="true"))
+@wp.func_native(native(__file__, "take_chunks"))
 def take_chunks(board: wp.array(dtype=wp.int64), slot: wp.int32, own: wp.int32) -> wp.bool:
     """Run chunks of the job until none is left, those of the part `own` first."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(
-        _TIME
-        + f"""
-        for (int turn = 0; __atomic_load_n(words + {INSIDE}, __ATOMIC_SEQ_CST); ++turn) {{
-            if (turn >= {BUSY_TURNS} && is_over()) return false;
-            {_REST}
-        }}
-        words[{DONE}] = 1;
-        return true;
-        """,
-        otherwise="true",
-    )
-)
+@wp.func_native(native(__file__, "see_done", BUSY_LOOKS=BUSY_LOOKS, LONGEST_LEAD=LONGEST_LEAD))
 def see_done(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
     """Wait, not for long, until nobody is signed in, and return whether that is so: then the job is done."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(f"return __atomic_load_n(common + {STOPPED}, __ATOMIC_RELAXED) != 0;", otherwise="true")
-)
+@wp.func_native(native(__file__, "is_stopped"))
 def is_stopped(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.bool:
     """Return whether workers shall end."""
     ...
 
 
-@wp.func_native(
-    _on_cpu(f"return (wp::int32)__atomic_load_n(common + {SLOT_COUNT}, __ATOMIC_RELAXED);", otherwise="0")
-)
+@wp.func_native(native(__file__, "slot_count"))
 def slot_count(board: wp.array(dtype=wp.int64), slot: wp.int32) -> wp.int32:
     """Return how many slots are in use."""
     ...
