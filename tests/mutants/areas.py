@@ -42,16 +42,15 @@ AREAS = {
 }
 
 
-NO_EFFECT = ("field/prefetch.py",)
+NO_EFFECT = ("field/prefetch.py", "field/prefetch.h")
 """Files that only ask for memory ahead of its use: no fault there shows in anything but time."""
 
 
 def files_of(area, chosen=()):
-    """Return the files of an area, or those of them that are named."""
+    """Return the files of an area, modules and the headers beside them, or those of them that are named."""
     package = ROOT / PACKAGE
-    found = sorted(
-        path.relative_to(package).as_posix() for glob in AREAS[area].files for path in package.glob(glob)
-    )
+    globs = [glob.removesuffix("py") + suffix for glob in AREAS[area].files for suffix in ("py", "h")]
+    found = sorted(path.relative_to(package).as_posix() for glob in globs for path in package.glob(glob))
     found = [file for file in found if file not in NO_EFFECT]
     return [file for file in found if not chosen or any(file.endswith(name) for name in chosen)]
 

@@ -5,6 +5,7 @@ import json
 import os
 import re
 from collections import Counter, defaultdict
+from pathlib import Path
 
 from tests.mutants.child import run_pytest
 from tests.mutants.graph import users
@@ -88,7 +89,7 @@ class Choice:
 
     def tests_for(self, file, symbol, files, most_seconds):
         """Tests in the order in which to run them, within a time; `files` are those of the area."""
-        name = file.rsplit("/", 1)[-1].removesuffix(".py")
+        name = Path(file).stem
         found = self._reaching(f"{file}::{symbol}")
         if not self.tests[f"{file}::{symbol}"]:  # a test may read a constant without a function
             readers = {home for home in files if re.search(rf"\b{name}\b", (ROOT / home).read_text("utf-8"))}

@@ -1,4 +1,4 @@
-"""Faults in the C++ of native functions: a few operators, found by pattern in the text of the strings."""
+"""Faults in the C++ of native functions: a few operators, found by pattern in headers and in strings."""
 
 import re
 
@@ -27,7 +27,7 @@ PATTERNS = [
     (r"~(?=\w)", [""], "arithmetic"),
     (r"(?<=[(\s])!(?=\w)", [""], "sign"),
     (r"(?<=\bif \()[^(){}]+(?=\))", ["true", "false"], "condition"),
-    (r"(?<![\w.{}#\"])\d+(?=[\s;,)\]}])", [None], "number"),
+    (r"(?<![\w.{}#\"<])\d+(?=[\s;,)\]}])", [None], "number"),
     (r"\b(?:break|continue);", [";"], "statement"),
 ]
 

@@ -3,6 +3,7 @@
 import ast
 from itertools import pairwise
 
+from tests.mutants.header_faults import header_faults_of
 from tests.mutants.mutant import CONSTANTS, Mutant
 from tests.mutants.native_faults import native_faults
 from tests.mutants.source import Source
@@ -44,7 +45,9 @@ LEAVES = (ast.Raise, ast.Return, ast.Continue, ast.Break)
 
 
 def faults_of(file, text):
-    """Return all faults that we know to put into a file of the package."""
+    """Return all faults that we know to put into a file of the package, a module or a header."""
+    if file.endswith(".h"):
+        return header_faults_of(file, text)
     finder = Finder(file, text)
     finder.visit(ast.parse(text))
     return finder.found

@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from tests.mutants.__main__ import Trial
-from tests.mutants.areas import AREAS, files_of, files_with_tests_of
+from tests.mutants.areas import AREAS, NO_EFFECT, files_of, files_with_tests_of
 from tests.mutants.coverage_map import Choice
+from tests.mutants.graph import users
 from tests.mutants.mutant import CONSTANTS, PACKAGE, ROOT, SHARE_OF_CONSTANTS, sample
 from tests.mutants.python_faults import faults_of
 from tests.mutants.tree import run_tests, write_module
@@ -87,7 +88,7 @@ def test_what_has_no_effect_is_left_alone():
 
 
 @pytest.mark.parametrize("area", AREAS)
-def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
+def test_every_fault_of_the_package_says_where_it_is_and_those_of_modules_are_python(area):
     assert files_with_tests_of(area)
     mutants = [
         f for file in files_of(area) for f in faults_of(file, (ROOT / PACKAGE / file).read_text("utf-8"))
@@ -96,7 +97,8 @@ def test_every_fault_of_the_package_is_python_and_says_where_it_is(area):
         text = (ROOT / PACKAGE / mutant.file).read_text("utf-8")
         changed = mutant.put_into(text)
         assert changed != text
-        ast.parse(changed)
+        if mutant.file.endswith(".py"):
+            ast.parse(changed)
         assert text[mutant.start : mutant.end] == mutant.old
 
 
@@ -108,6 +110,54 @@ def test_a_sample_is_the_same_for_a_seed_and_not_full_of_constants():
     assert first == again != other
     assert len(first) == len({(m.start, m.end) for m in first}) == 40
     assert sum(m.kind == CONSTANTS for m in first) <= SHARE_OF_CONSTANTS * 40
+
+
+HEADER = """// a < b
+#include "dmc_cli/bits/bit_lists.h"
+
+namespace words {
+
+static CUDA_CALLABLE int half(int a) { return a / 2; }
+
+}  // namespace words
+
+template <int N>
+inline int first(wp::array_t<3, wp::int32> a,
+                 int b) {
+#if defined(A) && defined(B)
+    if (b < N) {
+        b += 1;
+    }
+#endif
+    return words::half(b);  // 2 + 3
+}
+"""
+
+
+def test_faults_of_headers_are_in_their_functions():
+    faults = {(m.line, m.symbol, m.kind, m.old, m.new) for m in faults_of("bits/words.h", HEADER)}
+    assert faults == {
+        (6, "half", "C++ arithmetic", " / ", " * "),
+        (6, "half", "C++ number", "2", "3"),
+        (14, "first", "C++ comparison", " < ", " <= "),
+        (14, "first", "C++ comparison", " < ", " > "),
+        (14, "first", "C++ condition", "b < N", "true"),
+        (14, "first", "C++ condition", "b < N", "false"),
+        (15, "first", "C++ arithmetic", " += ", " -= "),
+        (15, "first", "C++ number", "1", "2"),
+    }
+
+
+def test_headers_are_of_the_areas_and_reach_what_launches_their_kernels():
+    headers = {file for area in AREAS for file in files_of(area) if file.endswith(".h")}
+    package = ROOT / PACKAGE
+    assert headers == {p.relative_to(package).as_posix() for p in package.rglob("*.h")} - {*NO_EFFECT}
+    used = users()
+    assert used["processing/patterns/masks.h::find_pattern"] == {
+        "processing/patterns/masks.py::word_3x3y",
+        "processing/patterns/masks.py::word_3333",
+    }
+    assert "contouring/dual_marching_cubes/vertices.h::store_cells" in used["bits/bit_lists.h::list_bits"]
 
 
 def recorded(name, seconds, function):
