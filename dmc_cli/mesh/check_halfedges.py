@@ -117,8 +117,8 @@ def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
     """Return how many rings and fans the halfedges of each vertex form, (V,).
 
     All vertices walk at once, from twin to next: what the first walk from a vertex's own halfedge does not
-    visit belongs to a further fan, for which the lowest boundary halfedge left, or any, starts another
-    walk.
+    visit belongs to a further fan, for which the lowest unvisited boundary halfedge, or else the lowest
+    unvisited one, starts another walk.
     """
     origin = faces.ravel()
     visited = origin == NO_CORNER
@@ -128,11 +128,11 @@ def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
         for piece in pieces(len(starts)):
             fans[origin[starts[piece]]] += 1
             _walk(origin, starts[piece], twin, visited)
-        left = np.flatnonzero(~visited)
-        at_boundary = left[twin[left] == NO_TWIN]
-        left = at_boundary if len(at_boundary) else left
-        _, first = np.unique(origin[left], return_index=True)
-        starts = left[first]
+        unvisited = np.flatnonzero(~visited)
+        at_boundary = unvisited[twin[unvisited] == NO_TWIN]
+        unvisited = at_boundary if len(at_boundary) else unvisited
+        _, first = np.unique(origin[unvisited], return_index=True)
+        starts = unvisited[first]
     return fans
 
 

@@ -16,9 +16,9 @@ def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool 
         modules += [*selection_kernels(), *changing_kernels()]
     if remesh:
         from dmc_cli.processing import distance_guard
-        from dmc_cli.processing.remeshing import blocks, inheritance, mend, sweep
+        from dmc_cli.processing.remeshing import inheritance, mend, regions, sweep
 
-        modules += [distance_guard, blocks, sweep, mend, inheritance]
+        modules += [distance_guard, regions, sweep, mend, inheritance]
     if relax or remesh:
         from dmc_cli.processing.relaxation import relax as relaxation, relax_checks
 

@@ -44,14 +44,14 @@ def remove_3x3y(
         The numbers of quads that went and of those that were refused, int32, one for 32 of the list.
     """
     device, frame, count = mesh.device, mesh.frame, cuts.shape[0]
-    blocks = mask_length(count)
-    removed, refused = device.empty(blocks, wp.int32), device.empty(blocks, wp.int32)
-    seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * blocks, wp.uint32)
+    words = mask_length(count)
+    removed, refused = device.empty(words, wp.int32), device.empty(words, wp.int32)
+    seams, clashes = device.empty(2 * count, wp.int32), device.empty(2 * words, wp.uint32)
     color = mesh.face_values.get(COLOR)
     inputs = [mesh.arrays, frame.grid.struct(), frame.field, kernel_matrix(frame.affine)]
     inputs += [frame.depths, project, safe, mesh.arrays.defect if color is None else color, cuts]
     inputs.append(mesh.arrays.face_gone if state is None else state)
-    device.launch(remove_3x3y_kernel, blocks, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
+    device.launch(remove_3x3y_kernel, words, inputs, [removed, refused, seams, clashes], LISTED_A_CHUNK)
     if not safe:
         device.launch(mark_nonmanifold_kernel, count, [mesh.arrays, cuts], [], 32 * LISTED_A_CHUNK)
     if color is not None:
@@ -157,15 +157,15 @@ def remove_3x3y_kernel(
     clashes_out: wp.array(dtype=wp.uint32),
 ) -> None:
     """Merge v1 and v2, the lower number stays; tell where neighbours get one colour. One thread 32 quads."""
-    block = first + wp.tid()
+    word = first + wp.tid()
     removed = wp.int32(0)
     refused = wp.int32(0)
     clashes = wp.uint64(0)
-    end = wp.min(32 * block + 32, cuts.shape[0])
+    end = wp.min(32 * word + 32, cuts.shape[0])
     fetch_around_cuts(
-        grid, field, mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts, 32 * block, end
+        grid, field, mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts, 32 * word, end
     )
-    for n in range(32 * block, end):
+    for n in range(32 * word, end):
         h = cuts[n]
         if h >= 0:
             point = merged_point(grid, field, mesh.corners, mesh.cell, mesh.local, h, project)
@@ -179,11 +179,11 @@ def remove_3x3y_kernel(
             else:
                 removed += 1
                 clash = merge_ends(mesh, grid, color, h, point, target, n, seams_out)
-                clashes |= wp.uint64(clash) << wp.uint64(2 * (n - 32 * block))
-    removed_out[block] = removed
-    refused_out[block] = refused
-    clashes_out[2 * block] = wp.uint32(clashes)
-    clashes_out[2 * block + 1] = wp.uint32(clashes >> wp.uint64(32))
+                clashes |= wp.uint64(clash) << wp.uint64(2 * (n - 32 * word))
+    removed_out[word] = removed
+    refused_out[word] = refused
+    clashes_out[2 * word] = wp.uint32(clashes)
+    clashes_out[2 * word + 1] = wp.uint32(clashes >> wp.uint64(32))
 
 
 @wp.kernel
@@ -201,7 +201,7 @@ def mark_nonmanifold_kernel(
     if h >= 0:
         m = wp.min(mesh.corners[h], mesh.corners[opposite_in_quad(h)])
         here = mesh.vertex_halfedge[m]
-        for _turn in range(4):
+        for _n in range(4):
             other = next_outgoing(mesh.twin, here)
             for _rest in range(3):
                 if mesh.corners[next_in_quad(other)] == mesh.corners[next_in_quad(here)]:

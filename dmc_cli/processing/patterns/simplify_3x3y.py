@@ -11,7 +11,7 @@ Two rules decide which quads go. Neither lets two neighbours go.
 `paper`: the coloured pass removes a quad if no neighbour with the pattern has a colour at or below its own;
 the counter pass, if none of its vertices of valence 3 belongs to another quad with the pattern, which is to
 say that no neighbour has it. Quads at a boundary or at a non-manifold edge, and their neighbours, are
-skipped, but still block others.
+skipped, but still hold others back.
 
 `safe`: beyond that no removal may make a mesh edge with more than two quads (p1 = p2), or turn a neighbour's
 normal by 90 degrees. Quads that could touch each other's
@@ -39,7 +39,7 @@ REFUSED = wp.constant(-2)
 """Stands for a quad that the safe rules keep."""
 
 LISTED_A_CHUNK = 4
-"""Blocks of 32 listed quads a chunk at least: memory is slow where they lie."""
+"""Words of 32 listed quads a chunk at least: memory is slow where they lie."""
 
 
 def choose_by_paper(mesh: WorkingMesh, quads: Any, *, by_color: bool) -> Any:
@@ -182,12 +182,12 @@ def judge_topology_kernel(
     refused_out: wp.array(dtype=wp.int32),
 ) -> None:
     """Judge by connectivity which quads may go. One thread 32 quads of the list."""
-    block = first + wp.tid()
+    word = first + wp.tid()
     refused = wp.int32(0)
-    end = wp.min(32 * block + 32, quads.shape[0])
-    for n in range(32 * block, end):
+    end = wp.min(32 * word + 32, quads.shape[0])
+    for n in range(32 * word, end):
         fetch_neighbors(mesh.corners, mesh.twin, quads[n])
-    for n in range(32 * block, end):
+    for n in range(32 * word, end):
         q = quads[n]
         h = wp.int32(NO_CUT)
         if mesh.face_gone[q] == wp.uint8(0):
@@ -195,7 +195,7 @@ def judge_topology_kernel(
         refused += wp.where(h == REFUSED, 1, 0)
         state_out[q] = wp.uint8(wp.where(h >= 0, 1, 0))
         cuts_out[n] = wp.max(h, NO_CUT)
-    refused_out[block] = refused
+    refused_out[word] = refused
 
 
 @wp.func
@@ -229,13 +229,13 @@ def choose_apart_kernel(
     waiting_out: wp.array(dtype=wp.uint32),
 ) -> None:
     """Choose the quads with the lowest key within two steps. One thread 32 quads of the list."""
-    block = first + wp.tid()
+    word = first + wp.tid()
     waiting = wp.uint32(0)
-    for n in range(32 * block, wp.min(32 * block + 32, cuts.shape[0])):
+    for n in range(32 * word, wp.min(32 * word + 32, cuts.shape[0])):
         h = cuts[n]
         if h >= 0:
             if not comes_first(mesh.twin, state, h >> 2):
                 h = NO_CUT
-                waiting |= wp.uint32(1) << wp.uint32(n - 32 * block)
+                waiting |= wp.uint32(1) << wp.uint32(n - 32 * word)
         chosen_out[n] = h
-    waiting_out[block] = waiting
+    waiting_out[word] = waiting

@@ -21,8 +21,8 @@ DEPTH = wp.constant(10)
 ASCENT = 2
 """What a chain may cost on its way: a pair that comes, next to one that glides, say."""
 
-UNKNOWN, OFF_BLOCK = wp.constant(98), wp.constant(99)
-"""Costs of a rotation that leaves a doublet, and of one off the block."""
+UNKNOWN, OFF_REGION = wp.constant(98), wp.constant(99)
+"""Costs of a rotation that leaves a doublet, and of one off the region."""
 
 HIGHEST_BIT = wp.constant(wp.uint32(0x80000000))
 HASH_FACTOR, HASH_STEP = wp.constant(wp.uint32(747796405)), wp.constant(wp.uint32(2891336453))
@@ -61,8 +61,8 @@ def distance_change(valence: wp.int32, more: wp.int32) -> wp.int32:
 
 @wp.func
 def rotation_cost(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> wp.int32:
-    """Return what rotating an edge adds to the irregularity, or `UNKNOWN` or `OFF_BLOCK`."""
-    cost = int(OFF_BLOCK)
+    """Return what rotating an edge adds to the irregularity, or `UNKNOWN` or `OFF_REGION`."""
+    cost = int(OFF_REGION)
     if is_own(work, b, quad_corner(work.mesh.corners, h, 0)) and is_own(
         work, b, quad_corner(work.mesh.corners, h, 1)
     ):
@@ -122,7 +122,7 @@ def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
         v = work.core[b, n]
         if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
             h = work.mesh.vertex_halfedge[v]
-            for _turn in range(work.mesh.valence[v]):
+            for _n in range(work.mesh.valence[v]):
                 for choice in range(8):
                     side = (h & ~3) | (choice >> 1)
                     cost = rotation_cost(work, b, side, (choice & 1) == 1)

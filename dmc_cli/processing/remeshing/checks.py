@@ -41,7 +41,7 @@ def is_link_vertex_twice(work: Work, v: wp.int32, w: wp.int32) -> wp.bool:
     """Return whether w comes more than once among the other vertices of v's quads, sides counted once."""
     times = int(0)
     h = work.mesh.vertex_halfedge[v]
-    for _turn in range(work.mesh.valence[v]):
+    for _n in range(work.mesh.valence[v]):
         if quad_corner(work.mesh.corners, h, 1) == w:
             times += 1
         if quad_corner(work.mesh.corners, h, 2) == w:
@@ -58,8 +58,8 @@ def is_sound(work: Work, v: wp.int32) -> wp.bool:
     sound = size >= 3 and size <= MOST_VALENCE
     if sound:
         h = start
-        for turn in range(size):
-            if work.mesh.corners[h] != v or (turn > 0 and h == start):
+        for n in range(size):
+            if work.mesh.corners[h] != v or (n > 0 and h == start):
                 sound = bool(False)
             near = quad_corner(work.mesh.corners, h, 1)
             far = quad_corner(work.mesh.corners, h, 2)
@@ -112,7 +112,7 @@ def gather_patch(work: Work, b: wp.int32) -> None:
         v = work.core[b, n]
         if work.mesh.vertex_gone[v] == wp.uint8(0):
             h = work.mesh.vertex_halfedge[v]
-            for _turn in range(wp.min(work.mesh.valence[v], LONGEST_RING)):
+            for _n in range(wp.min(work.mesh.valence[v], LONGEST_RING)):
                 q = h >> 2
                 known = bool(False)
                 count = work.tally[b, PATCHED]
@@ -170,7 +170,7 @@ def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
 def folded_sides(work: Work, b: wp.int32) -> wp.int32:
     """Return how many sides of the patch's quads are folds: the quads there over 90 degrees apart.
 
-    It fails if there is a side that another block's quad may lie across, which must not be looked at.
+    It fails if there is a side that another region's quad may lie across, which must not be looked at.
     """
     result = int(0)
     for n in range(work.tally[b, PATCHED]):

@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.mesh import COLOR, COLOR24, MeshArrays, WorkingMesh, as_bytes, next_outgoing, quad_corner
-from dmc_cli.processing.remeshing.blocks import FROZEN
+from dmc_cli.processing.remeshing.regions import FROZEN
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})

@@ -37,7 +37,7 @@ LEAST_GAIN = wp.constant(1.0e-4)
 """What a step must gain in shape, or in cells of height."""
 
 MEND_PASSES = 6
-"""Times that a block goes through its vertices."""
+"""Times that a region goes through its vertices."""
 
 DIRECTIONS, LENGTHS = 8, 3
 """Steps that are tried at a vertex: of 0.4 of the mean length of its sides, and a third of that twice."""
@@ -81,7 +81,7 @@ def mean_side(work: Work, v: wp.int32) -> wp.float32:
     total = float(0.0)
     h = work.mesh.vertex_halfedge[v]
     size = work.mesh.valence[v]
-    for _turn in range(size):
+    for _n in range(size):
         total += wp.length(work.mesh.position[quad_corner(work.mesh.corners, h, 1)] - work.mesh.position[v])
         h = next_outgoing(work.mesh.twin, h)
     return total / float(size)
@@ -93,7 +93,7 @@ def upward(work: Work, v: wp.int32) -> wp.vec3:
     up = work.normal[v]
     if wp.length_sq(up) == 0.0:
         h = work.mesh.vertex_halfedge[v]
-        for _turn in range(work.mesh.valence[v]):
+        for _n in range(work.mesh.valence[v]):
             up += quad_area(work, h >> 2)
             h = next_outgoing(work.mesh.twin, h)
     return wp.normalize(up)
@@ -224,9 +224,9 @@ def mend_kernel(
     # In/out:
     work_inout: Work,
 ) -> None:
-    """Mend the quads round the vertices of a block, in turn, from visit `begin` up to `end`.
+    """Mend the quads round the vertices of a region, one by one, from visit `begin` up to `end`.
 
-    One thread a block; `MEND_PASSES` visits a vertex.
+    One thread a region; `MEND_PASSES` visits a vertex.
     """
     b = first + wp.tid()
     count = starts[b + 1] - starts[b]

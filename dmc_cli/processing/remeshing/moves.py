@@ -6,8 +6,8 @@ from dmc_cli.field import index_position, node_cell, output_position, project_po
 from dmc_cli.mesh import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import nearest_square_corner
 from dmc_cli.processing.remeshing.work import (
-    LEFT,
     MERGED,
+    REMOVED,
     TOUCHED,
     Work,
     fail,
@@ -35,7 +35,9 @@ def keep_places(work: Work, b: wp.int32) -> None:
         work.core_normal[b, n] = work.normal[v]
     kept = work.tally[b, MERGED]
     if kept >= 0:
-        work.mesh.position[kept] = 0.5 * (work.mesh.position[kept] + work.mesh.position[work.tally[b, LEFT]])
+        work.mesh.position[kept] = 0.5 * (
+            work.mesh.position[kept] + work.mesh.position[work.tally[b, REMOVED]]
+        )
 
 
 @wp.func
@@ -56,7 +58,7 @@ def goal_of(work: Work, v: wp.int32) -> wp.vec3:
     goal = wp.vec3(0.0, 0.0, 0.0)
     h = work.mesh.vertex_halfedge[v]
     size = work.mesh.valence[v]
-    for _turn in range(size):
+    for _n in range(size):
         b = work.mesh.position[quad_corner(work.mesh.corners, h, 1)]
         c = work.mesh.position[quad_corner(work.mesh.corners, h, 2)]
         d = work.mesh.position[quad_corner(work.mesh.corners, h, 3)]

@@ -119,7 +119,7 @@ def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32) -> None:
         if (t0 >> 2) == (t1 >> 2) or (t2 >> 2) == (t3 >> 2):
             fail(work, b)
         g = h
-        for _turn in range(work.mesh.valence[gone]):
+        for _n in range(work.mesh.valence[gone]):
             if g != h:
                 put(work, b, CORNER, g, kept)
             g = next_outgoing(work.mesh.twin, g)
@@ -153,7 +153,7 @@ def open_quad(
         fail(work, b)
     if not has_failed(work, b):
         end = h
-        for _turn in range(steps):
+        for _n in range(steps):
             end = next_outgoing(work.mesh.twin, end)
         side = quad_corner(work.mesh.corners, h, 1)
         other = quad_corner(work.mesh.corners, end, 1)
@@ -165,7 +165,7 @@ def open_quad(
             before = work.mesh.twin[h]
             last = work.mesh.twin[end]
             g = h
-            for _turn in range(steps):
+            for _n in range(steps):
                 put(work, b, CORNER, g, fresh)
                 g = next_outgoing(work.mesh.twin, g)
             place_side(work, b, 4 * q, v, before)

@@ -1,6 +1,6 @@
 """Reduce irregular vertices by local edge rotations, quad collapses and splits (`--remesh`).
 
-A round shifts the blocks, sweeps over them (`sweep.py`), closes the gaps and smooths; at last high and
+A round shifts the regions, sweeps over them (`sweep.py`), closes the gaps and smooths; at last high and
 bad quads are mended (`mend.py`). Every operation is judged as it is done, so after every round the mesh
 is as manifold, as unfolded and as near to the surface and to the old vertices (`distance_guard.py`) as
 before it. The temperature falls to 0; a quad that goes costs more the fewer there are.
@@ -17,16 +17,16 @@ from dmc_cli.mesh import COLOR, DEFECT, Mesh, Placement, connect, pack, require_
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
 from dmc_cli.processing.relaxation.relax import measure_shapes, relax
-from dmc_cli.processing.remeshing.blocks import (
-    FROZEN,
-    Blocks,
-    find_normals,
-    frozen_vertices,
-    make_blocks,
-    with_spares,
-)
 from dmc_cli.processing.remeshing.inheritance import inherit_values
 from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, mark_high, mend_kernel
+from dmc_cli.processing.remeshing.regions import (
+    FROZEN,
+    Regions,
+    find_normals,
+    frozen_vertices,
+    make_regions,
+    with_spares,
+)
 from dmc_cli.processing.remeshing.sweep import HEIGHT_LIMIT, PASSES, Rules, sweep_kernel
 from dmc_cli.processing.remeshing.work import CHANGES, CORE, JOURNAL, LINKS, PATCH, TALLIES, TRACKED, Work
 from dmc_cli.processing.tangent_step import make_context
@@ -39,7 +39,7 @@ COLD_SHARE = 0.1
 """Of the rounds, the last ones, at temperature 0."""
 
 TRIES = 8
-"""Operations tried at an irregular vertex each time that its block comes to it."""
+"""Operations tried at an irregular vertex each time that its region comes to it."""
 
 LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 """Share of the quads below which a quad that goes has a price, and how that rises with the share lost."""
@@ -49,13 +49,13 @@ RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 15, 3
 
 
 MENDINGS, BAD_SHARE = 3, 0.002
-"""Times that the worst quads are mended at the end, each time in other blocks, and which share of them."""
+"""Times that the worst quads are mended at the end, each time in other regions, and which share of them."""
 
 MOST_MENDINGS = 8
 """Times at most: those after the first few are only for quads that are still high."""
 
 VISITS = 4096
-"""Of a block's vertices in one launch at most, which is a tenth of a second where all are irregular."""
+"""Of a region's vertices in one launch at most, which is a tenth of a second where all are irregular."""
 
 
 @dataclass(frozen=True)
@@ -102,16 +102,16 @@ class Rounds:
         """Return the mesh after `rounds` rounds; once only."""
         first_quads, operations = self._mesh.face_count, 0
         self._relax(RELAXED_FIRST)
-        for turn in range(rounds):
-            progress.advance(turn / rounds)
-            operations += self._sweep(_rules(turn, rounds, self._mesh.face_count / max(first_quads, 1)))
-            if (turn + 1) % RELAX_EVERY == 0 or turn + 1 == rounds:
-                self._relax(1 if turn + 1 < rounds else RELAXED_LAST)
-        for turn in range(MOST_MENDINGS):
+        for n in range(rounds):
+            progress.advance(n / rounds)
+            operations += self._sweep(_rules(n, rounds, self._mesh.face_count / max(first_quads, 1)))
+            if (n + 1) % RELAX_EVERY == 0 or n + 1 == rounds:
+                self._relax(1 if n + 1 < rounds else RELAXED_LAST)
+        for n in range(MOST_MENDINGS):
             high = mark_high(self._mesh, self._context)
-            if turn >= MENDINGS and self._device.total(high) == 0:
+            if n >= MENDINGS and self._device.total(high) == 0:
                 break
-            self._mend(high, turn)
+            self._mend(high, n)
         return self._result(operations)
 
     def _result(self, operations: int) -> Remeshed:
@@ -133,33 +133,33 @@ class Rounds:
         """Sweep over the mesh once; return how many operations were done."""
         device, grid = self._device, self._frame.grid
         self._tracked = with_nearer_quads(self._tracked, grid, self._mesh.arrays, device)
-        blocks = make_blocks(self._mesh, grid, rules.round)
+        regions = make_regions(self._mesh, grid, rules.round)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
-        self._mesh = with_room(self._mesh, blocks.spare)
-        work = self._work(blocks, vertices)
-        inputs = [self._context, rules, blocks.starts, blocks.items, blocks.spare_starts, vertices, quads]
-        for visits in _portions(blocks, PASSES):
-            device.launch(sweep_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
+        self._mesh = with_room(self._mesh, regions.spare)
+        work = self._work(regions, vertices)
+        inputs = [self._context, rules, regions.starts, regions.items, regions.spare_starts, vertices, quads]
+        for visits in _portions(regions, PASSES):
+            device.launch(sweep_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
         done = int(work.tally.numpy()[:, CHANGES].sum())
-        del work, blocks, inputs
+        del work, regions, inputs
         self._close_gaps(vertices, quads)
         return done
 
-    def _mend(self, high: Any, turn: int) -> None:
+    def _mend(self, high: Any, number: int) -> None:
         """Mend the worst quads and those at vertices marked `high`."""
         shape = measure_shapes(self._mesh.as_mesh()[0]).numpy()
         limits = Limits()
         limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
-        limits.height, limits.may_fold = HEIGHT_LIMIT, int(turn >= MENDINGS)
+        limits.height, limits.may_fold = HEIGHT_LIMIT, int(number >= MENDINGS)
         del shape
-        blocks = make_blocks(self._mesh, self._frame.grid, turn)
+        regions = make_regions(self._mesh, self._frame.grid, number)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
-        self._mesh = with_room(self._mesh, blocks.spare)
-        work = self._work(blocks, vertices)
-        inputs = [self._context, blocks.starts, blocks.items, high, limits]
-        for visits in _portions(blocks, MEND_PASSES):
-            self._device.launch(mend_kernel, blocks.count, [*inputs, *visits], [work], grain=1, longest=1)
-        del work, blocks, inputs
+        self._mesh = with_room(self._mesh, regions.spare)
+        work = self._work(regions, vertices)
+        inputs = [self._context, regions.starts, regions.items, high, limits]
+        for visits in _portions(regions, MEND_PASSES):
+            self._device.launch(mend_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
+        del work, regions, inputs
         self._close_gaps(vertices, quads)
 
     def _close_gaps(self, vertices: int, quads: int) -> None:
@@ -169,15 +169,15 @@ class Rounds:
         nearest = renumbered(self._tracked.nearest_quad, new_faces, self._device)
         self._tracked = replace(self._tracked, nearest_quad=nearest)
 
-    def _work(self, blocks: Blocks, vertices: int) -> Any:
-        """Return the kernels' view of the mesh, which has room, of tracked points, and a bench a block."""
+    def _work(self, regions: Regions, vertices: int) -> Any:
+        """Return the kernels' view of the mesh, which has room, of tracked points, and a bench a region."""
         work, tracked = Work(), self._tracked
-        count, device = blocks.count, self._device
+        count, device = regions.count, self._device
         work.mesh = self._mesh.arrays
         work.normal, work.sense = find_normals(self._mesh, self._context), self._frame.sense
         work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
         work.first_point, work.next_point = list_points(tracked, self._mesh.face_count, device)
-        work.vertex_block = with_spares(blocks, vertices, device)
+        work.vertex_region = with_spares(regions, vertices, device)
         work.journal_place = device.empty((count, JOURNAL), wp.int64)
         work.journal_value = device.empty((count, JOURNAL), wp.int32)
         work.chain = device.empty((count, LINKS), wp.int32)
@@ -193,17 +193,17 @@ class Rounds:
         return work
 
 
-def _rules(turn: int, rounds: int, share: float) -> Any:
-    """Return what holds in a round when a share of the quads is left."""
+def _rules(number: int, rounds: int, share: float) -> Any:
+    """Return the rules of round `number`, from 0, of `rounds`, where `share` of the first quads remain."""
     rules = Rules()
-    rules.round, rules.tries = turn, TRIES
-    rules.temperature = TEMPERATURE * max(0.0, 1.0 - turn / ((1.0 - COLD_SHARE) * rounds))
+    rules.round, rules.tries = number, TRIES
+    rules.temperature = TEMPERATURE * max(0.0, 1.0 - number / ((1.0 - COLD_SHARE) * rounds))
     rules.price = float(np.clip(PRICE_SLOPE * (LEAST_SHARE - share), 0.0, 2.0))
     return rules
 
 
-def _portions(blocks: Blocks, passes: int) -> Iterator[tuple[int, int]]:
-    """Yield portions of the visits of a block's vertices, `passes` each, as begin and end; at least one."""
-    most = passes * int(np.diff(blocks.starts.numpy()).max(initial=0))
+def _portions(regions: Regions, passes: int) -> Iterator[tuple[int, int]]:
+    """Yield portions of the visits of a region's vertices, `passes` each, as begin and end; at least one."""
+    most = passes * int(np.diff(regions.starts.numpy()).max(initial=0))
     for begin in range(0, max(most, 1), VISITS):
         yield begin, begin + VISITS

@@ -1,9 +1,9 @@
-"""Sweep over the blocks of a round: each tries operations at its irregular vertices.
+"""Sweep over the regions of a round: each tries operations at its irregular vertices.
 
 An operation is drawn by chance, followed by a chain of rotations or not (`chains.py`), and kept if it
 lowers the energy, the sum of (valence - 4)^2 and 0.6 times the sum of 1 - shape (equation 9 of Grosso & Zint
 2021), or raises it by no more than -T ln(u) with u by chance; quads that go or come have a price. Chance is
-a hash of round, vertex and try, and a block is the work of one thread, so the mesh is the same on any device
+a hash of round, vertex and try, and a region is the work of one thread, so the mesh is the same on any device
 and for any number of threads.
 """
 
@@ -40,9 +40,9 @@ from dmc_cli.processing.remeshing.operations import (
 from dmc_cli.processing.remeshing.tracked_points import assign_points
 from dmc_cli.processing.remeshing.work import (
     CHANGES,
-    LEFT,
     MERGED,
     OPENED,
+    REMOVED,
     SPARE_QUAD,
     SPARE_VERTEX,
     TOUCHED,
@@ -80,7 +80,7 @@ ROTATIONS, COLLAPSES = 8, 4
 
 
 PASSES = 4
-"""Times that a block goes through its vertices in a round: making blocks takes as long as going once."""
+"""Times that a region goes through its vertices in a round: making regions takes as long as going once."""
 
 
 @wp.struct
@@ -117,7 +117,7 @@ def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: 
     elif kind < ROTATIONS + COLLAPSES:
         side = (h & ~3) | ((h + choice(number, 16, 2)) & 3)
         if float(collapse_cost(work, side)) <= most:
-            work.tally[b, LEFT] = quad_corner(work.mesh.corners, side, 0)
+            work.tally[b, REMOVED] = quad_corner(work.mesh.corners, side, 0)
             work.tally[b, MERGED] = quad_corner(work.mesh.corners, side, 2)
             action = wp.vec3i(COLLAPSE, side, 0)
     else:
@@ -190,7 +190,7 @@ def spread_opened(work: Work, fresh: wp.int32) -> None:
     h = work.mesh.vertex_halfedge[fresh]
     mean = wp.vec3(0.0, 0.0, 0.0)
     size = work.mesh.valence[fresh]
-    for _turn in range(size):
+    for _n in range(size):
         mean += work.mesh.position[quad_corner(work.mesh.corners, h, 1)]
         h = next_outgoing(work.mesh.twin, h)
     work.mesh.position[fresh] = 0.6 * work.mesh.position[fresh] + 0.4 * mean / float(size)
@@ -287,13 +287,13 @@ def try_vertex(
     b: wp.int32,
     v: wp.int32,
     rules: Rules,
-    turn: wp.int32,
+    pass_number: wp.int32,
     last: wp.vec2i,
 ) -> None:
     """Try operations at a vertex as long as it is there and irregular."""
     for n in range(rules.tries):
         if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
-            seed = scrambled(wp.uint32((rules.round * PASSES + turn) * rules.tries + n))
+            seed = scrambled(wp.uint32((rules.round * PASSES + pass_number) * rules.tries + n))
             attempt(context, work, b, v, rules, scrambled(seed ^ wp.uint32(v)), last)
 
 
@@ -313,9 +313,9 @@ def sweep_kernel(
     # In/out:
     work_inout: Work,
 ) -> None:
-    """Try operations at the irregular vertices of a block, in turn, from visit `begin` up to `end`.
+    """Try operations at the irregular vertices of a region, one by one, from visit `begin` up to `end`.
 
-    One thread a block; `PASSES` visits a vertex.
+    One thread a region; `PASSES` visits a vertex.
     """
     b = first + wp.tid()
     if begin == 0:
@@ -325,5 +325,6 @@ def sweep_kernel(
     last = wp.vec2i(vertex_count + wp.int32(spare_starts[b + 1]), quad_count + wp.int32(spare_starts[b + 1]))
     count = starts[b + 1] - starts[b]
     for visit in range(begin, wp.min(end, PASSES * count)):
-        turn = visit // count
-        try_vertex(context, work_inout, b, items[starts[b] + visit - turn * count], rules, turn, last)
+        pass_number = visit // count
+        v = items[starts[b] + visit - pass_number * count]
+        try_vertex(context, work_inout, b, v, rules, pass_number, last)

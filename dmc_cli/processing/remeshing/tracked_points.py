@@ -11,7 +11,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 @wp.func
 def list_points_of(work: Work, b: wp.int32, q: wp.int32, count: wp.int32) -> wp.int32:
-    """Add a quad's tracked points to the block's list of `count`; return how many there are then."""
+    """Add a quad's tracked points to the region's list of `count`; return how many there are then."""
     size = count
     g = work.first_point[q]
     while g >= 0:

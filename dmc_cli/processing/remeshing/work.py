@@ -1,7 +1,7 @@
-"""Hold what remeshing works on: a mesh in blocks, and a bench for each block.
+"""Hold what remeshing works on: a mesh in regions, and a bench for each region.
 
-A *block* is a set of quads that one thread works on. A vertex is a block's own if all its quads are the
-block's; only own vertices and their quads are read or changed, so blocks never meet.
+A *region* is a set of quads that one thread works on. A vertex is a region's own if all its quads are the
+region's; only own vertices and their quads are read or changed, so regions never meet.
 
 Every change of connectivity is journalled: `undo` takes back what was changed since `begin`, `redo` does it
 again. So an operation is done first and judged afterwards, on the mesh as it would be.
@@ -26,14 +26,14 @@ PATCH = 144
 """Quads round these vertices at most."""
 
 TRACKED = 320
-"""TrackedPoints of these quads at most."""
+"""Tracked points of these quads at most."""
 
 LINKS = 12
 """Rotations that one operation may be followed by at most."""
 
 JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
-MERGED, LEFT, OPENED, LINKED, CHANGES, TALLIES = range(6, 12)
-"""What a block tallies; the last is their number."""
+MERGED, REMOVED, OPENED, LINKED, CHANGES, TALLIES = range(6, 12)
+"""What a region tallies, such as the vertices that a collapse keeps and removes; the last is their number."""
 
 MOST_VALENCE = 8
 """Largest valence that an operation may leave."""
@@ -44,16 +44,16 @@ LONGEST_RING = 32
 
 @wp.struct
 class Work:
-    """A mesh and the benches of its blocks.
+    """A mesh and the benches of its regions.
 
-    Of vertices normal and vertex_block (-1: nobody's); of quads first_point; of tracked points tracked_point,
-    nearest_quad and next_point; of blocks and places on the bench the others. `sense` is 1 if quads face
-    along the gradient of F, else -1.
+    Of vertices normal and vertex_region (-1: no region's own); of quads first_point; of tracked points
+    tracked_point, nearest_quad and next_point; of regions and places on the bench the others. `sense` is 1 if
+    quads face along the gradient of F, else -1.
     """
 
     mesh: MeshArrays
     normal: wp.array(dtype=wp.vec3)
-    vertex_block: wp.array(dtype=wp.int32)
+    vertex_region: wp.array(dtype=wp.int32)
     first_point: wp.array(dtype=wp.int32)
     tracked_point: wp.array(dtype=wp.vec3)
     nearest_quad: wp.array(dtype=wp.int32)
@@ -82,7 +82,7 @@ def begin(work: Work, b: wp.int32) -> None:
     work.tally[b, PATCHED] = 0
     work.tally[b, FAILED] = 0
     work.tally[b, MERGED] = -1
-    work.tally[b, LEFT] = -1
+    work.tally[b, REMOVED] = -1
     work.tally[b, OPENED] = 0
     work.tally[b, LINKED] = 0
 
@@ -101,13 +101,13 @@ def has_failed(work: Work, b: wp.int32) -> wp.bool:
 
 @wp.func
 def is_own(work: Work, b: wp.int32, v: wp.int32) -> wp.bool:
-    """Return whether a vertex is the block's own: then its quads are, and may be read."""
-    return work.vertex_block[v] == b
+    """Return whether a vertex is the region's own: then its quads are, and may be read."""
+    return work.vertex_region[v] == b
 
 
 @wp.func
 def touch(work: Work, b: wp.int32, v: wp.int32) -> None:
-    """Note that an operation changes what is round a vertex; it fails if that is not the block's own."""
+    """Note that an operation changes what is round a vertex; it fails if that is not the region's own."""
     count = work.tally[b, TOUCHED]
     known = bool(False)
     for n in range(count):

@@ -50,7 +50,7 @@ ROTATE, COLLAPSE, OPEN = 0, 1, 2
 
 
 class Bench:
-    """A shape with room for two vertices and quads more, all in one block, and what became of it."""
+    """A shape with room for two vertices and quads more, all in one region, and what became of it."""
 
     def __init__(self, shape):
         mesh = working(shape).arrays
@@ -61,7 +61,7 @@ class Bench:
             setattr(work.mesh, name, longer(getattr(mesh, name), size * SPARE, -1))
         for name in ("face_gone", "vertex_gone"):
             setattr(work.mesh, name, longer(getattr(mesh, name), SPARE, 1))
-        work.vertex_block = wp.zeros(self.vertices + SPARE, dtype=wp.int32)
+        work.vertex_region = wp.zeros(self.vertices + SPARE, dtype=wp.int32)
         work.journal_place = wp.zeros((1, JOURNAL), dtype=wp.int64)
         work.journal_value = wp.zeros((1, JOURNAL), dtype=wp.int32)
         work.core, work.core_valence = (wp.zeros((1, CORE), dtype=wp.int32) for _ in range(2))

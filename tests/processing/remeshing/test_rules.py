@@ -19,7 +19,7 @@ from tests.processing.remeshing.bench import (
     worse_kernel,
 )
 
-UNKNOWN, OFF_BLOCK = 98, 99
+UNKNOWN, OFF_REGION = 98, 99
 
 
 def left(bench):
@@ -119,12 +119,12 @@ def test_no_quad_is_opened_without_a_spare(spare, is_done):
 
 
 @pytest.mark.parametrize(("kind", "_", "detail"), OPERATIONS)
-def test_nothing_is_done_off_the_block(kind, _, detail):
+def test_nothing_is_done_off_the_region(kind, _, detail):
     for away in range(4):
         bench = Bench(shapes.torus())
         before = bench.arrays()
         v = before["corners"][4 * 27 + away]
-        bench.work.vertex_block.numpy()[v] = -1
+        bench.work.vertex_region.numpy()[v] = -1
         done = bench.do(kind, 4 * 27, detail)
         if kind != OPEN or away < 2:
             assert done is None
@@ -132,13 +132,13 @@ def test_nothing_is_done_off_the_block(kind, _, detail):
                 np.testing.assert_array_equal(bench.arrays()[name], array, err_msg=name)
 
 
-def test_costs_off_the_block_and_of_doublets_are_told():
+def test_costs_off_the_region_and_of_doublets_are_told():
     torus = Bench(shapes.torus())
     assert torus.costs(8) == [4, 4, 2 + 4]
     for end in (8, 9):
         torus = Bench(shapes.torus())
-        torus.work.vertex_block.numpy()[torus.work.mesh.corners.numpy()[end]] = -1
-        assert torus.costs(8)[:2] == [OFF_BLOCK, OFF_BLOCK]
+        torus.work.vertex_region.numpy()[torus.work.mesh.corners.numpy()[end]] = -1
+        assert torus.costs(8)[:2] == [OFF_REGION, OFF_REGION]
         torus = Bench(shapes.torus())
         torus.work.mesh.valence.numpy()[torus.work.mesh.corners.numpy()[end]] = 3
         assert torus.costs(8)[:2] == [UNKNOWN, UNKNOWN]

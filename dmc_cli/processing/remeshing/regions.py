@@ -1,7 +1,7 @@
-"""Divide the mesh into blocks for remeshing: boxes of the grid, shifted from round to round.
+"""Divide the mesh into regions for remeshing: boxes of the grid, shifted from round to round.
 
-A quad belongs to the box that the cell of its first vertex lies in. A vertex is a block's own if all its
-quads are the block's and it is not frozen; frozen for good are vertices whose quads do not form one ring.
+A quad belongs to the box that the cell of its first vertex lies in. A vertex is a region's own if all its
+quads are the region's and it is not frozen; frozen for good are vertices whose quads do not form one ring.
 """
 
 from dataclasses import dataclass
@@ -21,27 +21,27 @@ SIDE = 32
 """Cells along a box's side: an operation needs some six cells; the more boxes, the more threads."""
 
 SPARE_SHARE = 32
-"""A block may open one quad for so many own vertices in a round, and one more."""
+"""A region may open one quad for so many own vertices in a round, and one more."""
 
 FROZEN = "frozen"
 """The value of the working mesh's vertices that tells which must stay: uint8, 1 for those."""
 
 
 @dataclass(frozen=True)
-class Blocks:
-    """Who works where.
+class Regions:
+    """The regions of one round, with their own vertices and spare places.
 
     Attributes:
-        count: Blocks.
-        vertex_block: The block whose own a vertex is, int32 (V,), or -1.
-        starts: Where each block's vertices start in `items`, int32 (count + 1,).
-        items: The blocks' own vertices, in ascending order in each, int32.
+        count: Regions.
+        vertex_region: The region whose own a vertex is, int32 (V,), or -1.
+        starts: Where each region's vertices start in `items`, int32 (count + 1,).
+        items: The regions' own vertices, in ascending order in each, int32.
         spare_starts: The same for its spare places, int64 (count + 1,).
         spare: Spare places in all.
     """
 
     count: int
-    vertex_block: Any
+    vertex_region: Any
     starts: Any
     items: Any
     spare_starts: Any
@@ -64,36 +64,36 @@ def find_normals(mesh: WorkingMesh, context: Any) -> Any:
     return normal
 
 
-def make_blocks(mesh: WorkingMesh, grid: GridShape, turn: int) -> Blocks:
-    """Return the blocks of a round."""
+def make_regions(mesh: WorkingMesh, grid: GridShape, number: int) -> Regions:
+    """Divide the mesh into the regions of a round or mending: its number, from 0, shifts the boxes."""
     device, arrays = mesh.device, mesh.arrays
     vertices, quads = mesh.vertex_count, mesh.face_count
     sizes = [n // SIDE + 2 for n in (grid.nx, grid.ny, grid.nz)]
-    shift = wp.vec3i(*(int(SIDE * ((turn * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
+    shift = wp.vec3i(*(int(SIDE * ((number * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
     box, taken = device.empty(quads, wp.int32), device.zeros(sizes[0] * sizes[1] * sizes[2], wp.int64)
     inputs = [arrays.corners, arrays.cell, grid.struct(), shift, wp.vec3i(*sizes)]
     device.launch(find_boxes_kernel, quads, inputs, [box, taken])
     ranks, count = device.starts(taken)
-    vertex_block = device.empty(vertices, wp.int32)
+    vertex_region = device.empty(vertices, wp.int32)
     keys, items = device.empty(2 * vertices, wp.int32), device.empty(2 * vertices, wp.int32)
     inputs = [arrays.twin, arrays.vertex_halfedge, arrays.valence, mesh.vertex_values[FROZEN]]
     inputs += [box, ranks, count]
-    device.launch(own_vertices_kernel, vertices, inputs, [vertex_block, keys, items])
+    device.launch(own_vertices_kernel, vertices, inputs, [vertex_region, keys, items])
     if vertices:
         wp.utils.radix_sort_pairs(keys, items, vertices)
     starts, spares = device.zeros(count + 2, wp.int32), device.empty(count, wp.int64)
     device.launch(find_starts_kernel, vertices + 1, [keys, vertices, count], [starts])
     device.launch(count_spares_kernel, count, [starts], [spares])
     spare_starts, spare = device.starts(spares)
-    return Blocks(count, vertex_block, starts, items, spare_starts, spare)
+    return Regions(count, vertex_region, starts, items, spare_starts, spare)
 
 
-def with_spares(blocks: Blocks, vertices: int, device: Device) -> Any:
-    """Return the vertices' blocks with those of the spare places at the end, int32."""
-    longer = device.empty(vertices + blocks.spare, wp.int32)
+def with_spares(regions: Regions, vertices: int, device: Device) -> Any:
+    """Return the vertices' regions with those of the spare places at the end, int32."""
+    longer = device.empty(vertices + regions.spare, wp.int32)
     if vertices:
-        wp.copy(longer, blocks.vertex_block, count=vertices)
-    device.launch(own_spares_kernel, blocks.count, [blocks.spare_starts, vertices], [longer])
+        wp.copy(longer, regions.vertex_region, count=vertices)
+    device.launch(own_spares_kernel, regions.count, [regions.spare_starts, vertices], [longer])
     return longer
 
 
@@ -161,23 +161,23 @@ def own_vertices_kernel(
     ranks: wp.array(dtype=wp.int64),
     count: wp.int32,
     # Out:
-    vertex_block_out: wp.array(dtype=wp.int32),
+    vertex_region_out: wp.array(dtype=wp.int32),
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Find the block whose own a vertex is. One thread a vertex."""
+    """Find the region whose own a vertex is. One thread a vertex."""
     v = first + wp.tid()
-    block = int(-1)
+    region = int(-1)
     if frozen[v] == wp.uint8(0):
         h = vertex_halfedge[v]
         common = box[h >> 2]
-        block = wp.int32(ranks[common])
-        for _turn in range(valence[v]):
+        region = wp.int32(ranks[common])
+        for _n in range(valence[v]):
             if box[h >> 2] != common:
-                block = int(-1)
+                region = int(-1)
             h = next_outgoing(twin, h)
-    vertex_block_out[v] = block
-    keys_out[v] = wp.where(block < 0, count, block)
+    vertex_region_out[v] = region
+    keys_out[v] = wp.where(region < 0, count, region)
     items_out[v] = v
 
 
@@ -211,7 +211,7 @@ def count_spares_kernel(
     # Out:
     spares_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Count a block's spare places. One thread a block."""
+    """Count a region's spare places. One thread a region."""
     b = first + wp.tid()
     size = starts[b + 1] - starts[b]
     spares_out[b] = wp.int64(wp.where(size > 0, size / SPARE_SHARE + 1, 0))
@@ -224,9 +224,9 @@ def own_spares_kernel(
     spare_starts: wp.array(dtype=wp.int64),
     vertices: wp.int32,
     # Out:
-    vertex_block_out: wp.array(dtype=wp.int32),
+    vertex_region_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Give a block its spare places. One thread a block."""
+    """Give a region its spare places. One thread a region."""
     b = first + wp.tid()
     for n in range(wp.int32(spare_starts[b]), wp.int32(spare_starts[b + 1])):
-        vertex_block_out[vertices + n] = b
+        vertex_region_out[vertices + n] = b
