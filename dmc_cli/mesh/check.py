@@ -1,4 +1,4 @@
-"""Check every invariant of a finished mesh in plain NumPy, for the day one of them fails."""
+"""Check every invariant of a finished mesh in plain NumPy, independently of the kernels."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Renumber a mesh without what has gone: by filling the gaps, or in order.
+"""Renumber a mesh without its removed vertices and faces: by filling the gaps, or in order.
 
 Filling: what does not move keeps its number; the gaps, in ascending order, take what stays of the numbers
 beyond the new end, in ascending order. So the work and the memory beside the mesh grow with what was removed,
@@ -198,7 +198,7 @@ def tell_moves_kernel(
     # Out:
     moved_to_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Tell where each mover goes. One thread a mover."""
+    """Write the gap that each mover goes to as its new number. One thread a mover."""
     n = first + wp.tid()
     moved_to_out[movers[n] - end] = gaps[n]
 

@@ -3,7 +3,7 @@
 A pair of twins runs between the same two vertices in opposite directions. Where a vertex pair has more
 halfedges than two, the mesh alone does not tell which belong together; then the first one that runs one
 way is the twin of the first that runs the other way, the second of the second, in the order of their
-numbers. What is left over, and a halfedge between a vertex and itself, stays without a twin.
+numbers. A halfedge without such a partner, and one between a vertex and itself, stays without a twin.
 
 Both functions give the same twins. `find_twins` lists the halfedges of each lower vertex on the device and
 searches these short lists; `pair_halfedges` sorts, which is plainer, and does not mind a vertex with very
@@ -67,7 +67,7 @@ def list_halfedges_kernel(
     # Out:
     listed_out: wp.array[wp.int32],
 ) -> None:
-    """List the halfedges of each lower vertex, in any order. One thread a corner; not for chunks."""
+    """List the halfedges of each lower vertex, in any order. One thread a corner; launched whole."""
     h = first + wp.tid()
     vertex = lower_vertex(corners, h)
     if vertex >= 0:

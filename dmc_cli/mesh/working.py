@@ -1,4 +1,4 @@
-"""A mesh while faces are removed and added: numbers stay, what is not there is marked.
+"""Hold a mesh while faces are removed and added: numbers stay, what is not there is marked.
 
 Stages change the arrays in place and keep twins, valences and the vertices' halfedges true;
 `compaction.py` renumbers at the end. That is the papers' rebuild after each pass, with the work confined to

@@ -1,7 +1,8 @@
 """Give quads that have become neighbours different colours again, 0 to 4.
 
-Removing quads makes neighbours of quads that were none. Where two have the same colour they choose anew, in
-rounds, in which a quad waits for neighbours with a lower key.
+After a quad is removed, the quads on both sides of it are neighbours, and may have the same colour. Each quad
+in such a clash takes the lowest colour that no neighbour has, in rounds, in which it waits for clashing
+neighbours with a lower key, a hash of the number.
 """
 
 from typing import Any

@@ -35,7 +35,7 @@ class TrackedPoints:
 
     @property
     def count(self) -> int:
-        """Return how many there are."""
+        """Return the number of tracked points."""
         return int(self.nearest_quad.shape[0])
 
 

@@ -69,7 +69,10 @@ def remove_3x3y(
     """
 )
 def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32) -> None:
-    """Take one mesh edge from a vertex, which several threads may do: Warp's own atomics on CPU are none."""
+    """Take one mesh edge from a vertex, as several threads may do at once.
+
+    In C++, as Warp's own atomics are plain loads and stores on CPU.
+    """
     ...
 
 
@@ -81,7 +84,7 @@ def cut_out(
     valence: wp.array(dtype=wp.int32),
     h: wp.int32,
 ) -> None:
-    """Close the gap of a quad: the origin of its halfedge h stays, that of the opposite one goes.
+    """Merge the origins of halfedge h of a quad, which stays, and of the opposite halfedge, which goes.
 
     It writes to halfedges of the quad's neighbours that face the quad or start at the vertex that goes, and
     to the quad's own four vertices: nothing that another thread reads, but for valences of X and Y.

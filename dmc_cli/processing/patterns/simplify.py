@@ -114,7 +114,7 @@ def _safe_3x3y(mesh: WorkingMesh, *, project: bool) -> tuple[int, int]:
 
 
 def _pass_3333(mesh: WorkingMesh, *, safe: bool) -> tuple[int, int]:
-    """Remove what 3-3-3-3 finds; return how many quads went and how many patterns were refused."""
+    """Remove the pattern 3-3-3-3; return how many quads were removed and how many patterns were refused."""
     device = mesh.device
     quads = list_3333(mesh)
     removed = refusals = 0

@@ -157,7 +157,7 @@ def free_outer_kernel(
     # Out:
     owner_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Say that nobody has the outer vertices; no others are looked at. One thread a quad of the list."""
+    """Reset the owner of each outer vertex of the listed quads to none. One thread a quad of the list."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
@@ -174,7 +174,7 @@ def claim_outer_kernel(
     # In/out:
     owner_inout: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Claim the outer vertices: the lowest key has them. One thread a quad of the list; not for chunks."""
+    """Claim the outer vertices: the lowest key has them. One thread a quad of the list; launched whole."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
@@ -232,7 +232,7 @@ def gather_sides_kernel(
     sides_out: wp.array(dtype=wp.vec4i),
     twins_out: wp.array(dtype=wp.vec4i),
 ) -> None:
-    """Note the outer sides and what lies beyond them, before anything changes. One thread a quad of the list.
+    """Store the outer sides and their twins, before anything changes. One thread a quad of the list.
 
     A quad beyond that goes belongs to another flagged quad, whose halfedge takes its place.
     """
@@ -293,7 +293,7 @@ def lower_outer_kernel(
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
 ) -> None:
-    """Take one mesh edge from each vertex of the stretched quads. One thread a quad; not for chunks."""
+    """Take one mesh edge from each vertex of the stretched quads. One thread a quad; launched whole."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
         for c in range(4):
@@ -309,6 +309,6 @@ def subtract_kernel(
     # Out:
     difference_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Keep the flags that others do not have. One thread a flag."""
+    """Keep the flags that are not set in a second array. One thread a flag."""
     n = first + wp.tid()
     difference_out[n] = flags[n] - others[n]

@@ -226,7 +226,7 @@ def aim_kernel(
     aim_out: wp.array(dtype=wp.vec3),
     level_out: wp.array(dtype=wp.int8),
 ) -> None:
-    """Find each vertex's worst quad and the step that it would like to take. One thread a vertex."""
+    """Find each vertex's worst quad, and its step towards its squares' corners. One thread a vertex."""
     v = first + wp.tid()
     h = mesh.vertex_halfedge[v]
     size = ring_size(mesh.twin, h, mesh.valence[v])

@@ -203,7 +203,7 @@ def mark_high_kernel(
     # Out:
     high_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Mark the vertices of a high quad; all who mark one write the same. One thread a quad."""
+    """Mark the vertices of a high quad; threads that mark one vertex write the same. One thread a quad."""
     q = first + wp.tid()
     if excess_height(context, corners, cell, local, q) > 0.0:
         for c in range(4):

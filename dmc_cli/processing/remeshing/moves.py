@@ -35,9 +35,8 @@ def keep_places(work: Work, b: wp.int32) -> None:
         work.core_normal[b, n] = work.normal[v]
     kept = work.tally[b, MERGED]
     if kept >= 0:
-        work.mesh.position[kept] = 0.5 * (
-            work.mesh.position[kept] + work.mesh.position[work.tally[b, REMOVED]]
-        )
+        gone = work.tally[b, REMOVED]
+        work.mesh.position[kept] = 0.5 * (work.mesh.position[kept] + work.mesh.position[gone])
 
 
 @wp.func
@@ -53,7 +52,7 @@ def restore_places(work: Work, b: wp.int32) -> None:
 
 @wp.func
 def goal_of(work: Work, v: wp.int32) -> wp.vec3:
-    """Return where the squares nearest to a vertex's quads want it, on its tangent plane."""
+    """Return the mean of a vertex's corners of the squares nearest to its quads, on its tangent plane."""
     here = work.mesh.position[v]
     goal = wp.vec3(0.0, 0.0, 0.0)
     h = work.mesh.vertex_halfedge[v]

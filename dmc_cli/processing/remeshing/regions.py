@@ -107,7 +107,7 @@ def freeze_fans_kernel(
     # Out:
     frozen_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Freeze what has no ring. One thread a vertex."""
+    """Freeze the vertices whose quads do not form one ring. One thread a vertex."""
     v = first + wp.tid()
     size = ring_size(twin, vertex_halfedge[v], valence[v])
     frozen_out[v] = wp.where(size > 0 and size <= LONGEST_RING, wp.uint8(0), wp.uint8(1))
@@ -141,7 +141,7 @@ def find_boxes_kernel(
     box_out: wp.array(dtype=wp.int32),
     taken_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Find the box of each quad; all who mark a box as taken write the same. One thread a quad."""
+    """Find the box of each quad and mark it as taken; a box gets the same from all. One thread a quad."""
     q = first + wp.tid()
     node = cell_node(grid, cell[corners[4 * q]]) + shift
     box = node[0] / SIDE + sizes[0] * (node[1] / SIDE + sizes[1] * (node[2] / SIDE))

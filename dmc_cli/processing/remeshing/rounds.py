@@ -83,7 +83,7 @@ def remesh(mesh: Mesh, placement: Placement, rounds: int, progress: Progress = S
 
 
 class Rounds:
-    """A mesh on its way through the rounds, which lets go of every array as soon as the next one is there.
+    """The state of remeshing between rounds; an array is freed as soon as the next one replaces it.
 
     So a caller that drops the mesh and its placement before `run` has their memory back in it.
     """
@@ -163,7 +163,7 @@ class Rounds:
         self._close_gaps(vertices, quads)
 
     def _close_gaps(self, vertices: int, quads: int) -> None:
-        """Leave out what has gone; vertices and quads from these numbers on are new."""
+        """Renumber the mesh without what was removed; vertices and quads from these numbers on are new."""
         inherit_values(self._mesh, vertices, quads)
         self._mesh, new_faces = pack(self._mesh)
         nearest = renumbered(self._tracked.nearest_quad, new_faces, self._device)

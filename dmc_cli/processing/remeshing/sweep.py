@@ -176,7 +176,7 @@ def propose(
 
 @wp.func
 def begin_opened(work: Work, b: wp.int32, fresh: wp.int32) -> None:
-    """Start a vertex that a quad was opened for where the one is that it was split from."""
+    """Place a new vertex of an opened quad where the vertex is that it was split from."""
     of = work.core[b, 0]
     work.mesh.position[fresh] = work.mesh.position[of]
     work.mesh.cell[fresh] = work.mesh.cell[of]
@@ -186,7 +186,7 @@ def begin_opened(work: Work, b: wp.int32, fresh: wp.int32) -> None:
 
 @wp.func
 def spread_opened(work: Work, fresh: wp.int32) -> None:
-    """Move it a little to its side."""
+    """Move the new vertex of an opened quad 0.4 of the way to the mean of its neighbours."""
     h = work.mesh.vertex_halfedge[fresh]
     mean = wp.vec3(0.0, 0.0, 0.0)
     size = work.mesh.valence[fresh]
