@@ -1,10 +1,19 @@
 # What other programs may rely on; `__init__.py` says what is where.
 
 from .app import ConvertResult as ConvertResult, convert as convert, measure_file as measure_file
-from .contouring import Surface as Surface, extract_surface as extract_surface
+from .contouring import (
+    Surface as Surface,
+    color_faces as color_faces,
+    compute_normals as compute_normals,
+    connect_faces as connect_faces,
+    extract_surface as extract_surface,
+)
 from .errors import DmcError as DmcError
 from .field import upload_volume as upload_volume
+from .measures import measure_quality as measure_quality, measure_topology as measure_topology
+from .mesh import Mesh as Mesh, Placement as Placement, connect as connect
 from .mesh_io import MeshFile as MeshFile, read_mesh as read_mesh, write_mesh as write_mesh
+from .processing import relax as relax, remesh as remesh, simplify as simplify
 from .runtime import select_device as select_device
 from .settings import (
     ConvertSettings as ConvertSettings,

@@ -3,8 +3,8 @@
 read_ahead     the input is read while kernels are loaded
 memory_budget  the forecast that is held against a budget
 file_keys, overlaps  no output is an input or another output
-convert        the table of contents: one call a stage
-measure_file   a mesh file measured
+conversion     the table of contents: one call a stage
+measurement    a mesh file measured
 batch          many conversions, side by side
 """
 

@@ -107,7 +107,7 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
     mesh, output = settings.mesh, settings.output
     surface = MESH if even_slices else MESH + UNEVEN_SLICES
     stages = {"surface": CELLS + TRACING + surface}
-    alive = CELLS + MESH
+    alive = MESH
     if settings.needs_halfedges:
         by_paper = mesh.simplify != "none" and mesh.simplify_rules == "paper"
         colors = COLORS if output.halfedges is not None or by_paper else Cost()

@@ -4,6 +4,7 @@ words       words of 32 bits, sixteen at a time; single bits of one
 bit_lists   lists of the set bits of words (a C++ header)
 flags       flags, a byte an item, 32 of them at a glance
 selection   sets of items, as flags and as lists
+kernels     its modules with kernels
 """
 
 import lazy_loader

@@ -5,6 +5,7 @@ surface               what a method returns
 dual_marching_cubes/  quads only, one vertex a polygon (Grosso & Zint 2021)
 extraction            a volume and its settings to a surface, by whichever method
 vertex_colors         colours of vertices by the parity of their cells
+kernels               the modules with kernels that a run needs
 normals               vertex normals by central differences, whatever the method
 """
 

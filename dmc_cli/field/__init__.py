@@ -9,9 +9,10 @@ crossings            where a polygon crosses the edges of its cell
 slices               unevenly spaced slices
 simd_cells           sixteen cells at a time, on CPU
 central_differences  slopes of the values in sixteen cells
-corner_differences   slopes at the corners of any cell, beside missing nodes too
+corner_slopes        slopes at the corners of any cell, beside missing nodes too
 prefetch             values asked for ahead of their use
 projection           the nearest point of the surface
+kernels              its modules with kernels
 """
 
 import lazy_loader

@@ -5,11 +5,12 @@ components        connected components
 vertex_fans       the fans of faces round vertices
 shape             areas, angles, how square
 quality           the measures of the papers
-locate            the cell that a point lies in
+location          the cell that a point lies in
 deviation         how far vertices are from the surface
 rounding          what writing in float32 costs
-measure_rounding  its kernels
+rounding_kernels  its kernels
 plain_values      numbers as JSON has them
+kernels           the modules with kernels
 """
 
 import lazy_loader

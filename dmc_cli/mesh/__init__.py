@@ -4,14 +4,15 @@ halfedges        how faces join; the walk round a vertex
 mesh             the one type of meshes
 placement        where vertices lie on the surface that they were cut from
 twins            pairs of halfedges, by vertices
-connect          halfedges of any mesh
+connectivity     halfedges of any mesh
 defects          quads that simplification leaves alone
 valences         the share of irregular vertices
-working_mesh     a mesh while faces go and come
+working          a mesh while faces go and come
 compaction       renumbering without what has gone
 near_frame       the frame in which a mesh far from the origin is changed
 check            invariants of a finished mesh
 check_halfedges  invariants of a halfedge structure
+kernels          its modules with kernels
 """
 
 import lazy_loader

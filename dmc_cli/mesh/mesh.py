@@ -10,15 +10,16 @@ from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.runtime import Device, view
 
-DEFECT, COLOR, COLOR24, LABELS = "defect", "color", "color24", "labels"
+DEFECT, COLOR, COLOR24 = "defect", "color", "color24"
 """Values of faces that stages know: uint8, not 0 if a quad has a defect (`defects.py`); colours 0 to 4, of
-which neighbours have two; the grid's 24 colours; int32 vec2, the labels on the side that the normal points to
-and on the other."""
+which neighbours have two; the grid's 24 colours."""
 
 
 @dataclass(frozen=True)
 class Mesh:
     """A mesh of triangles and quads, its mesh faces, on a device. A stage takes one and returns another.
+
+    Whoever has one changes none of its arrays; `simplify` alone takes them over, and says so.
 
     Attributes:
         positions: float32 vec3 (V,), in the output space.

@@ -6,6 +6,7 @@ remeshing/        irregular vertices removed by local operations
 quad_square       how far a quad is from a square
 tangent_step      a vertex's step along the surface
 surface_distance  how far points are from the surface
+kernels           the modules with kernels that the stages need
 color_repair      different colours for quads that have become neighbours
 distance_guard    points of the mesh before that the new one must not leave behind
 """

@@ -3,4 +3,4 @@
 from .kernels import kernel_modules as kernel_modules
 from .patterns.simplify import simplify as simplify
 from .relaxation.relax import relax as relax
-from .remeshing.rounds import Rounds as Rounds
+from .remeshing.rounds import Rounds as Rounds, remesh as remesh

@@ -28,7 +28,7 @@ NEAR = wp.constant(0.4)
 
 @dataclass(frozen=True)
 class TrackedPoints:
-    """Points in node indices, vec3 (G,), and the quads that they are assigned to, int32 (G,)."""
+    """Points in node indices, vec3 (G,), and the quads that they are assigned to, int32 (G,), -1 for none."""
 
     point: Any
     nearest_quad: Any
@@ -152,7 +152,7 @@ def track_kernel(
     """Assign a vertex to one of its quads. One thread a vertex."""
     v = first + wp.tid()
     point_out[v] = single_index(grid, cell[v], local[v])
-    nearest_out[v] = vertex_halfedge[v] >> 2
+    nearest_out[v] = vertex_halfedge[v] >> 2  # -1 for a vertex of no face
 
 
 @wp.kernel
@@ -172,6 +172,9 @@ def assign_nearest_kernel(
     """Find the nearest of a point's quad, those across its sides and beside these. One thread a point."""
     g = first + wp.tid()
     best = nearest_quad[g]
+    if best < 0:
+        nearest_out[g] = best
+        return
     least = distance_from_quad(grid, corners, cell, local, best, point[g])
     if least > NEAR:
         home = best
@@ -198,7 +201,8 @@ def renumber_kernel(
 ) -> None:
     """Find the new numbers of the points' quads. One thread a point."""
     g = first + wp.tid()
-    nearest_out[g] = new_faces[nearest_quad[g]]
+    q = nearest_quad[g]
+    nearest_out[g] = wp.where(q < 0, -1, new_faces[wp.max(q, 0)])
 
 
 @wp.kernel
@@ -229,7 +233,7 @@ def link_points_kernel(
 ) -> None:
     """Link the points of each quad in ascending order. One thread a point."""
     n = first + wp.tid()
-    if n == 0 or keys[wp.max(n, 1) - 1] != keys[n]:
+    if keys[n] >= 0 and (n == 0 or keys[wp.max(n, 1) - 1] != keys[n]):
         first_out[keys[n]] = items[n]
     following = int(-1)
     if n + 1 < count:
@@ -259,6 +263,8 @@ def keep_points_near_kernel(
     """
     g = first + wp.tid()
     q = nearest_quad[g]
+    if q < 0:
+        return
     is_touched = bool(False)
     for corner in range(4):
         if has_moved[corners[4 * q + corner]] != wp.uint8(0):

@@ -4,10 +4,11 @@ arrays           Warp arrays over memory that is there already
 buffer_pool      memory that is kept for the next array
 kernel_cache     compiled kernels on the disk
 compiled_kernel  a kernel called without Warp's launch
-native           C++ of native functions, from the headers beside the kernels
+native_code      C++ of native functions, from the headers beside the kernels
 job, job_slots, worker_pool  the CPU threads that share a launch
 prefix_sums      the prefix sum of a long array, by all threads
 device           devices, and the one way to launch a kernel
+kernels          the modules with kernels that launches need
 """
 
 import lazy_loader

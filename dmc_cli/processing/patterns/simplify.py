@@ -87,7 +87,9 @@ def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simpli
     if color is not None:
         arrays = working.arrays
         repair_colors(working.device, arrays.twin, color, *working.seams, gone=arrays.face_gone)
-    return Simplified(*fill_gaps(working), tuple(removed), removed_3333, refused)
+    simplified, places = fill_gaps(working)
+    simplified = simplified.with_face_values(defect=None)
+    return Simplified(simplified, places, tuple(removed), removed_3333, refused)
 
 
 def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:

@@ -1,5 +1,7 @@
 """`--remesh` lowers irregular vertices and keeps every promise, after each round."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -14,6 +16,7 @@ from dmc_cli.field.trilinear import single_precision, trilinear_value
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.processing.distance_guard import FARTHEST, track_vertices
 from dmc_cli.processing.remeshing import rounds
@@ -82,6 +85,28 @@ def assert_whole(before, after, *, one_fan=True):
     local = after.placement.local.numpy()
     assert np.isfinite(new.positions.numpy()).all()
     assert ((local >= 0) & (local <= 1)).all()
+
+
+def test_a_vertex_of_no_face_stays_where_it_is(extract):
+    """Meshes of other origin may have some; they have no quad that a tracked point could be assigned to."""
+    before = by_patterns(extract(smooth_noise(16, 1.0), border="closed", threads=2))
+    mesh, placement = before.mesh, before.placement
+    more = {
+        name: np.concatenate([a.numpy(), a.numpy()[:1]])
+        for name, a in (("positions", mesh.positions), ("cell", placement.cell), ("local", placement.local))
+    }
+    loose = Mesh(wp.array(more["positions"], dtype=wp.vec3, device=mesh.device.name), mesh.faces, mesh.device)
+    where = replace(
+        placement,
+        cell=wp.array(more["cell"], dtype=wp.int64, device=mesh.device.name),
+        local=wp.array(more["local"], dtype=wp.vec3, device=mesh.device.name),
+    )
+    expected = remesh(Mesh(mesh.positions, mesh.faces, mesh.device), placement, 3)
+    result = remesh(loose, where, 3)
+    assert result.mesh.vertex_count == expected.mesh.vertex_count + 1
+    assert result.operations == expected.operations > 0
+    np.testing.assert_array_equal(result.mesh.faces.numpy(), expected.mesh.faces.numpy())
+    np.testing.assert_array_equal(result.mesh.positions.numpy()[-1], more["positions"][-1])
 
 
 def duplicates(quads):
