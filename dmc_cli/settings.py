@@ -199,6 +199,11 @@ class MeshSettings:
         object.__setattr__(self, "simplify", "all")
 
     @property
+    def follows_paper(self) -> bool:
+        """Return whether the mesh is simplified by the papers' bare rules, which promise nothing."""
+        return self.simplify != "none" and self.simplify_rules == "paper"
+
+    @property
     def is_changed(self) -> bool:
         """Return whether vertices or quads do not stay as the surface has them."""
         return self.simplify != "none" or self.relax > 0
@@ -285,6 +290,11 @@ class ConvertSettings:
     def needs_halfedges(self) -> bool:
         """Return whether halfedges are needed: to change the mesh, to measure it or for the dump."""
         return self.mesh.is_changed or self.output.halfedges is not None or self.output.is_measured
+
+    @property
+    def needs_colors(self) -> bool:
+        """Return whether colours of quads are needed: for the dump, or by the papers' rules."""
+        return self.output.halfedges is not None or self.mesh.follows_paper
 
 
 @dataclass(frozen=True, kw_only=True)

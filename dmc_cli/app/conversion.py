@@ -195,8 +195,7 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     )
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
-        colored = dumped or (wanted and settings.mesh.simplify_rules == "paper")
-        modules += mesh_kernel_modules(method=settings.surface.method, colors=colored)
+        modules += mesh_kernel_modules(method=settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
     return modules + (report_kernels() if settings.output.is_measured else [])
 
@@ -238,8 +237,7 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> S
     """Return the surface with halfedges, and with colours if a dump or the papers' rules need them."""
     with watch.stage("halfedges", "building the halfedges"):
         surface = connect_faces(surface)
-    by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
-    if settings.output.halfedges is not None or by_paper:
+    if settings.needs_colors:
         with watch.stage("coloring", "colouring"):
             surface = color_faces(surface)
     return surface

@@ -109,8 +109,7 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
     stages = {"surface": CELLS + TRACING + surface}
     alive = MESH
     if settings.needs_halfedges:
-        by_paper = mesh.simplify != "none" and mesh.simplify_rules == "paper"
-        colors = COLORS if output.halfedges is not None or by_paper else Cost()
+        colors = COLORS if settings.needs_colors else Cost()
         alive = MESH + TWINS + colors
         stages["halfedges"] = CELLS + RANKS + alive
         if mesh.simplify != "none":

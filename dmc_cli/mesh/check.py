@@ -32,7 +32,6 @@ def check_mesh(
 
     The papers' bare rules of simplification promise nothing, so after them only the halfedges are checked.
     """
-    by_paper = settings.mesh.simplify != "none" and settings.mesh.simplify_rules == "paper"
     closed_or_split = settings.surface.topology == "manifold" or settings.surface.border == "closed"
     halfedges = mesh.require_halfedges()
     check_halfedges(
@@ -41,7 +40,7 @@ def check_mesh(
         halfedges.vertex_halfedge.numpy(),
         one_fan=closed_or_split,
     )
-    if not by_paper:
+    if not settings.mesh.follows_paper:
         _check_geometry(mesh, placement, normals, report, settings)
 
 

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
+from dmc_cli.mesh.halfedges import NO_CORNER, NO_TWIN
 
 Array = np.ndarray[Any, np.dtype[Any]]
-
-NO_CORNER = NO_TWIN = -1
 
 PIECE = 1 << 17
 """Halfedges or vertices that are looked at together."""

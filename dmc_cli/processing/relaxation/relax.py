@@ -80,8 +80,8 @@ def relax(
     mesh = connect(require_quads(mesh, "--relax"))
     device, count, frame = mesh.device, mesh.vertex_count, placement.frame
     arrays, context = mesh_arrays(mesh), make_context(frame)
-    now = _spots(mesh.positions, placement.cell, placement.local, device)
-    device.launch(find_normals_kernel, count, [context], [now])
+    normal = find_normals(context, placement.cell, placement.local, device)
+    now = _spots(mesh.positions, placement.cell, placement.local, normal)
     spare = [_empty_spots(count, device) for _ in range(min(steps, 2))]
     scratch = _Scratch.of(count, mesh.face_count, device)
     total_shape = _measure(arrays, now, scratch, device)
@@ -167,18 +167,24 @@ def _take_step(
         is_failing, checks = device.total(scratch.failing) > 0, checks + 1
 
 
-def _spots(position: Any, cell: Any, local: Any, device: Device) -> Any:
-    """Return the kernels' view of vertices, with room for their normals."""
+def find_normals(context: Any, cell: Any, local: Any, device: Device) -> Any:
+    """Return the surface's unit normals at vertices, along the gradient, vec3 (V,)."""
+    normal = device.empty(cell.shape[0], wp.vec3)
+    device.launch(find_normals_kernel, cell.shape[0], [context, cell, local], [normal])
+    return normal
+
+
+def _spots(position: Any, cell: Any, local: Any, normal: Any) -> Any:
+    """Return the kernels' view of vertices."""
     spots = Spots()
-    spots.position, spots.cell, spots.local = position, cell, local
-    spots.normal = device.empty(position.shape[0], wp.vec3)
+    spots.position, spots.cell, spots.local, spots.normal = position, cell, local, normal
     return spots
 
 
 def _empty_spots(count: int, device: Device) -> Any:
     """Return the kernels' view of vertices that are still to be written."""
-    position, local = (device.empty(count, wp.vec3) for _ in range(2))
-    return _spots(position, device.empty(count, wp.int64), local, device)
+    position, local, normal = (device.empty(count, wp.vec3) for _ in range(3))
+    return _spots(position, device.empty(count, wp.int64), local, normal)
 
 
 @wp.kernel
@@ -186,13 +192,14 @@ def find_normals_kernel(
     # In:
     first: wp.int32,
     context: SurfaceContext,
-    # In/out:
-    spots_inout: Spots,
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
+    # Out:
+    normal_out: wp.array(dtype=wp.vec3),
 ) -> None:
     """Find the surface's normal at each vertex. One thread a vertex."""
     v = first + wp.tid()
-    cell = cell_node(context.grid, spots_inout.cell[v])
-    spots_inout.normal[v] = surface_normal(context, cell, spots_inout.local[v])
+    normal_out[v] = surface_normal(context, cell_node(context.grid, cell[v]), local[v])
 
 
 @wp.kernel

@@ -12,7 +12,6 @@ import warp as wp
 from dmc_cli.field import Grid, GridShape, cell_node
 from dmc_cli.mesh import Mesh, WorkingMesh, next_outgoing, ring_size
 from dmc_cli.processing.remeshing.work import LONGEST_RING
-from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -54,14 +53,6 @@ def frozen_vertices(mesh: Mesh) -> Any:
     inputs = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence]
     mesh.device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [frozen])
     return frozen
-
-
-def find_normals(mesh: WorkingMesh, context: Any) -> Any:
-    """Return the surface's unit normals at the vertices, along the gradient, vec3 (V,)."""
-    normal = mesh.device.empty(mesh.vertex_count, wp.vec3)
-    inputs = [context, mesh.arrays.cell, mesh.arrays.local]
-    mesh.device.launch(find_normals_kernel, mesh.vertex_count, inputs, [normal])
-    return normal
 
 
 def make_regions(mesh: WorkingMesh, grid: GridShape, number: int) -> Regions:
@@ -111,21 +102,6 @@ def freeze_fans_kernel(
     v = first + wp.tid()
     size = ring_size(twin, vertex_halfedge[v], valence[v])
     frozen_out[v] = wp.where(size > 0 and size <= LONGEST_RING, wp.uint8(0), wp.uint8(1))
-
-
-@wp.kernel
-def find_normals_kernel(
-    # In:
-    first: wp.int32,
-    context: SurfaceContext,
-    cell: wp.array(dtype=wp.int64),
-    local: wp.array(dtype=wp.vec3),
-    # Out:
-    normal_out: wp.array(dtype=wp.vec3),
-) -> None:
-    """Find the surface's normals. One thread a vertex."""
-    v = first + wp.tid()
-    normal_out[v] = surface_normal(context, cell_node(context.grid, cell[v]), local[v])
 
 
 @wp.kernel

@@ -16,13 +16,12 @@ import warp as wp
 from dmc_cli.mesh import COLOR, DEFECT, Mesh, Placement, connect, pack, require_quads, with_room, working_mesh
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
-from dmc_cli.processing.relaxation.relax import measure_shapes, relax
+from dmc_cli.processing.relaxation.relax import find_normals, measure_shapes, relax
 from dmc_cli.processing.remeshing.inheritance import inherit_values
 from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, mark_high, mend_kernel
 from dmc_cli.processing.remeshing.regions import (
     FROZEN,
     Regions,
-    find_normals,
     frozen_vertices,
     make_regions,
     with_spares,
@@ -174,7 +173,8 @@ class Rounds:
         work, tracked = Work(), self._tracked
         count, device = regions.count, self._device
         work.mesh = self._mesh.arrays
-        work.normal, work.sense = find_normals(self._mesh, self._context), self._frame.sense
+        work.normal = find_normals(self._context, work.mesh.cell, work.mesh.local, device)
+        work.sense = self._frame.sense
         work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
         work.first_point, work.next_point = list_points(tracked, self._mesh.face_count, device)
         work.vertex_region = with_spares(regions, vertices, device)

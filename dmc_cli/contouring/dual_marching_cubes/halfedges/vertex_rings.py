@@ -20,6 +20,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count
+from dmc_cli.mesh import previous_in_quad
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -148,8 +149,7 @@ def ring_special_kernel(
             h = halfedge_from_cell(grid, bits, words, is_reversed, cell, bit_index(remaining))
             remaining &= remaining - wp.uint32(1)
             valence += 1
-            entering = (h & ~3) | ((h + 3) & 3)
-            if twin[entering] < 0:
+            if twin[previous_in_quad(h)] < 0:
                 valence += 1
             if leaving < 0:
                 leaving = h
