@@ -1,4 +1,7 @@
-"""Open MINC 1, which is netCDF 3, by nibabel's reader: the file is mapped, and only its header read."""
+"""Open MINC 1, which is netCDF 3, by nibabel's reader: it reads the header, and the file is mapped by us.
+
+So a file that shrinks meanwhile ends in a message, as everywhere (`dmc_cli/volume/mapping.py`).
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,6 +9,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from dmc_cli.volume import intact, map_file
 from dmc_cli.volume_io.minc.image import MincImage
 
 _Array = np.ndarray[Any, np.dtype[Any]]
@@ -42,13 +46,16 @@ class _HeaderFile:
 
 
 def open_netcdf(path: Path, name: str) -> MincImage:
-    """Return the image of a file; what is wrong with it is any exception of nibabel's."""
-    from nibabel.externals.netcdf import netcdf_file
+    """Return the image of a file; what is wrong with it is any exception of nibabel's.
+
+    Raises:
+        DamagedVolumeError: The file shrank, or could not be read, meanwhile.
+    """
     from nibabel.minc1 import Minc1File
 
     with path.open("rb") as file:
         # closed here, before the reader that holds it: the reader would complain of arrays that are left
-        found = netcdf_file(_HeaderFile(file), mmap=True)
+        found = _mapped(file)
         minc = Minc1File(found)
     image, least, most = (found.variables[key] for key in ("image", "image-min", "image-max"))
     dtype = np.dtype(minc.get_data_dtype())
@@ -58,9 +65,13 @@ def open_netcdf(path: Path, name: str) -> MincImage:
     ends = [getattr(image, key, None) for key in ("valid_min", "valid_max")]
     told = ends if None not in ends else None
 
+    with intact(values, name):
+        ranges = (np.array(least.data), np.array(most.data))
+
     def slabs(place: tuple[int, ...]) -> Iterator[_Array]:
-        for plane in values[place]:
-            yield plane[None]
+        with intact(values, name):
+            for plane in values[place]:
+                yield plane[None]
 
     return MincImage(
         name=name,
@@ -69,7 +80,28 @@ def open_netcdf(path: Path, name: str) -> MincImage:
         dtype=dtype,
         affine=minc.get_affine(),
         valid=getattr(image, "valid_range", told),
-        ends=(np.asarray(least.data), np.asarray(most.data)),
+        ends=ranges,
         ends_axes=tuple(least.dimensions),
         slabs=slabs,
     )
+
+
+def _mapped(file: BinaryIO) -> Any:
+    """Return nibabel's reader of a file, its arrays in a mapping of ours.
+
+    Raises:
+        OSError: The file cannot be mapped.
+    """
+    from nibabel.externals.netcdf import netcdf_file
+
+    mapping = map_file(file)
+    if mapping is None:
+        raise OSError("the file cannot be mapped into memory")
+
+    class MappedNetcdf(netcdf_file):  # type: ignore[misc]
+        def _read(self) -> None:
+            """Read the header; the fields are those that the reader keeps a mapping of its own in."""
+            self.__dict__.update(use_mmap=True, _mm=mapping, _mm_buf=np.frombuffer(mapping, np.int8))
+            super()._read()
+
+    return MappedNetcdf(_HeaderFile(file), mmap=False)

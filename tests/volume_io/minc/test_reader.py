@@ -1,4 +1,5 @@
 import gzip
+import os
 import sys
 import warnings
 
@@ -9,7 +10,9 @@ from hypothesis import given, strategies as st
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume import map_file
 from dmc_cli.volume_io.read import list_volumes
+from dmc_cli.volume_io.slices import stack_slices
 from tests.volume_io.minc_files import AXES, hdf, netcdf
 from tests.volume_io.reading import counting, nibabels_own, physical, read
 
@@ -278,3 +281,38 @@ def test_nibabels_own_files(name):
         image = nib.load(path)
     for index in range(image.shape[0] if image.ndim == 4 else 1):
         assert_same(read(path, volume_index=index), image, index if image.ndim == 4 else ())
+
+
+@pytest.mark.parametrize("left", [0, 4096, 5 * 4096 + 7])
+def test_minc_1_that_shrinks_while_it_is_read_is_told(tmp_path, monkeypatch, left):
+    path = netcdf(tmp_path / "a.mnc", counting((20, 40, 50), "u1"), -4.0, 11.0)
+
+    def shrunk(*words):
+        os.truncate(path, left)
+        return stack_slices(*words)
+
+    monkeypatch.setattr("dmc_cli.volume_io.minc.reader.stack_slices", shrunk)
+    with pytest.raises(DamagedVolumeError, match="became shorter, or could not be read, while it was in use"):
+        read(path)
+
+
+def test_minc_1_that_loses_its_scales_is_told(tmp_path, monkeypatch):
+    """They lie behind the values here, and are read first."""
+    ends = np.linspace(0, 1, 20), np.linspace(2, 3, 20)
+    path = netcdf(tmp_path / "a.mnc", counting((20, 40, 50), "u1"), *ends, along=("zspace",))
+
+    def shrunk(file):
+        mapping = map_file(file)
+        os.truncate(path, 4096)
+        return mapping
+
+    monkeypatch.setattr("dmc_cli.volume_io.minc.netcdf.map_file", shrunk)
+    with pytest.raises(DamagedVolumeError, match="became shorter"):
+        read(path)
+
+
+def test_minc_1_that_cannot_be_mapped_is_refused(tmp_path, monkeypatch):
+    path = netcdf(tmp_path / "a.mnc", counting((3, 4, 5), "u1"), -4.0, 11.0)
+    monkeypatch.setattr("dmc_cli.volume_io.minc.netcdf.map_file", lambda file: None)
+    with pytest.raises(DamagedVolumeError, match=r"a\.mnc: no MINC image .* cannot be mapped into memory"):
+        read(path)
