@@ -37,6 +37,7 @@ endif
 # With LOCKED=1 the versions are those that the tests last passed with, for the Python that there is
 LOCK_FILE = locks/$$($(PY) -c 'import sys; print("{}.{}".format(*sys.version_info))').txt
 LOCK = $(if $(LOCKED),--constraint $(LOCK_FILE))
+AS_LOCKED = $(if $(LOCKED),$(VENV)/.locked)
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,14 +46,18 @@ $(PY): $(OTHER_PYTHON)
 	@python=$$($(FIND_PYTHON)) || { echo "$(NO_PYTHON)" >&2; exit 1; }; \
 	echo "creating $(VENV) with $$python"; "$$python" -m venv --clear $(VENV)
 
-# The stamps depend on pyproject.toml: a changed dependency is installed by the next make
-$(VENV)/.installed: pyproject.toml $(OTHER_PYTHON) | $(PY)
-	$(PY) -m pip install --quiet --disable-pip-version-check $(LOCK) -e .
+# The stamps depend on pyproject.toml: a changed dependency is installed by the next make. With LOCKED=1 so is a changed
+# lock, and what was installed without one
+$(VENV)/.locked: $(wildcard locks/*.txt) | $(PY)
 	@touch $@
 
-$(VENV)/.installed-dev: pyproject.toml $(OTHER_PYTHON) | $(PY)
+$(VENV)/.installed: pyproject.toml $(AS_LOCKED) $(OTHER_PYTHON) | $(PY)
+	$(PY) -m pip install --quiet --disable-pip-version-check $(LOCK) -e .
+	@touch $@$(if $(LOCKED),,; rm -f $(VENV)/.locked)
+
+$(VENV)/.installed-dev: pyproject.toml $(AS_LOCKED) $(OTHER_PYTHON) | $(PY)
 	$(PY) -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[dev]'
-	@touch $@ $(VENV)/.installed
+	@touch $@ $(VENV)/.installed$(if $(LOCKED),,; rm -f $(VENV)/.locked)
 
 demo: $(VENV)/.installed ## convert a real CT of a head and say where the mesh is
 	@mkdir -p demo
@@ -102,7 +107,7 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 	$(PY) benchmarks/surface.py --out surface
 	$(PY) benchmarks/surface.py --threads 1 --fast --out surface-one-thread
 	$(PY) benchmarks/mesh.py --out mesh
-	$(PY) benchmarks/memory.py
+	$(PY) benchmarks/memory.py --out memory
 	$(PY) benchmarks/convert.py --out convert
 	$(PY) benchmarks/dicom.py --out dicom
 
@@ -115,9 +120,12 @@ cov: $(VENV)/.installed-dev ## coverage of the host code
 docs: $(VENV)/.installed-dev ## refresh what the README shows of outputs and options
 	$(PY) -m tests.docs.readme
 
-smoke: $(VENV)/.installed-dev ## the wheel works where nothing else is installed
+smoke: $(VENV)/.installed-dev ## the source archive is complete; the wheel that is made of it works where nothing else is installed
 	rm -rf build/smoke && mkdir -p build/smoke
-	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/smoke .
+	$(PY) -m build --outdir build/smoke . > build/smoke/log
+	tar -tzf build/smoke/*.tar.gz | cut -d/ -f2- | LC_ALL=C sort > build/smoke/packed
+	@missing=$$(git ls-files | LC_ALL=C sort | LC_ALL=C comm -13 build/smoke/packed -); \
+	[ -z "$$missing" ] || { echo "not in the source archive:" $$missing >&2; exit 1; }
 	$(PY) -m venv build/smoke/venv
 	build/smoke/venv/bin/python -m pip install --quiet --disable-pip-version-check build/smoke/*.whl
 	cd build/smoke && venv/bin/dmc --version && venv/bin/dmc convert synth:torus:32 torus.ply -i 0 --require closed,manifold

@@ -12,19 +12,27 @@ from typing import Any
 from cases import ROOT
 
 RESULTS = ROOT / "benchmarks" / "results"
+CPUINFO = Path("/proc/cpuinfo")
 PACKAGES = ("numpy", "warp-lang", "vtk", "scikit-image")
+
+
+def processor() -> str:
+    """Return the processor's name, or only its architecture where the system tells no more."""
+    if CPUINFO.exists():  # Linux
+        lines = CPUINFO.read_text().splitlines()
+        names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    else:
+        names = [platform.processor()]
+    return next(filter(None, names), platform.machine())
 
 
 def machine() -> dict:
     """Return the day, the commit, the processor and the versions that a figure belongs to."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    models = [line.split(":")[1].strip() for line in lines if "model name" in line]
-    model = models[0] if models else platform.processor()
     git = ["git", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(git, capture_output=True, text=True, cwd=ROOT, check=False).stdout
     return {
         "date": date.today().isoformat(),
-        "processor": f"{model}, {os.cpu_count()} cores",
+        "processor": f"{processor()}, {os.cpu_count()} cores",
         "commit": commit.strip(),
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},

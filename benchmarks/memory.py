@@ -1,20 +1,20 @@
 """Memory that surface extraction, or the whole mesh pipeline, takes beside the volume and the results.
 
-    python benchmarks/memory.py [FIELD] [N]              the surface
+    python benchmarks/memory.py [FIELD] [N] [--out NAME] the surface
     python benchmarks/memory.py --pipeline [FIELD] [N]   to a simplified mesh with normals, as in mesh.py
     python benchmarks/memory.py --pipeline head          the same of the head CT, if it is there
 
 The peak of resident memory of a fresh process, less what was resident before with kernels loaded and the
 volume touched, less the arrays of the result. The goals are one byte a node for the surface, and two bytes a
-node and 40 bytes a quad for the pipeline.
+node and 40 bytes a quad for the pipeline. Adds a line to benchmarks/results/NAME.jsonl.
 """
 
 import argparse
-import resource
-import sys
-from pathlib import Path
+import os
+import subprocess
 
 from cases import CASES
+from history import record
 
 from dmc_cli.contouring import color_faces, compute_normals, connect_faces, extract_surface, kernel_modules
 from dmc_cli.field import upload_volume
@@ -22,14 +22,16 @@ from dmc_cli.processing import kernel_modules as mesh_kernels
 from dmc_cli.processing.patterns.simplify import simplify
 from dmc_cli.runtime.device import load_kernels, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
+from dmc_cli.system import peak_memory
 from dmc_cli.volume_io.read import read_volume
-
-UNIT = 1 if sys.platform == "darwin" else 1024
 
 
 def resident() -> int:
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmRSS"))
+    """Return the bytes of this process that are in memory now."""
+    told = subprocess.run(
+        ["ps", "-o", "rss=", "-p", str(os.getpid())], capture_output=True, text=True, check=True
+    )
+    return int(told.stdout) * 1024
 
 
 def run(volume, isovalue: float, device, *, pipeline: bool) -> tuple[int, list]:
@@ -56,6 +58,7 @@ def main() -> None:
     parser.add_argument("field", nargs="?", default="iwp")
     parser.add_argument("nodes", nargs="?", type=int, default=512)
     parser.add_argument("--pipeline", action="store_true")
+    parser.add_argument("--out", help="name of the history")
     options = parser.parse_args()
     device = select_device("cpu", 2)
     load_kernels(device, kernel_modules(normals_too=True) + mesh_kernels(simplify=True))
@@ -65,13 +68,16 @@ def main() -> None:
     volume.values.max()
     before = resident()
     quads, arrays = run(volume, named.isovalue if named else 0.0, device, pipeline=options.pipeline)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * UNIT
+    peak = peak_memory() or 0
     results = sum(array.numpy().nbytes for array in arrays)
     beside, count = peak - before - results, volume.values.size
     allowed = 2 * count + 40 * quads if options.pipeline else count
     print(f"{options.field} {volume.shape}: {quads} quads, results {results / 2**20:.0f} MiB")
     print(f"beside volume and results: {beside / 2**20:.0f} MiB, {beside / count:.2f} bytes a node")
     print(f"allowed: {allowed / 2**20:.0f} MiB")
+    if options.out:
+        what = {"field": options.field, "shape": volume.shape, "pipeline": options.pipeline, "quads": quads}
+        record(options.out, what | {"results": results, "beside": beside, "allowed": allowed})
 
 
 if __name__ == "__main__":

@@ -43,6 +43,22 @@ def test_an_environment_of_another_python_is_made_anew(tmp_path, version):
     assert "venv --clear" not in make("-n", "setup", VENV=tmp_path).stdout
 
 
+@needs_make
+def test_what_was_installed_without_the_lock_is_installed_with_it_when_that_is_asked_for(tmp_path):
+    python = tmp_path / "bin" / "python"
+    python.parent.mkdir()
+    python.write_text("#!/bin/sh\necho 3.12\n")
+    python.chmod(0o755)
+    (tmp_path / ".installed-dev").touch()
+    assert "pip install" not in make("-n", "setup", VENV=tmp_path).stdout
+    assert "--constraint locks/" in make("-n", "setup", VENV=tmp_path, LOCKED=1).stdout
+    for stamp in (".locked", ".installed-dev"):  # in the order in which they are made
+        (tmp_path / stamp).touch()
+    assert "pip install" not in make("-n", "setup", VENV=tmp_path, LOCKED=1).stdout
+    (tmp_path / ".installed-dev").unlink()
+    assert f"rm -f {tmp_path}/.locked" in make("-n", "setup", VENV=tmp_path).stdout
+
+
 def test_the_supported_versions_are_told_the_same_everywhere():
     text = (ROOT / "pyproject.toml").read_text("utf-8")
     versions = re.findall(r'"Programming Language :: Python :: (3\.\d+)"', text)

@@ -33,6 +33,21 @@ def test_the_files_that_are_named_exist(text):
         assert any(path == name or path.endswith(f"/{name}") for path in known), name
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_the_links_lead_somewhere(page):
+    for link in re.findall(r"\]\((?!http)([^)#]+)\)", PAGES[page]):
+        assert (ROOT / page).parent.joinpath(link).exists(), link
+
+
+def test_every_decision_is_listed_by_its_title():
+    index = PAGES["docs/decisions/README.md"]
+    listed = dict(re.findall(r"^- \[(.+)\]\((.+)\)$", index, re.MULTILINE))
+    pages = {page.rpartition("/")[2]: text for page, text in PAGES.items() if "decisions/0" in page}
+    assert {link: title for title, link in listed.items()} == {
+        name: text.partition("\n")[0].removeprefix("# ") for name, text in pages.items()
+    }
+
+
 @pytest.mark.parametrize("term", TERMS)
 def test_a_word_of_the_glossary_is_used(term):
     assert re.search(r"[\s_-]*".join(term.lower().split()), CODE)
