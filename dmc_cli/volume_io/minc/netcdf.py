@@ -97,11 +97,12 @@ def _mapped(file: BinaryIO) -> Any:
     mapping = map_file(file)
     if mapping is None:
         raise OSError("the file cannot be mapped into memory")
+    stored = np.frombuffer(mapping, np.int8)
 
     class MappedNetcdf(netcdf_file):  # type: ignore[misc]
         def _read(self) -> None:
             """Read the header; the fields are those that the reader keeps a mapping of its own in."""
-            self.__dict__.update(use_mmap=True, _mm=mapping, _mm_buf=np.frombuffer(mapping, np.int8))
+            self.__dict__.update(use_mmap=True, _mm=mapping, _mm_buf=stored)
             super()._read()
 
     return MappedNetcdf(_HeaderFile(file), mmap=False)
