@@ -7,7 +7,9 @@ PY := $(BIN)/python
 TESTS := $(PY) -m pytest
 # Side by side on the cores there are; kernels share them
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist worksteal
-HEADERS = $(shell find dmc_cli -name '*.h')
+HEADERS = $(shell find dmc_cli tests -name '*.h')
+# Tests that run kernels in their own process
+CHECKED = tests/bits tests/field tests/contouring tests/mesh tests/measures tests/processing tests/test_same_bytes.py
 SECONDS ?= 60
 AREA ?= processing
 COUNT ?= 60
@@ -87,9 +89,10 @@ types: $(VENV)/.installed-dev ## mypy, strict on host code
 test: $(VENV)/.installed-dev ## the tests on CPU, without the slow ones
 	$(TESTS) $(PARALLEL) -m "not slow and not gpu"
 
-test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length; then the quick ones with launches by Warp
+test-all: $(VENV)/.installed-dev ## all tests on CPU, hypothesis at length; then quick ones with launches by Warp, and checked
 	$(TESTS) $(PARALLEL) -m "not gpu" --hypothesis-profile=thorough
 	$(TESTS) $(PARALLEL) -m "not slow and not gpu" --launches-by-warp
+	$(TESTS) $(PARALLEL) -m "not slow and not gpu" --checked $(CHECKED)
 
 test-gpu: $(VENV)/.installed-dev ## the tests on CUDA; fails where there is no device
 	$(TESTS) -m gpu --require-cuda

@@ -27,6 +27,18 @@ def pytest_addoption(parser):
         action="store_true",
         help="launch as with a version of Warp whose compiled kernels are called otherwise, on one thread",
     )
+    parser.addoption(
+        "--checked",
+        action="store_true",
+        help="have every memory access of the kernels checked; one beside its array ends the process",
+    )
+
+
+def pytest_configure(config):
+    if config.getoption("--checked"):
+        from tests.checked.bounds import check_bounds
+
+        check_bounds()
 
 
 def pytest_runtest_setup(item):

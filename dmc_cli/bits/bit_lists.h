@@ -6,18 +6,21 @@
 // there is no list.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 namespace bit_lists {
 
+typedef POINTER(unsigned short) codes_t;
+
 // Write tag + b for each set bit b of a word to a list, which has room for 32; return the end of the list
-static CUDA_CALLABLE unsigned short* list_bits(unsigned int word, int tag, unsigned short* to) {
+static CUDA_CALLABLE codes_t list_bits(unsigned int word, int tag, codes_t to) {
 #if defined(__AVX512VBMI2__) && defined(__AVX512BW__)
     typedef short Codes __attribute__((vector_size(64)));
     Codes codes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15,
                    16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31};
     codes += (short)tag;
     codes = __builtin_ia32_compresshi512_mask(codes, codes, word);
-    __builtin_memcpy(to, &codes, sizeof(codes));
+    __builtin_memcpy(RUN(to, 32), &codes, sizeof(codes));
     to += wp::bit_count(word);
 #else
     for (; word; word &= word - 1) *to++ = (unsigned short)(tag + wp::bit_count(~word & (word - 1)));

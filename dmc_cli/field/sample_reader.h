@@ -1,26 +1,27 @@
 // Read stored values of any type: see sample_reader.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 // Return what `read` makes of a pointer at node `at` of `values`, in the type that the values have
-#define RETURN_FROM_NODES(read)                               \
-    switch (kind) {                                           \
-        case 0:                                               \
-            return read((const wp::uint8*)values.data + at);  \
-        case 1:                                               \
-            return read((const wp::int8*)values.data + at);   \
-        case 2:                                               \
-            return read((const wp::uint16*)values.data + at); \
-        case 3:                                               \
-            return read((const wp::int16*)values.data + at);  \
-        case 4:                                               \
-            return read((const wp::uint32*)values.data + at); \
-        case 5:                                               \
-            return read((const wp::int32*)values.data + at);  \
-        case 6:                                               \
-            return read((const float*)values.data + at);      \
-        default:                                              \
-            return read((const double*)values.data + at);     \
+#define RETURN_FROM_NODES(read)                                \
+    switch (kind) {                                            \
+        case 0:                                                \
+            return read(ITEMS(const wp::uint8, values) + at);  \
+        case 1:                                                \
+            return read(ITEMS(const wp::int8, values) + at);   \
+        case 2:                                                \
+            return read(ITEMS(const wp::uint16, values) + at); \
+        case 3:                                                \
+            return read(ITEMS(const wp::int16, values) + at);  \
+        case 4:                                                \
+            return read(ITEMS(const wp::uint32, values) + at); \
+        case 5:                                                \
+            return read(ITEMS(const wp::int32, values) + at);  \
+        case 6:                                                \
+            return read(ITEMS(const float, values) + at);      \
+        default:                                               \
+            return read(ITEMS(const double, values) + at);     \
     }
 
 inline double value_at(wp::array_t<wp::uint8> values, int kind, wp::int64 at) {
@@ -69,7 +70,7 @@ wp::vec_t<16 * LENGTH, double> read_rows(wp::array_t<wp::uint8> values, int kind
             for (int begin = 0; begin < LENGTH; begin += count) {
                 words_t words;
                 for (int lane = 0; lane < 16; ++lane) {
-                    __builtin_memcpy(&word, nodes + offsets[lane] + begin, sizeof(word));
+                    __builtin_memcpy(&word, RUN(nodes + offsets[lane] + begin, count), sizeof(word));
                     words[lane] = word;
                 }
                 for (int n = 0; n < count; ++n) {
@@ -130,7 +131,7 @@ inline bool compare_row(wp::array_t<wp::uint8> values, int kind, wp::int64 at, i
     auto read = [&](auto nodes) {
         auto level = *nodes;
         level = (decltype(level))threshold;
-        unsigned int* words = (unsigned int*)((char*)out.data + (size_t)row * (size_t)out.strides[0]);
+        POINTER(unsigned int) words = ROW(unsigned int, out, row);
         int done = 0;
         bool is_finite = true;
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
@@ -139,8 +140,8 @@ inline bool compare_row(wp::array_t<wp::uint8> values, int kind, wp::int64 at, i
         values_t zeros = 0;
         for (; done + 32 <= count; done += 32) {
             for (int line = 0; line < (int)sizeof(values_t); line += 64)
-                __builtin_prefetch((const char*)(nodes + done) + line + 4096);
-            values_t word = *(const values_t*)(nodes + done);
+                __builtin_prefetch(nodes + done + (line + 4096) / (int)sizeof(level));
+            values_t word = *(const values_t*)RUN(nodes + done, 32);
             bits_t is_above = __builtin_convertvector(word >= level, bits_t);
             words[done / 32] = __builtin_bit_cast(unsigned int, is_above);
             zeros += word * (decltype(level))0;

@@ -17,7 +17,7 @@ from dmc_cli.bits import VECTOR_FLAGS, WORDS_A_CHUNK, list_mask, low_bits, mask_
 from dmc_cli.mesh.mesh import DEFECT, Mesh
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working import MeshArrays, WorkingMesh
-from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device, size_of, view
+from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device, native, size_of, view
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -257,14 +257,7 @@ def move_values_kernel(
         target_out[gaps[n], byte] = source[movers[n], byte]
 
 
-@wp.func_native(
-    """
-    const int* corner = (const int*)corners.data + 64 * (size_t)block;
-    int highest = -1;
-    for (int n = 0; n < 64; ++n) highest = corner[n] > highest ? corner[n] : highest;
-    return highest;
-    """
-)
+@wp.func_native(native(__file__, "highest_corner"))
 def highest_corner(corners: wp.array(dtype=wp.int32), block: wp.int32) -> wp.int32:
     """Return the highest vertex of the faces 16 `block` to 16 `block` + 15."""
     ...

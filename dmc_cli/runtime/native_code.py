@@ -12,7 +12,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1]
 
 _INCLUDE = re.compile(r'^#include "dmc_cli/(.+)"$', re.MULTILINE)
-_DEFINE = re.compile(r"^#define (?:.*\\\n)*.*\n", re.MULTILINE)
+_DEFINE = re.compile(r"^#(?:define (?:.*\\\n)*.*|(?:ifdef|else  //|endif  //) DMC_CHECKED)\n", re.MULTILINE)
 _NAMESPACE = re.compile(r"^namespace (\w+) \{\n(.*?)^\}  // namespace \w+$", re.MULTILINE | re.DOTALL)
 
 

@@ -42,14 +42,17 @@ def header(tmp_path):
 
 @pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.stem)
 def test_a_header_holds_what_its_module_takes_and_nothing_else(path):
-    text = _DEFINE.sub("", path.read_text("utf-8"))
+    text = re.sub(r"POINTER\(([^)]*)\)", r"\1*", _DEFINE.sub("", path.read_text("utf-8")))
     functions = set(re.findall(r"^(?! )(?:inline )?[\w:<>*, ]+ (\w+)\([^{;]*\) \{$", text, re.MULTILINE))
     shared = set(re.findall(r"^static CUDA_CALLABLE .*?(\w+)\(", text, re.MULTILINE))
     taken = {name for name, _ in native_calls(path.with_suffix(".py"))} if functions - shared else set()
     assert functions - shared == taken
     users = "".join(other.read_text("utf-8") for other in HEADERS)
     assert {name for name in shared if f"::{name}(" not in users} == set()
-    assert functions
+    macros = set(re.findall(r"^#define (\w+)", path.read_text("utf-8"), re.MULTILINE))
+    used = _DEFINE.sub("", users)
+    assert {name for name in macros if f"{name}(" not in used} == set()
+    assert functions | macros
 
 
 @pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.stem)
@@ -120,6 +123,15 @@ def test_a_body_has_what_its_header_shares(header):
     second = native(module, "second", N=3)
     assert second.endswith("constexpr auto N = 3;\n    if (a) {\n        b = N;\n    }\n    return b;\n")
     assert "N = 4294967295u;" in native(module, "second", N=2**32 - 1)
+
+
+@pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.stem)
+def test_memory_is_reached_through_pointers_that_can_be_checked(path):
+    """Sums of counts come as addresses, whose arrays are not known."""
+    text = _DEFINE.sub("", path.read_text("utf-8"))
+    assert ".data" not in text
+    if path.stem != "prefix_sums":
+        assert re.findall(r"= \(\w[\w: ]*\*+\)", text) == []
 
 
 def test_a_function_that_is_not_there_is_named(header):

@@ -1,12 +1,13 @@
 // Colour the quads of rows of nodes: see color_words.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 namespace color_words {
 
 // Give quad q the lowest colour that no neighbour has
-static CUDA_CALLABLE void take_free(const int* twins, unsigned char* color, int q) {
-    const int* t = twins + 4 * (size_t)q;
+static CUDA_CALLABLE void take_free(POINTER(const int) twins, POINTER(unsigned char) color, int q) {
+    POINTER(const int) t = twins + 4 * (size_t)q;
     unsigned int taken = 0;  // where there is no neighbour: its own colour, which is no low one
     for (int c = 0; c < 4; ++c) taken |= 1u << color[t[c] < 0 ? q : t[c] >> 2];
     color[q] = (unsigned char)wp::bit_count((~taken & (taken + 1u)) - 1u);
@@ -16,11 +17,11 @@ static CUDA_CALLABLE void take_free(const int* twins, unsigned char* color, int 
 
 inline void color_row(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::int32 row, wp::int32 group,
                       wp::array_t<wp::uint8> colors_out) {
-    const unsigned int* word = (const unsigned int*)words.data + 4 * (size_t)row * words.shape[1];
-    unsigned char* color = (unsigned char*)colors_out.data;
+    POINTER(const unsigned int) word = ITEMS(const unsigned int, words) + 4 * (size_t)row * words.shape[1];
+    POINTER(unsigned char) color = ITEMS(unsigned char, colors_out);
     for (int w = 0; w < words.shape[1]; ++w, word += 4) {
         if (!(word[0] | word[1] | word[2])) continue;
-        unsigned char* next = color + word[3];
+        POINTER(unsigned char) next = color + word[3];
         for (int axis = 0; axis < 3; ++axis) {
             for (unsigned int left = word[axis]; left; left &= left - 1) {
                 int odd = (left & (0u - left) & 0xAAAAAAAAu) != 0;
@@ -32,12 +33,12 @@ inline void color_row(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::int32 row
 
 inline void reduce_row(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::array_t<wp::int32> twin,
                        wp::int32 row, wp::int32 group, wp::array_t<wp::uint8> colors_inout) {
-    const int* twins = (const int*)twin.data;
-    unsigned char* color = (unsigned char*)colors_inout.data;
-    const unsigned int* start = (const unsigned int*)words.data + 4 * (size_t)row * words.shape[1];
+    POINTER(const int) twins = ITEMS(const int, twin);
+    POINTER(unsigned char) color = ITEMS(unsigned char, colors_inout);
+    POINTER(const unsigned int) start = ITEMS(const unsigned int, words) + 4 * (size_t)row * words.shape[1];
 
     auto reduce = [&](int w, int odd) {
-        const unsigned int* word = start + 4 * w;
+        POINTER(const unsigned int) word = start + 4 * w;
         unsigned int before = word[3];
         for (int axis = 0; axis < 3; ++axis) {
             unsigned int all = word[axis], left = all & (odd ? 0xAAAAAAAAu : 0x55555555u);
@@ -51,7 +52,7 @@ inline void reduce_row(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::array_t<
     };
     int ends = words.shape[1], waits = -1;
     for (int w = 0; w < ends; ++w) {
-        const unsigned int* word = start + 4 * w;
+        POINTER(const unsigned int) word = start + 4 * w;
         if (!(word[0] | word[1] | word[2])) continue;
         reduce(w, 0);
         if (waits >= 0) reduce(waits, 1);
@@ -62,8 +63,8 @@ inline void reduce_row(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::array_t<
 
 inline void retry_quads(wp::array_t<wp::int32> twin, wp::int32 start, wp::int32 count,
                         wp::array_t<wp::uint8> colors_inout) {
-    const int* twins = (const int*)twin.data;
-    unsigned char* color = (unsigned char*)colors_inout.data + start;
+    POINTER(const int) twins = ITEMS(const int, twin);
+    POINTER(unsigned char) color = ITEMS(unsigned char, colors_inout) + start;
     unsigned long long last = 0;
     if (count == 64) {
         for (int n = 0; n < 64; ++n) last |= (unsigned long long)(color[n] == 4) << n;

@@ -2,6 +2,7 @@
 #pragma once
 #include "builtin.h"
 #include "dmc_cli/bits/bit_lists.h"
+#include "dmc_cli/runtime/pointers.h"
 
 inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp::uint32> forward,
                               wp::array_t<wp::vec_t<16, wp::uint32>> ordinary, wp::array_t<wp::int32> rank,
@@ -14,7 +15,7 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
     auto vertex = [](const Side& side, unsigned int below) {
         return side.first + (int)wp::bit_count(side.cells & below);
     };
-    auto store = [&](const Side* sides, unsigned int forward, int axis, int b, int* quad) {
+    auto store = [&](const Side* sides, unsigned int forward, int axis, int b, POINTER(int) quad) {
         unsigned int below = (1u << b) - 1u;
         int here = vertex(sides[0], below), low = vertex(sides[1], below);
         int front = vertex(sides[2], below), both = vertex(sides[3], below);
@@ -26,8 +27,8 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
         quad[2] = here;
         quad[3] = turned ? second : last;
     };
-    const unsigned int* cells = (const unsigned int*)ordinary.data + at;
-    const int* ranks = (const int*)rank.data;
+    POINTER(const unsigned int) cells = ITEMS(const unsigned int, ordinary) + at;
+    POINTER(const int) ranks = ITEMS(const int, rank);
     const int offsets[4] = {0, row, layer, layer + row};
     auto look_up = [&](int lane, Side* sides) {
         for (int side = 0; side < 4; ++side) {
@@ -35,7 +36,7 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
             sides[side] = Side{cells[lane - offsets[side]], ranks[word > 0 ? word : 0]};
         }
     };
-    int* quad = (int*)quads_out.data + 4 * (size_t)q;
+    POINTER(int) quad = ITEMS(int, quads_out) + 4 * (size_t)q;
 #if defined(__CUDA_ARCH__) || !defined(__clang__) || defined(DMC_AS_ON_GPU)
     for (int lane = 0; lane < 16; ++lane) {
         if (!(edges[lane] | edges[16 + lane] | edges[32 + lane])) continue;
@@ -50,7 +51,7 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
 #else
     Side sides[16][4];
     unsigned short codes[3 * 16 * 32 + 32];
-    unsigned short* end = codes;
+    POINTER(unsigned short) end = codes;
     for (int lane = 0; lane < 16; ++lane) {
         if (!(edges[lane] | edges[16 + lane] | edges[32 + lane])) continue;
         look_up(lane, sides[lane]);
@@ -58,7 +59,7 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
             end = bit_lists::list_bits(edges[16 * axis + lane], lane << 7 | axis << 5, end);
         }
     }
-    for (const unsigned short* code = codes; code < end; ++code, quad += 4) {
+    for (POINTER(const unsigned short) code = codes; code < end; ++code, quad += 4) {
         store(sides[*code >> 7], forward[*code >> 7], *code >> 5 & 3, *code & 31, quad);
     }
 #endif

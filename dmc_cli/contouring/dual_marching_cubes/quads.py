@@ -29,7 +29,7 @@ from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_LOW, label_of
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
-from dmc_cli.runtime import Device
+from dmc_cli.runtime import Device, native
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -158,7 +158,7 @@ def count_quads_kernel(
     counts_out[block] = wp.int64(count)
 
 
-@wp.func_native("return *((const unsigned int*)line.data + at);")
+@wp.func_native(native(__file__, "word_at"))
 def word_at(line: wp.array(dtype=Words), at: wp.int32) -> wp.uint32:
     """Return word `at` of a line."""
     ...

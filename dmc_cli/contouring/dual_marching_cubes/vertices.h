@@ -2,10 +2,11 @@
 #pragma once
 #include "builtin.h"
 #include "dmc_cli/bits/bit_lists.h"
+#include "dmc_cli/runtime/pointers.h"
 
 inline void store_cells(wp::vec_t<16, wp::uint32> words, wp::int32 n, wp::int32 words_a_row, wp::int32 nx,
                         wp::int32 v, wp::array_t<wp::int64> cell_out) {
-    long long* cell = (long long*)cell_out.data + v;
+    POINTER(long long) cell = ITEMS(long long, cell_out) + v;
     auto first_cell = [&](int lane) {  // of a word
         int row = (n + lane) / words_a_row;
         return (long long)row * nx + 32 * (n + lane - row * words_a_row);
@@ -19,12 +20,13 @@ inline void store_cells(wp::vec_t<16, wp::uint32> words, wp::int32 n, wp::int32 
 #else
     long long firsts[16];
     unsigned short codes[16 * 32 + 32];
-    unsigned short* end = codes;
+    POINTER(unsigned short) end = codes;
     for (int lane = 0; lane < 16; ++lane) {
         if (!words[lane]) continue;
         firsts[lane] = first_cell(lane);
         end = bit_lists::list_bits(words[lane], lane << 5, end);
     }
-    for (const unsigned short* code = codes; code < end; ++code) *cell++ = firsts[*code >> 5] + (*code & 31);
+    for (POINTER(const unsigned short) code = codes; code < end; ++code)
+        *cell++ = firsts[*code >> 5] + (*code & 31);
 #endif
 }

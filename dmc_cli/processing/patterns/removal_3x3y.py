@@ -24,6 +24,7 @@ from dmc_cli.mesh import (
 )
 from dmc_cli.processing.patterns.merged_vertices import folds, merged_point
 from dmc_cli.processing.patterns.simplify_3x3y import LISTED_A_CHUNK
+from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -59,15 +60,7 @@ def remove_3x3y(
     return removed, refused
 
 
-@wp.func_native(
-    """
-    #if defined(__CUDA_ARCH__)
-    atomicSub((int*)valence.data + v, 1);
-    #elif defined(__clang__)
-    __atomic_fetch_sub((int*)valence.data + v, 1, __ATOMIC_RELAXED);
-    #endif
-    """
-)
+@wp.func_native(native(__file__, "lower_valence"))
 def lower_valence(valence: wp.array(dtype=wp.int32), v: wp.int32) -> None:
     """Take one mesh edge from a vertex, as several threads may do at once.
 

@@ -1,6 +1,7 @@
 // Store a halfedge and the valence of plain vertices: see plain_rings.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 inline void store_plain_rings(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::int32 n, wp::int32 row,
                               wp::int32 layer, wp::uint32 ordinary, wp::int32 v, wp::uint32 inside,
@@ -8,11 +9,13 @@ inline void store_plain_rings(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
                               wp::array_t<wp::int32> halfedge_out, wp::array_t<wp::int32> valence_out) {
     typedef unsigned int bits_t;
     const bits_t none[4] = {0, 0, 0, 0};
-    const bits_t* here = (const bits_t*)words.data + 4 * (size_t)n;
-    const bits_t *y = here + 4 * row, *z = here + 4 * layer, *yz = z + 4 * row;
+    POINTER(const bits_t) here = ITEMS(const bits_t, words) + 4 * (size_t)n;
+    POINTER(const bits_t) y = here + 4 * row;
+    POINTER(const bits_t) z = here + 4 * layer;
+    POINTER(const bits_t) yz = z + 4 * row;
     bool is_last = (n + 1) % row == 0;
-    auto next = [&](const bits_t* word, int axis) {
-        return word[axis] >> 1 | (is_last ? none : word + 4)[axis] << 31;
+    auto next = [&](POINTER(const bits_t) word, int axis) {
+        return word[axis] >> 1 | (is_last ? (POINTER(const bits_t))none : word + 4)[axis] << 31;
     };
     auto digit = [](bits_t a, bits_t b, bits_t c) { return a ^ b ^ c; };
     auto carry = [](bits_t a, bits_t b, bits_t c) { return (a & b) | (c & (a ^ b)); };
@@ -46,8 +49,8 @@ inline void store_plain_rings(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         left &= ~chosen;
         for (int digit = 0; digit < 3; ++digit) choice[digit] |= n >> digit & 1 ? chosen : 0u;
     }
-    int* halfedge = (int*)halfedge_out.data + v;
-    int* valence = (int*)valence_out.data + v;
+    POINTER(int) halfedge = ITEMS(int, halfedge_out) + v;
+    POINTER(int) valence = ITEMS(int, valence_out) + v;
     for (left = ordinary; left; left &= left - 1) {
         int bit = wp::bit_count(~left & (left - 1));
         int n = (choice[0] >> bit & 1) | (choice[1] >> bit & 1) << 1 | (choice[2] >> bit & 1) << 2;

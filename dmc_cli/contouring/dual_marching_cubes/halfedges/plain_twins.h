@@ -1,18 +1,19 @@
 // Store twins of plain quads: see plain_twins.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::int32 n, wp::int32 row,
                               wp::int32 layer, wp::uint32 known, wp::uint32 forward, wp::int32 q,
                               wp::array_t<wp::vec_t<4, wp::int32>> twins_out) {
-    const unsigned int* here = (const unsigned int*)words.data + 4 * (size_t)n;
-    int* twin = (int*)twins_out.data + 4 * (size_t)q;
+    POINTER(const unsigned int) here = ITEMS(const unsigned int, words) + 4 * (size_t)n;
+    POINTER(int) twin = ITEMS(int, twins_out) + 4 * (size_t)q;
     // the number of the quad from node i of the word `offset` words on; i may be in the words beside it
     auto has = [&](int offset, int i, int axis) {
         return (here[4 * (offset + (i >> 5)) + axis] >> (i & 31)) & 1u;
     };
     auto number = [&](int offset, int i, int axis) {
-        const unsigned int* word = here + 4 * (offset + (i >> 5));
+        POINTER(const unsigned int) word = here + 4 * (offset + (i >> 5));
         unsigned int below = (1u << (i & 31)) - 1u;
         int count = (int)word[3] + wp::bit_count(word[0] & (axis == 0 ? below : ~0u));
         count += wp::bit_count(word[1] & (axis == 0 ? 0u : axis == 1 ? below : ~0u));
@@ -38,7 +39,7 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         int first;
     };
     auto plane = [&](int offset, int axis, int shift) {
-        const unsigned int* word = here + 4 * offset;
+        POINTER(const unsigned int) word = here + 4 * offset;
         int first = (int)word[3] + shift;
         for (int n = 0; n < axis; ++n) first += wp::bit_count(word[n]);
         return Plane{word[axis], first};
