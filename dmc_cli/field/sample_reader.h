@@ -59,8 +59,8 @@ wp::vec_t<16 * LENGTH, double> read_rows(wp::array_t<wp::uint8> values, int kind
     auto read = [&](auto nodes) {
         wp::vec_t<16 * LENGTH, double> lanes;
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
-        auto example = *nodes;
-        typedef decltype(example) value_t;
+        auto first = [&] { return *nodes; };  // not read: the first node may lie outside
+        typedef decltype(first()) value_t;
         typedef value_t values_t __attribute__((ext_vector_type(16)));
         typedef double doubles_t __attribute__((ext_vector_type(16)));
         auto unpack = [&](auto word, auto part) {
@@ -108,8 +108,8 @@ wp::vec_t<16 * LENGTH, double> read_rows(wp::array_t<wp::uint8> values, int kind
 inline unsigned int bits_at_least(wp::array_t<wp::uint8> values, int kind, wp::int64 at, int count,
                                   double threshold) {
     auto read = [&](auto nodes) {
-        auto level = *nodes;
-        level = (decltype(level))threshold;
+        auto first = [&] { return *nodes; };  // not read: there may be none
+        const auto level = (decltype(first()))threshold;
         unsigned int bits = 0;
         for (int b = 0; b < count; ++b) bits |= (unsigned int)(nodes[b] >= level) << b;
         return bits;
@@ -129,8 +129,8 @@ inline unsigned int finite_bits(wp::array_t<wp::uint8> values, int kind, wp::int
 inline bool compare_row(wp::array_t<wp::uint8> values, int kind, wp::int64 at, int count, double threshold,
                         wp::array_t<wp::uint32> out, int row) {
     auto read = [&](auto nodes) {
-        auto level = *nodes;
-        level = (decltype(level))threshold;
+        auto first = [&] { return *nodes; };  // not read: there may be none
+        const auto level = (decltype(first()))threshold;
         POINTER(unsigned int) words = ROW(unsigned int, out, row);
         int done = 0;
         bool is_finite = true;
