@@ -1,6 +1,7 @@
 // Share a launch through job slots: see job_slots.py, which has the places of what lies here.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/runtime/pointers.h"
 
 namespace job_slots {
 
@@ -40,7 +41,9 @@ struct Board {
     Slot slots[64];
 };
 
-static CUDA_CALLABLE Board& board_at(const wp::array_t<wp::int64>& board) { return *(Board*)board.data; }
+static CUDA_CALLABLE Board& board_at(const wp::array_t<wp::int64>& board) {
+    return *RUN(ITEMS(Board, board), 1);
+}
 
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 
