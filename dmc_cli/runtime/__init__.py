@@ -3,6 +3,7 @@
 arrays           Warp arrays over memory that is there already
 buffer_pool      memory that is kept for the next array
 kernel_cache     compiled kernels on the disk
+warp_launch      a kernel launched by Warp
 compiled_kernel  a kernel called without Warp's launch
 native_code      C++ of native functions, from the headers beside the kernels
 job, job_slots, worker_pool  the CPU threads that share a launch

@@ -15,6 +15,8 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.runtime.warp_launch import launch_by_warp
+
 OTHER_RECORDS = (AttributeError, OSError, TypeError, ValueError)
 """What a version of Warp ends in whose records of launches are not as we know them."""
 
@@ -42,7 +44,7 @@ class CompiledKernel:
 
     def __init__(self, kernel: Any, arguments: Sequence[Any]) -> None:
         with LOADING:
-            record = wp.launch(kernel, dim=1, inputs=arguments, device="cpu", record_cmd=True)
+            record = launch_by_warp(kernel, 1, arguments, "cpu", is_recorded=True)
         packed = record.params[1:]  # after the bounds
         if len(packed) != len(arguments):
             raise AttributeError("the record of a launch has other parameters than the kernel")

@@ -24,6 +24,7 @@ from dmc_cli.runtime.buffer_pool import SMALLEST_MAPPED, HostMemory, mapped
 from dmc_cli.runtime.compiled_kernel import LOADING
 from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_cache
 from dmc_cli.runtime.prefix_sums import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
+from dmc_cli.runtime.warp_launch import launch_by_warp
 from dmc_cli.runtime.worker_pool import worker_pool
 from dmc_cli.settings import check_run
 from dmc_cli.system import lacks_memory, usable_cores
@@ -98,7 +99,7 @@ class Device:
         if self.is_cpu:
             worker_pool().launch(kernel, dim, arguments, self.threads, grain, longest)
         else:
-            wp.launch(kernel, dim=dim, inputs=arguments, device=self.name)
+            launch_by_warp(kernel, dim, arguments, self.name)
 
     def launch_whole(
         self, kernel: Any, dim: int, inputs: Sequence[Any], outputs: Sequence[Any], grain: int = ITEMS_A_CHUNK

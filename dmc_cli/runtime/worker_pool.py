@@ -33,6 +33,7 @@ from dmc_cli.runtime.compiled_kernel import (
     takes_structs,
 )
 from dmc_cli.runtime.job import JobSlot, SlotKernels
+from dmc_cli.runtime.warp_launch import launch_by_warp
 from dmc_cli.stop import EVENTS, check_stop
 from dmc_cli.system import usable_cores
 
@@ -117,7 +118,7 @@ class WorkerPool:
         if EVENTS:
             check_stop()
         if self.fallback:
-            launch_by_warp(kernel, dim, arguments, longest or grain)
+            launch_in_pieces(kernel, dim, arguments, longest or grain)
             return
         slot = self.slot
         if slot.is_begun:
@@ -244,13 +245,13 @@ def chunk_size(dim: int, threads: int, grain: int, longest: int = 0) -> int:
     return min(most, dim)
 
 
-def launch_by_warp(kernel: Any, dim: int, arguments: Sequence[Any], size: int) -> None:
+def launch_in_pieces(kernel: Any, dim: int, arguments: Sequence[Any], size: int) -> None:
     """Run a kernel as `WorkerPool.launch` does, by Warp's launches, on one thread; the first has `size`."""
     done = 0
     while done < dim:
         count = min(size, dim - done)
         start = time.perf_counter()
-        wp.launch(kernel, dim=count, inputs=[done, *arguments[1:]], device="cpu")
+        launch_by_warp(kernel, count, [done, *arguments[1:]], "cpu")
         took = time.perf_counter() - start
         done += count
         if took > LONG:

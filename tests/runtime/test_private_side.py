@@ -51,6 +51,9 @@ def private_uses(source: str) -> set[str]:
     return found
 
 
+LAUNCHES = {f"{warp}.{name}" for warp in ("wp", "warp") for name in ("launch", "launch_tiled")}
+"""What launches a kernel by Warp."""
+
 SOURCES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.parent.name != "runtime"]
 
 
@@ -76,6 +79,16 @@ def test_the_rest_of_the_package_uses_what_warp_documents():
 )
 def test_a_private_use_is_found(source, expected):
     assert private_uses(source) == expected
+
+
+def test_warp_launches_in_one_place():
+    calls = {}
+    for path in PACKAGE.rglob("*.py"):
+        nodes = ast.walk(ast.parse(path.read_text("utf-8")))
+        uses = [node for node in nodes if isinstance(node, ast.Attribute) and ast.unparse(node) in LAUNCHES]
+        if uses:
+            calls[path.name] = len(uses)
+    assert calls == {"warp_launch.py": 1}
 
 
 def test_runtime_has_the_uses_that_are_looked_for():

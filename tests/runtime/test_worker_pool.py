@@ -197,7 +197,7 @@ def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
 @given(st.integers(1, 300), st.integers(1, 400))
 def test_warps_own_launches_visit_each_index_once(dim, size):
     visits = wp.zeros(dim + 1, dtype=wp.int32, device="cpu")
-    worker_pool.launch_by_warp(count_visits_kernel, dim, [0, 1, visits], size)
+    worker_pool.launch_in_pieces(count_visits_kernel, dim, [0, 1, visits], size)
     assert visits.numpy().tolist() == dim * [1] + [0]
 
 
@@ -205,18 +205,18 @@ def test_pieces_of_warps_own_launches_last_neither_short_nor_long(monkeypatch):
     sizes = []
     clock = [0.0]
 
-    def launch(kernel, dim, inputs, device):
-        sizes.append((inputs[0], dim))
-        clock[0] += 0.0009 * dim  # nearly a millisecond an index
+    def launch(kernel, count, arguments, device):
+        sizes.append((arguments[0], count))
+        clock[0] += 0.0009 * count  # nearly a millisecond an index
 
-    monkeypatch.setattr(worker_pool.wp, "launch", launch)
+    monkeypatch.setattr(worker_pool, "launch_by_warp", launch)
     monkeypatch.setattr(worker_pool.time, "perf_counter", lambda: clock[0])
-    worker_pool.launch_by_warp(None, 500, [0], 1)
+    worker_pool.launch_in_pieces(None, 500, [0], 1)
     assert [size for _, size in sizes[:6]] == [1, 2, 4, 8, 16, 32]
     assert all(20 <= size <= 120 for _, size in sizes[5:-1])
     assert sum(size for _, size in sizes) == 500
     sizes.clear()
-    worker_pool.launch_by_warp(None, 1000, [0], 400)
+    worker_pool.launch_in_pieces(None, 1000, [0], 400)
     assert [size for _, size in sizes[:4]] == [400, 200, 100, 100]
 
 
