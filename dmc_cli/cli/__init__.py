@@ -1,8 +1,26 @@
-"""The command line: the only place that knows click, the terminal and the exit status.
+"""Run the command line: the only place that knows click, the terminal and the exit status.
 
 One file a command, which is imported when the command is run or its help is asked for. A command turns
 its options into settings, calls the library and prints what came back; what takes long to import is imported
 inside it. So `dmc --help` answers at once.
+
+lazy           commands, imported when they are run
+group          errors to messages and exit status
+signals        signals to exceptions
+terminal       what is printed, escaped
+light_nibabel  of nibabel no more than is asked for
+parameters     arguments to values
+sections       options under the headings of a help text
+options        the options that commands share, each from its settings field
+convert, measure, info, synth, reproduce, doctor, completion  a command each
+templates      names of a batch's outputs
+batch_file     a batch's options out of a TOML file
+batch_plan     the items of a batch
+batch          the command that runs them
+isovalue       what to tell who gave no isovalue
+progress       how far a run is
+description    volumes and installations as values that JSON can hold
+summary        reports and descriptions in a few lines
 """
 
 import gc

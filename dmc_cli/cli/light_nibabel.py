@@ -1,4 +1,4 @@
-"""Import of nibabel what is asked for, and no more, in a process that is the command's own.
+"""Import only those parts of nibabel that are asked for, in a process that is the command's own.
 
 `import nibabel.nifti1` runs the whole package's `__init__` first, which imports every format that there is,
 and pydicom for an extension of NIfTI: half a second, where the module with all that it needs takes less than

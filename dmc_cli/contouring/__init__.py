@@ -1,4 +1,4 @@
-"""Contouring: from a volume to a surface mesh. A method is a folder, and a line of the registry.
+"""Contour: make a surface mesh of a volume. A method is a folder, and a line of the registry.
 
 registry              the methods that there are
 surface               what a method returns

@@ -1,4 +1,4 @@
-"""The result of contouring: a mesh, where its vertices lie, and what was found on the way."""
+"""Hold the result of contouring: a mesh, where its vertices lie, and what was found on the way."""
 
 from dataclasses import dataclass
 from typing import Any

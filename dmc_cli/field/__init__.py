@@ -1,4 +1,4 @@
-"""The scalar field: a grid of stored values, and the function between its nodes that is zero on the surface.
+"""Define the scalar field: a grid of stored values, and between its nodes a function, zero on the surface.
 
 grid                 numbering of nodes, cells, edges and faces; from grid to world
 planes               a bit a node or a cell, in words

@@ -1,4 +1,8 @@
-"""Outputs that are complete or not there at all."""
+"""Write outputs that are complete or not there at all.
+
+atomic   a file that grows under another name and is renamed at the end
+streams  standard output, as a place to write to
+"""
 
 import lazy_loader
 

@@ -3,7 +3,7 @@
 mesh_file      a mesh as readers return it and writers take it
 formats        the formats that there are, and where their functions are
 text           numbers as text, fast
-ply_properties how PLY files name and type what a vertex or a face has
+ply_properties  how PLY files name and type what a vertex or a face has
 ply, obj, off  meshes as chunks of bytes
 halfedge_dump  halfedge structures likewise
 write          a mesh to a file, whole or not at all

@@ -1,4 +1,11 @@
-"""The report: what a run found, as JSON, and what is required of it."""
+"""Report what a run found, as JSON, and check what is required of it.
+
+measures      topology, quality and deviation of a surface
+memory        how much memory the run took
+versions      what the result depends on
+report        all of it, under the keys that scripts rely on
+requirements  what `--require` asks of it
+"""
 
 import lazy_loader
 

@@ -1,4 +1,9 @@
-"""The papers' tables, made again."""
+"""Make the papers' tables again.
+
+paper_tables   what the papers print
+reproduce_run  their meshes, made and measured
+reproduce      their tables, ours beside them
+"""
 
 import lazy_loader
 

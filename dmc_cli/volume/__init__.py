@@ -1,4 +1,11 @@
-"""The volume: values on a grid and where they lie in the world. Nothing here imports Warp."""
+"""Hold a volume: values on a grid, and where they lie in the world. Nothing here imports Warp.
+
+allocation  memory for values, or a refusal
+checks      which values and places will do
+mapping     files mapped into memory, and what happens where one shrinks
+volume      the volume
+space       the axes of the output
+"""
 
 import lazy_loader
 

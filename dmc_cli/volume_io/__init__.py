@@ -1,13 +1,23 @@
-"""Volumes in files, a format a file or a folder; `read.py` is the one way in. NumPy only, never Warp.
+"""Read and write volumes, a format a file or a folder; `read` is the one way in. NumPy only, never Warp.
 
-formats        the formats that there are, and where their readers are
-layout, content, pair, within  what a file holds and which files belong to it
-stream, decoding, values, unpacked_size  from bytes to one array, no larger than promised
-raw, synthetic, numpy_file, metaimage, nifti, analyze, mgh, afni, parrec  formats of one file
-slices         a volume from slices that have a scale each
+read             a volume from a path, whatever its format
+stream           standard input, as a file
+content          a format told by the first bytes
+formats          the formats that there are, and where their readers are
+unused_options   options that a format has no use for
+within           which files belong to an input
+pair, data_files  a header's data files
+layout           where values lie in their files, and what they mean
+decoding         bytes out of streams, packed or not
+unpacked_size    what packed bytes unpack to, told beforehand
+values           values of a layout, mapped or copied
+raw, synthetic, numpy_file, metaimage  formats whose headers are read by us
 nibabel_headers  what headers of nibabel's classes say of the values
-minc/, nrrd/, tiff/, zarr/, dicom/  formats of a folder
-volume_file    volumes written
+nifti, analyze, mgh, afni  formats whose headers nibabel reads
+slices           a volume from slices that have a scale each
+parrec, minc/    formats with such slices
+nrrd/, tiff/, zarr/, dicom/  formats that take several files of code
+volume_file      volumes written
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""What the headers of nibabel's classes say of stored values: their type, slope and intercept."""
+"""Read what headers of nibabel's classes say of stored values: their type, slope and intercept."""
 
 from contextlib import suppress
 from typing import Any

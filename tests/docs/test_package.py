@@ -1,6 +1,7 @@
 """The public API and the map of the package are true."""
 
 import ast
+import json
 import pkgutil
 import re
 import subprocess
@@ -10,11 +11,18 @@ from pathlib import Path
 import pytest
 
 import dmc_cli
+from dmc_cli.contouring import dual_marching_cubes
 from dmc_cli.version import VERSION
 from tests.docs.readme import README, ROOT
 
 MAP = re.findall(r"^    (\w+) +\S", dmc_cli.__doc__, re.MULTILINE)
-STAGES = re.findall(r"^\| \[\w+\]\(dmc_cli/(\w+)", README.read_text("utf-8"), re.MULTILINE)
+STAGES = re.findall(r"^\| \[(\w+)\]\(dmc_cli/\w+", README.read_text("utf-8"), re.MULTILINE)
+TIMED = {
+    **{"volume_io": "read", "classification": "surface", "halfedges": "halfedges", "coloring": "coloring"},
+    **{"patterns": "simplify", "remeshing": "remesh", "relaxation": "relax", "normals": "normals"},
+    **{"measures": "report", "mesh_io": "write"},
+}
+"""Stages of the README, by what a report calls the time that they take."""
 
 
 def test_the_map_names_every_module_and_none_twice():
@@ -23,10 +31,23 @@ def test_the_map_names_every_module_and_none_twice():
     assert len(MAP) == len(set(MAP))
 
 
-def test_the_readme_tells_the_stages_in_the_order_of_the_map():
-    places = [MAP.index(stage) for stage in STAGES]
-    assert len(places) > 5
-    assert places == sorted(places)
+def test_the_readme_tells_the_stages_in_the_order_in_which_a_run_takes_them(tmp_path, run):
+    path = tmp_path / "report.json"
+    words = ["--halfedges", tmp_path / "a.npz", "--remesh", 1, "--relax", 1, "--report", path]
+    assert run("convert", "synth:sphere:12", tmp_path / "a.ply", "-i", 0, *words).exit_code == 0
+    timed = list(json.loads(path.read_text())["timings_ms"])
+    timed.remove("report")  # the mesh is measured before it is changed, too
+    told = [TIMED[stage] for stage in STAGES if stage in TIMED]
+    assert set(told) == set(TIMED.values())
+    assert [stage for stage in told if stage != "report"] == [stage for stage in timed if stage in told]
+    assert told[-3:] == ["normals", "report", "write"]
+
+
+def test_the_readme_tells_the_stages_of_the_surface_in_the_order_of_its_folder():
+    listed = re.findall(r"^(\w+) ", dual_marching_cubes.__doc__, re.MULTILINE)
+    stages = [stage for stage in STAGES if stage in listed]
+    assert len(stages) == 6
+    assert stages == sorted(stages, key=listed.index)
 
 
 @pytest.mark.parametrize("name", dmc_cli.__all__)

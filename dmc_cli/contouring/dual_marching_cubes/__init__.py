@@ -1,4 +1,4 @@
-"""Dual marching cubes (Grosso & Zint 2020, 2021), each file below those that it needs.
+"""Contour by dual marching cubes (Grosso & Zint 2020, 2021); each file below those that it needs.
 
 classification    inside bits: the one pass over the values
 nodata_cells      what nodes without data take away

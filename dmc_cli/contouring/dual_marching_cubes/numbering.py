@@ -1,4 +1,4 @@
-"""How vertices and quads are numbered along the grid: what halfedges and colours are found by."""
+"""Hold the numbers of vertices and quads along the grid, by which halfedges and colours are found."""
 
 from dataclasses import dataclass
 from typing import Any

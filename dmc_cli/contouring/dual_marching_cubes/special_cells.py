@@ -1,4 +1,4 @@
-"""Look up special cells: a sorted list with what was found out about each."""
+"""Look up special cells in their list, which is in grid order: by place in the grid, and by vertex."""
 
 import warp as wp
 
@@ -15,18 +15,22 @@ UNUSED = wp.constant(1)
 MULTI = wp.constant(2)
 AMBIGUOUS_FACES = wp.constant(3)
 TALLIES = 4
-"""What is counted of each special cell, a row each of an array: polygons; those without a vertex; whether
-there are several; ambiguous faces that no lower cell shares."""
+"""How many numbers are counted of each special cell, the rows of an array: its polygons; its polygons
+without a vertex; 1 if it has several polygons, else 0; its ambiguous faces. A face that two cells share is
+counted once, by the lower one."""
 
 
 @wp.struct
 class SpecialCells:
-    """The special cells in grid order.
+    """The special cells in grid order, an item each in every array.
 
-    `joined` has a bit a face: it is ambiguous and its inside corners are joined.
-    `polygons` has four bits an edge: the number of its polygon among the cell's, or `NO_LABEL`; `vertices`
-    likewise the number of its vertex among the cell's. `first_vertex` counts the vertices of the special
-    cells before.
+    Attributes:
+        row: Row of nodes of corner 0, j + k ny.
+        i: Node of corner 0 in that row.
+        joined: Bit f is set if face f is ambiguous and its inside corners are joined.
+        polygons: Four bits for each edge: the number of its polygon in the cell, or `NO_LABEL`.
+        vertices: Four bits for each edge: the number of its vertex in the cell, or `NO_LABEL`.
+        first_vertex: How many vertices the special cells before this one have.
     """
 
     row: wp.array(dtype=wp.int32)
@@ -39,7 +43,7 @@ class SpecialCells:
 
 @wp.func
 def find_special(bits: CellBits, row: wp.int32, i: wp.int32) -> wp.int32:
-    """Return the number of a special cell; the cell is one."""
+    """Return the place of a special cell in the list; (row, i) must be a special cell."""
     w = i // 32
     n = row * bits.active.shape[1] + w
     before = low_bits(i % 32) & bits.active[row, w] & ~bits.ordinary[row, w]
@@ -48,7 +52,7 @@ def find_special(bits: CellBits, row: wp.int32, i: wp.int32) -> wp.int32:
 
 @wp.func
 def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.int32:
-    """Return which special cell the n-th vertex of special cells belongs to, by bisection."""
+    """Return the place of the special cell that vertex n of all special cells belongs to, by bisection."""
     low = int(0)
     high = count
     while high - low > 1:
@@ -62,7 +66,7 @@ def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.i
 
 @wp.func
 def polygon_of_vertex(special: SpecialCells, s: wp.int64, n: wp.int32) -> wp.uint32:
-    """Return the edges (a bit each) of the whole polygon that vertex n of a special cell stands for."""
+    """Return the edges, a bit each, of the polygon that vertex n of special cell s stands for."""
     polygon = int(NO_LABEL)
     for edge in range(12):
         if label_of(special.vertices[s], edge) == n:

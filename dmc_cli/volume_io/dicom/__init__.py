@@ -1,1 +1,18 @@
-"""DICOM: files, folders and zips to one volume; `reader.py` is the way in."""
+"""Read DICOM: files, folders and zips to one volume; `reader` is the way in.
+
+source       the files of a folder, a zip or a DICOMDIR
+zip_archive  entries of a zip that can be what they claim
+left_out     what is told of files that are not used
+effort       how much of all headers is read
+deflated     a data set unpacked as it is read
+header       a file's header, with or without pydicom
+elements     single elements of it
+incomplete   files that never had an image, told from damaged ones
+frames       the images of a file, and where each lies
+geometry     the affine of a stack of them
+series       images sorted into stacks
+codestream   what a compressed image says of itself
+decoding     compressed pixel data, decoded
+pixels       the values of a stack
+reader       the volume of a stack
+"""

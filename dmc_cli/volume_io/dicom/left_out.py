@@ -1,16 +1,16 @@
-"""Tell in a message what was left out."""
+"""Name the files and entries of a DICOM input that no volume was made of."""
 
 MOST_NAMED = 3
-"""Things that a message names of those that were left out; the rest it counts."""
+"""How many names a message lists; of the others it tells the number."""
 
 
 def left_out(names: list[str], one: str, many: str) -> list[str]:
-    """Return a sentence on things of one kind that were left out, or none where there are none.
+    """Return one sentence that names the files of one kind that were left out; no sentence if there are none.
 
     Args:
-        names: Their names.
-        one: What a single one is.
-        many: The same of several.
+        names: Of the files.
+        one: What one of them is called, such as `damaged file`.
+        many: The plural of it.
     """
     if not names:
         return []
@@ -19,6 +19,6 @@ def left_out(names: list[str], one: str, many: str) -> list[str]:
 
 
 def shortened(names: list[str], separator: str) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first `MOST_NAMED` names, and how many more there are."""
     told = separator.join(names[:MOST_NAMED])
     return f"{told} and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else told

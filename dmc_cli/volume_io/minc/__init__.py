@@ -1,1 +1,7 @@
-"""MINC 1 (netCDF) and 2 (HDF5); `reader.py` is the way in."""
+"""Read MINC 1 (netCDF) and 2 (HDF5); `reader` is the way in.
+
+image   an image of either version, its values still in the file
+netcdf  version 1, by nibabel
+hdf     version 2, by h5py and nibabel
+reader  the volume of an image
+"""

@@ -1,1 +1,6 @@
-"""NRRD; `reader.py` is the way in."""
+"""Read NRRD; `reader` is the way in.
+
+header    the fields of a header
+geometry  where they put the grid
+reader    the volume that they describe
+"""

@@ -1,1 +1,5 @@
-"""TIFF, OME-TIFF and ImageJ; `reader.py` is the way in."""
+"""Read TIFF, OME-TIFF and ImageJ; `reader` is the way in.
+
+ome     what OME metadata promise, checked
+reader  the volume of a stack of pages or of files
+"""

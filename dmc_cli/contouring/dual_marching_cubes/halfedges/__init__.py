@@ -1,4 +1,4 @@
-"""The halfedge structure of a surface, from its grid (Grosso & Zint 2021, section 3.2).
+"""Build the halfedges of a surface from its grid (Grosso & Zint 2021, section 3.2).
 
 quad_ranks    numbers of the quads round grid edges, as ranks
 plain_twins   twins through faces that are not ambiguous

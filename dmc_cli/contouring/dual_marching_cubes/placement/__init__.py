@@ -1,4 +1,4 @@
-"""Where a polygon's vertex lies in its cell.
+"""Place a polygon's vertex in its cell.
 
 exact         on the trilinear surface: what all of the next two do
 exact_simd    sixteen vertices at a time, on CPU
