@@ -8,10 +8,16 @@ from .contouring import (
     connect_faces as connect_faces,
     extract_surface as extract_surface,
 )
-from .errors import DmcError as DmcError
+from .errors import CallError as CallError, DmcError as DmcError
 from .field import upload_volume as upload_volume
 from .measures import measure_quality as measure_quality, measure_topology as measure_topology
-from .mesh import Mesh as Mesh, Placement as Placement, connect as connect
+from .mesh import (
+    Mesh as Mesh,
+    Placement as Placement,
+    connect as connect,
+    file_of_mesh as file_of_mesh,
+    mesh_of_file as mesh_of_file,
+)
 from .mesh_io import MeshFile as MeshFile, read_mesh as read_mesh, write_mesh as write_mesh
 from .processing import relax as relax, remesh as remesh, simplify as simplify
 from .runtime import select_device as select_device

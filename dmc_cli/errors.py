@@ -13,6 +13,7 @@ DmcError(Exception)                     the common root; each class knows its ex
 │  └─ MemoryBudgetError              7  the work does not fit: bytes needed and bytes available
 ├─ BatchError(RuntimeError)          8  some items of a batch failed
 ├─ WriteError(OSError)               9  the output exists, or it cannot be written
+├─ CallError(ValueError)             1  a program's call: wrong arrays, or another stage must come first
 └─ MeshInvariantError(AssertionError) 1 a bug of ours: which invariant, the first offending index
 
 A message has three parts: what was found, what was expected, what to do.
@@ -89,6 +90,13 @@ class WriteError(DmcError, OSError):
     """The output exists already, or it cannot be written."""
 
     exit_status = 9
+
+
+class CallError(DmcError, ValueError):
+    """A program calls a function with what it cannot take: wrong arrays, or before another stage.
+
+    The command line makes no such call, so that there it is a bug of ours.
+    """
 
 
 class MeshInvariantError(DmcError, AssertionError):

@@ -11,6 +11,7 @@ import warp as wp
 from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
 from dmc_cli.field import upload_volume
+from dmc_cli.mesh.mesh import COLOR, COLOR24
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.report import measured_sections
@@ -82,14 +83,14 @@ def bytes_of(name: str, device: Device) -> dict[str, bytes]:
     if chosen.topology != "manifold":
         return found
     mesh = colored(surface)
-    found |= {key: mesh.mesh.face_values[key].numpy().tobytes() for key in ("color", "color24")}
+    found |= {key: mesh.mesh.face_values[key].numpy().tobytes() for key in (COLOR, COLOR24)}
     found["twins"] = mesh.mesh.halfedges.twin.numpy().tobytes()
     found["measures"] = measures_of(mesh, volume)
     result = simplified(mesh)
     found["simplified"] = everything_of(result)
     if name in REMESHED:
         more = remesh(result.mesh, result.placement, 2)
-        found["remeshed"] = everything_of(more) + more.mesh.face_values["color"].numpy().tobytes()
+        found["remeshed"] = everything_of(more) + more.mesh.face_values[COLOR].numpy().tobytes()
         found["remeshed measures"] = measures_of(more, volume)
     found["relaxed"] = everything_of(relaxed(result, 3))
     return found

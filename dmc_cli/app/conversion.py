@@ -31,7 +31,7 @@ from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, Vol
 from dmc_cli.field import upload_volume
 from dmc_cli.files import check_output, write_output
 from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
-from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, refuse_lost
+from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, file_of_mesh, refuse_lost
 from dmc_cli.mesh_io import (
     HalfedgeDump,
     MeshFile,
@@ -147,12 +147,7 @@ def _make_mesh(
         from dmc_cli.mesh import check_mesh
 
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
-    mesh = MeshFile(
-        points=stages.mesh.positions.numpy(),
-        faces=stages.mesh.faces.numpy(),
-        normals=None if normals is None or not output.normals else normals.numpy(),
-        space=space,
-    )
+    mesh = file_of_mesh(stages.mesh, normals if output.normals else None, space)
     return mesh, None if output.halfedges is None else _dump(stages, normals), report
 
 

@@ -22,7 +22,7 @@ from dmc_cli.measures import (
     plain,
     rounding_warning,
 )
-from dmc_cli.mesh import Mesh, Placement, SurfaceFrame, connect
+from dmc_cli.mesh import Placement, SurfaceFrame, connect, mesh_of_file
 from dmc_cli.mesh_io import MeshFile, read_mesh
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
@@ -78,7 +78,7 @@ def measure_mesh(
         path: Its file, for the report.
         reference: What the mesh is an isosurface of, or None.
     """
-    found = connect(mesh_on_device(mesh, device))
+    found = connect(mesh_of_file(mesh, device))
     topology, quality = measure_topology(found), measure_quality(found)
     warnings: list[str] = []
     deviation = None
@@ -106,16 +106,6 @@ def measure_mesh(
         "deviation": plain(asdict(deviation)) if deviation else None,
         "versions": collect_versions(device.name),
     }
-
-
-def mesh_on_device(mesh: MeshFile, device: Device) -> Mesh:
-    """Return the mesh of a file on a device, coordinates rounded to float32."""
-    return Mesh(
-        wp.array(mesh.points.astype(np.float32), dtype=wp.vec3f, device=device.name),
-        wp.array(mesh.faces, dtype=wp.vec4i, device=device.name),
-        device,
-        triangle_count=mesh.triangle_count,
-    )
 
 
 def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[str]]:

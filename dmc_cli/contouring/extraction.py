@@ -7,6 +7,7 @@ import numpy as np
 
 from dmc_cli.contouring.registry import METHODS
 from dmc_cli.contouring.surface import Surface
+from dmc_cli.errors import CallError
 from dmc_cli.field import DeviceVolume
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import intact
@@ -36,7 +37,13 @@ def extract_surface(
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
         DamagedVolumeError: The file that holds the values shrank meanwhile.
+        CallError: The volume is not on a device.
     """
+    if not isinstance(volume, DeviceVolume):
+        raise CallError(
+            f"a {type(volume).__name__} was found; expected a volume on a device; call"
+            " upload_volume(volume, device) first"
+        )
     device = volume.device
     device.wake()
     extract = METHODS[settings.method].extract
@@ -51,10 +58,30 @@ def extract_surface(
 
 
 def connect_faces(surface: Surface) -> Surface:
-    """Return the surface with halfedges, as its method finds them."""
+    """Return the surface with halfedges, as its method finds them.
+
+    Raises:
+        CallError: It is no surface, or its mesh is no longer the one that was extracted.
+    """
+    _require_surface(surface)
     return METHODS[surface.method].connect(surface)
 
 
 def color_faces(surface: Surface) -> Surface:
-    """Return a connected surface with colours of its faces, as its method finds them."""
+    """Return a connected surface with colours of its faces, as its method finds them.
+
+    Raises:
+        CallError: It is no surface, its faces are not connected by `connect_faces`, or its mesh is no longer
+            the one that was extracted.
+    """
+    _require_surface(surface)
     return METHODS[surface.method].color(surface)
+
+
+def _require_surface(surface: Surface) -> None:
+    """Raise CallError unless it is a surface."""
+    if not isinstance(surface, Surface):
+        raise CallError(
+            f"a {type(surface).__name__} was found; expected the Surface that extract_surface returns,"
+            " which knows the grid; connect a mesh alone by connect(mesh)"
+        )

@@ -34,7 +34,7 @@ from dmc_cli.field import (
     store_points,
     stored_value,
 )
-from dmc_cli.mesh import Placement
+from dmc_cli.mesh import Placement, require_placement
 from dmc_cli.runtime import ITEMS_A_CHUNK
 from dmc_cli.settings import SurfaceSettings
 
@@ -60,8 +60,11 @@ def compute_normals(placement: Placement, settings: SurfaceSettings) -> Any:
     """Return the unit normals of the surface at its vertices in the output space, float32 vec3 (V,).
 
     They point towards lower values, or with `orientation` gradient or `inside` below towards higher ones.
+
+    Raises:
+        CallError: It is no placement.
     """
-    frame, count = placement.frame, placement.cell.shape[0]
+    frame, count = require_placement(placement).frame, placement.cell.shape[0]
     device = frame.device
     normals = device.empty(count, wp.vec3)
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"

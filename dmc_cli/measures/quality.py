@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.measures.shape import blank_shape, chooses_02, quad_shape, triangle_shape, turn_angle
-from dmc_cli.mesh import Mesh
+from dmc_cli.mesh import Mesh, require_mesh
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
@@ -178,7 +178,12 @@ def choose_diagonals(mesh: Mesh) -> Any:
 
 
 def measure_quality(mesh: Mesh) -> Quality:
-    """Measure the shape of all faces, triangles and quads, in any unit of length."""
+    """Measure the shape of all faces, triangles and quads, in any unit of length.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
+    require_mesh(mesh)
     device, points = mesh.device, mesh.positions
     bounds = _bounds(device, points)
     origin = np.mean(bounds, axis=0) if bounds else np.zeros(3)

@@ -69,7 +69,11 @@ class Topology:
 
 
 def measure_topology(mesh: Mesh) -> Topology:
-    """Measure everything about a mesh of triangles and quads that its coordinates do not change."""
+    """Measure everything about a mesh of triangles and quads that its coordinates do not change.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
     mesh = connect(mesh)
     halfedges = mesh.require_halfedges()
     device, corners, twins = mesh.device, mesh.corners, halfedges.twin

@@ -2,6 +2,8 @@
 
 halfedges        how faces join; the walk round a vertex
 mesh             the one type of meshes
+array_checks     what a program hands over as one
+mesh_files       meshes of files, and back
 placement        where vertices lie on the surface that they were cut from
 twins            pairs of halfedges, by vertices
 connectivity     halfedges of any mesh

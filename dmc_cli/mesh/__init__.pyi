@@ -2,7 +2,11 @@
 
 from .check import check_mesh as check_mesh
 from .compaction import as_bytes as as_bytes, fill_gaps as fill_gaps, pack as pack
-from .connectivity import connect as connect, require_quads as require_quads
+from .connectivity import (
+    connect as connect,
+    require_mesh as require_mesh,
+    require_quads as require_quads,
+)
 from .defects import with_defects as with_defects
 from .halfedges import (
     Halfedges as Halfedges,
@@ -21,22 +25,30 @@ from .mesh import (
     COLOR as COLOR,
     COLOR24 as COLOR24,
     DEFECT as DEFECT,
+    OWN_PREFIX as OWN_PREFIX,
     Mesh as Mesh,
     flat_corners as flat_corners,
 )
+from .mesh_files import file_of_mesh as file_of_mesh, mesh_of_file as mesh_of_file
 from .near_frame import (
     COARSE as COARSE,
     HALF_STEP as HALF_STEP,
     in_frame_of as in_frame_of,
     in_near_frame as in_near_frame,
 )
-from .placement import Placement as Placement, SurfaceFrame as SurfaceFrame, refuse_lost as refuse_lost
+from .placement import (
+    Placement as Placement,
+    SurfaceFrame as SurfaceFrame,
+    refuse_lost as refuse_lost,
+    require_placement as require_placement,
+)
 from .valences import REGULAR as REGULAR, irregular_percent as irregular_percent
 from .working import (
     MeshArrays as MeshArrays,
     WorkingMesh as WorkingMesh,
     is_skipped as is_skipped,
     mesh_arrays as mesh_arrays,
+    require_places as require_places,
     set_twins as set_twins,
     with_room as with_room,
     working_mesh as working_mesh,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import warp as wp
 
-from dmc_cli.errors import SettingsError
+from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.mesh.halfedges import Halfedges, previous_halfedge
 from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.twins import find_twins
@@ -23,8 +23,11 @@ def connect(mesh: Mesh) -> Mesh:
 
     Twins are those of `find_twins`. A vertex takes the lowest of its outgoing halfedges without a twin, else
     the lowest of all.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
     """
-    if mesh.halfedges is not None:
+    if require_mesh(mesh).halfedges is not None:
         return mesh
     device = mesh.device
     twin = find_twins(device, mesh.faces, mesh.vertex_count)
@@ -37,13 +40,24 @@ def connect(mesh: Mesh) -> Mesh:
     return replace(mesh, halfedges=Halfedges(twin, start, valence))
 
 
+def require_mesh(mesh: Mesh) -> Mesh:
+    """Return the mesh; raise CallError if it is none, or if its faces name vertices that it does not have."""
+    if not isinstance(mesh, Mesh):
+        raise CallError(
+            f"a {type(mesh).__name__} was found; expected a Mesh; take the mesh of a Surface, and call"
+            " mesh_of_file for one of a file first"
+        )
+    return mesh.require_sound()
+
+
 def require_quads(mesh: Mesh, stage: str) -> Mesh:
     """Return the mesh if all its faces are quads.
 
     Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
         SettingsError: There are triangles.
     """
-    if mesh.triangle_count:
+    if require_mesh(mesh).triangle_count:
         raise SettingsError(
             f"{stage} takes meshes of quads; {mesh.triangle_count} of {mesh.face_count} faces are triangles;"
             " leave it out, or make the mesh by a method that gives quads"

@@ -19,4 +19,4 @@ def with_defects(mesh: Mesh) -> Mesh:
     _, pair, uses = np.unique(ends[:, 0] << 32 | ends[:, 1], return_inverse=True, return_counts=True)
     defect = ((twin < 0) | (uses[pair] > 2)).reshape(-1, 4).any(axis=1)
     values = wp.array(defect.astype(np.uint8), dtype=wp.uint8, device=mesh.device.name)
-    return mesh.with_face_values(**{DEFECT: values})
+    return mesh.with_face_values({DEFECT: values})

@@ -6,11 +6,16 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.errors import MeshInvariantError
+from dmc_cli.errors import CallError
+from dmc_cli.mesh.array_checks import check_array, check_corners, check_device, check_values
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.runtime import Device, view
 
-DEFECT, COLOR, COLOR24 = "defect", "color", "color24"
+OWN_PREFIX = "dmc "
+"""How the names of values begin that stages keep for each other. They are two words each, which no name of a
+file's value is; `file_of_mesh` leaves them out."""
+
+DEFECT, COLOR, COLOR24 = OWN_PREFIX + "defect", OWN_PREFIX + "color", OWN_PREFIX + "color24"
 """Values of faces that stages know: uint8, not 0 if a quad has a defect (`defects.py`); colours 0 to 4, of
 which neighbours have two; the grid's 24 colours."""
 
@@ -29,8 +34,13 @@ class Mesh:
         triangle_count: Faces with three corners.
         halfedges: How the faces join; None as long as nobody has asked (`connect`).
         vertex_values: Arrays of one item a vertex, by name. Stages carry them along: a merged vertex keeps
-            the values of the lower of the two, a new one has those of a neighbour.
+            the values of the lower of the two, a new one has those of a neighbour. Items are scalars or
+            vectors. Names that begin with `OWN_PREFIX` are the stages' own.
         face_values: The same of mesh faces.
+
+    Raises:
+        CallError: An array is not of its type and length, contiguous and on the device. What is in the faces
+            is looked at when they are connected.
     """
 
     positions: Any
@@ -40,6 +50,21 @@ class Mesh:
     halfedges: Halfedges | None = None
     vertex_values: Mapping[str, Any] = field(default_factory=dict)
     face_values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that kernels could not read."""
+        check_device(self.device)
+        check_array("positions", self.positions, wp.vec3, None, self.device)
+        check_array("faces", self.faces, wp.vec4i, None, self.device)
+        if self.halfedges is not None:
+            for name, count in (
+                ("twin", 4 * self.face_count),
+                ("vertex_halfedge", self.vertex_count),
+                ("valence", self.vertex_count),
+            ):
+                check_array(f"items of {name}", getattr(self.halfedges, name), wp.int32, count, self.device)
+        check_values("vertex", self.vertex_values, self.vertex_count, self.device)
+        check_values("face", self.face_values, self.face_count, self.device)
 
     @property
     def vertex_count(self) -> int:
@@ -51,21 +76,28 @@ class Mesh:
         """Count the faces."""
         return int(self.faces.shape[0])
 
+    def require_sound(self) -> "Mesh":
+        """Return the mesh; raise CallError if it is not connected and its faces name no vertices of it."""
+        if self.halfedges is None:
+            check_corners(self.faces, self.vertex_count, self.triangle_count)
+        return self
+
     @property
     def corners(self) -> Any:
         """Return the faces as one row of corners, int32 (4F,), the same memory."""
         return flat_corners(self.faces)
 
     def require_halfedges(self) -> Halfedges:
-        """Return the halfedges of a mesh that a stage before has connected."""
+        """Return the halfedges; raise CallError if no stage before has connected the mesh."""
         if self.halfedges is None:
-            raise MeshInvariantError(
-                "the mesh is not connected; expected one with halfedges; please report this"
+            raise CallError(
+                "the mesh has no halfedges; expected a connected one; call connect(mesh) first, or"
+                " connect_faces(surface)"
             )
         return self.halfedges
 
-    def with_face_values(self, **values: Any) -> "Mesh":
-        """Return the mesh with further values of its faces; None takes one away."""
+    def with_face_values(self, values: Mapping[str, Any]) -> "Mesh":
+        """Return the mesh with further values of its faces by name; None takes one away."""
         kept = {**self.face_values, **values}
         return replace(self, face_values={name: v for name, v in kept.items() if v is not None})
 

@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import warp as wp
 
-from dmc_cli.errors import MeshInvariantError
+from dmc_cli.errors import CallError, MeshInvariantError
 from dmc_cli.field import GridShape, kernel_matrix, map_vertices
+from dmc_cli.mesh.array_checks import check_array
 from dmc_cli.runtime import Device
 
 
@@ -44,11 +46,19 @@ class Placement:
         cell: int64 (V,), linear number of the cell's lowest node in the grid, x fastest.
         local: float32 vec3 (V,), coordinates in the cell, in [0, 1].
         frame: The surface that they lie on.
+
+    Raises:
+        CallError: An array is not of its type and length, contiguous and on the frame's device.
     """
 
     cell: Any
     local: Any
     frame: SurfaceFrame
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that kernels could not read."""
+        check_array("cells", self.cell, wp.int64, None, self.frame.device)
+        check_array("local coordinates", self.local, wp.vec3, self.cell.shape[0], self.frame.device)
 
     def positions(self) -> Any:
         """Return the positions in the output space, float32 vec3 (V,), each rounded once."""
@@ -59,6 +69,16 @@ class Placement:
     def in_frame(self, affine: np.ndarray[Any, np.dtype[np.float64]]) -> "Placement":
         """Return the same places with another map from the grid to the output space."""
         return replace(self, frame=replace(self.frame, affine=affine))
+
+
+def require_placement(placement: Placement) -> Placement:
+    """Return the placement; raise CallError if it is none."""
+    if not isinstance(placement, Placement):
+        raise CallError(
+            f"a {type(placement).__name__} was found; expected a Placement, as extract_surface and the"
+            " stages return beside the mesh; pass that"
+        )
+    return placement
 
 
 def refuse_lost(local: np.ndarray[Any, Any]) -> None:

@@ -11,9 +11,10 @@ from typing import Any
 
 import warp as wp
 
+from dmc_cli.errors import CallError
 from dmc_cli.mesh.halfedges import NO_CORNER, Halfedges
 from dmc_cli.mesh.mesh import DEFECT, Mesh, rows_of_four
-from dmc_cli.mesh.placement import Placement, SurfaceFrame
+from dmc_cli.mesh.placement import Placement, SurfaceFrame, require_placement
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
@@ -90,6 +91,15 @@ class WorkingMesh:
         return mesh, Placement(arrays.cell, arrays.local, self.frame)
 
 
+def require_places(mesh: Mesh, placement: Placement) -> None:
+    """Raise CallError unless the placement has a place for each vertex of the mesh."""
+    if require_placement(placement).cell.shape[0] != mesh.vertex_count:
+        raise CallError(
+            f"the placement has {placement.cell.shape[0]} places; expected {mesh.vertex_count}, one a vertex"
+            " of the mesh; pass the mesh and the placement that one stage returned together"
+        )
+
+
 def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
     """Return the kernels' view of a connected mesh; nothing of it is marked as gone."""
     halfedges = mesh.require_halfedges()
@@ -97,6 +107,7 @@ def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
     arrays.corners, arrays.twin, arrays.valence = mesh.corners, halfedges.twin, halfedges.valence
     arrays.vertex_halfedge, arrays.position = halfedges.vertex_halfedge, mesh.positions
     if placement is not None:
+        require_places(mesh, placement)
         arrays.cell, arrays.local = placement.cell, placement.local
     if DEFECT in mesh.face_values:
         arrays.defect = mesh.face_values[DEFECT]

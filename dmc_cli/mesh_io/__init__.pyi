@@ -6,6 +6,6 @@ from .halfedge_dump import (
     check_dump_name as check_dump_name,
     write_halfedges as write_halfedges,
 )
-from .mesh_file import MeshFile as MeshFile
+from .mesh_file import MeshFile as MeshFile, count_triangles as count_triangles
 from .read import read_mesh as read_mesh
 from .write import choose_format as choose_format, write_mesh as write_mesh

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import MeshInvariantError
+from dmc_cli.errors import CallError
 from dmc_cli.volume import Space
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -44,6 +44,9 @@ class MeshFile:
             `VALUE_TYPES`; NaN and infinity are values, too.
         face_values: Values of the faces likewise, one row a face; the pair of labels is `LABELS`.
         triangle_count: Number of faces with three corners.
+
+    Raises:
+        CallError: The arrays are no mesh, or no format could hold them.
     """
 
     points: FloatArray
@@ -55,17 +58,20 @@ class MeshFile:
     triangle_count: int = field(init=False)
 
     def __post_init__(self) -> None:
-        """Refuse what no format could hold; a stage before this one is at fault."""
+        """Refuse what no format could hold; readers have refused what a file has of it."""
         _check_rows("points", self.points, 3, np.float32, np.float64)
         _check_rows("faces", self.faces, 4, np.int32)
         _check_finite("points", self.points)
         count = len(self.points)
-        object.__setattr__(self, "triangle_count", _count_triangles(self.faces, count))
+        object.__setattr__(self, "triangle_count", count_triangles(self.faces, count))
         if self.normals is not None:
             _check_rows("normals", self.normals, 3, np.float32)
             _check_finite("normals", self.normals)
             if len(self.normals) != count:
-                raise _broken(f"{len(self.normals)} normals for {count} vertices")
+                raise CallError(
+                    f"there are {len(self.normals)} normals for {count} vertices; expected one a vertex;"
+                    " leave them out where vertices have gone"
+                )
         _check_values("vertex", self.vertex_values, count)
         _check_values("face", self.face_values, len(self.faces))
 
@@ -75,16 +81,22 @@ class MeshFile:
         return len(self.faces) - self.triangle_count
 
 
-def _broken(message: str) -> MeshInvariantError:
-    return MeshInvariantError(f"{message}; please report this")
-
-
 def _check_rows(name: str, array: Array, columns: int, *dtypes: type[np.generic]) -> None:
     """Raise unless the array is a table of so many columns of one of these types."""
+    _check_is_array(name, array)
     if array.ndim != 2 or array.shape[1] != columns or array.dtype not in dtypes:
         expected = " or ".join(str(np.dtype(dtype)) for dtype in dtypes)
-        raise _broken(
-            f"{name} are {array.dtype} of shape {array.shape}; expected {expected} of shape (n, {columns})"
+        raise CallError(
+            f"{name} are {array.dtype} of shape {array.shape}; expected {expected} of shape (n, {columns});"
+            f" convert them, and give triangles -1 as their fourth corner"
+        )
+
+
+def _check_is_array(name: str, array: Any) -> None:
+    """Raise unless it is a NumPy array."""
+    if not isinstance(array, np.ndarray):
+        raise CallError(
+            f"{name} are of type {type(array).__name__}; expected a NumPy array; make one with numpy.array"
         )
 
 
@@ -99,11 +111,14 @@ def _check_finite(name: str, array: FloatArray) -> None:
     fits = fits_float32(array)
     if not fits.all():
         bad = int(np.flatnonzero(~fits.all(axis=1))[0])
-        raise _broken(f"row {bad} of the {name} is not finite in float32: {array[bad]}")
+        raise CallError(
+            f"row {bad} of the {name} is not finite in float32: {array[bad]}; expected finite numbers; remove"
+            " or move that vertex"
+        )
 
 
-def _count_triangles(faces: Int32Array, count: int) -> int:
-    """Return the number of faces with three corners; raise on the first that names no vertex."""
+def count_triangles(faces: Int32Array, count: int) -> int:
+    """Return the number of faces with three corners; raise CallError on the first that names no vertex."""
     if not faces.size:
         return 0
     lowest, highest = faces.min(), faces.max()
@@ -114,7 +129,10 @@ def _count_triangles(faces: Int32Array, count: int) -> int:
     outside[is_triangle, 3] = False
     if outside.any():
         bad = int(np.flatnonzero(outside.any(axis=1))[0])
-        raise _broken(f"face {bad} names a vertex outside 0 to {count - 1}: {faces[bad].tolist()}")
+        raise CallError(
+            f"face {bad} names a vertex outside 0 to {count - 1}: {faces[bad].tolist()}; expected vertex"
+            " numbers from 0, and -1 only as the fourth corner of a triangle; number the vertices from 0"
+        )
     return int(np.count_nonzero(is_triangle))
 
 
@@ -122,11 +140,12 @@ def _check_values(kind: str, values: Mapping[str, Array], count: int) -> None:
     """Raise unless values have names that files can hold, a row an item, and a type that PLY has."""
     for name, array in values.items():
         if not name.isascii() or name.split() != [name]:
-            raise _broken(f"a {kind} value is called {name!r}; expected one word in ASCII")
+            raise CallError(f"a {kind} value is called {name!r}; expected one word in ASCII; rename it")
+        _check_is_array(f"the {kind} values {name}", array)
         is_table = array.ndim == 1 or (array.ndim == 2 and array.shape[1] > 1)
         if not is_table or len(array) != count or array.dtype not in VALUE_TYPES:
             known = ", ".join(map(str, VALUE_TYPES))
-            raise _broken(
+            raise CallError(
                 f"the {kind} value {name} is {array.dtype} of shape {array.shape}; expected ({count},) or"
-                f" ({count}, n), n at least 2, of {known}"
+                f" ({count}, n), n at least 2, of {known}; convert it, or leave it out"
             )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.errors import MeshInvariantError
+from dmc_cli.errors import CallError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.ply_properties import CORNERS, NORMAL, POINT, property_names, type_name
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, join_lines, number_lines
@@ -22,7 +22,7 @@ def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
     """Yield the bytes of a PLY file, with normals and values where the mesh has them.
 
     Raises:
-        MeshInvariantError: Two properties of an element would have one name.
+        CallError: Two properties of an element would have one name.
     """
     yield _header(mesh, "ascii" if ascii else "binary_little_endian")
     for places, *values in zip(_places(mesh), *map(chunks_of, mesh.vertex_values.values()), strict=True):
@@ -58,8 +58,9 @@ def _properties(properties: list[tuple[str, str]], values: Mapping[str, Array]) 
     ]
     name, count = Counter(name for _, name in properties).most_common(1)[0]
     if count > 1:
-        raise MeshInvariantError(
-            f"the values {', '.join(values)} would make {count} properties called {name}; please report this"
+        raise CallError(
+            f"the values {', '.join(values)} would make {count} properties called {name}; expected a name of"
+            " its own for each, other than those of positions, normals and corners; rename or remove one"
         )
     return [f"property {kind} {name}" for kind, name in properties]
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 
-from dmc_cli.errors import SettingsError
+from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.files import write_output
 from dmc_cli.mesh_io.formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
@@ -62,8 +62,13 @@ def write_mesh(
 
     Raises:
         SettingsError: The format is not known.
+        CallError: It is no `MeshFile`, or has values that the format cannot name.
         WriteError: The file exists, or it cannot be written; an older file is untouched.
     """
+    if not isinstance(mesh, MeshFile):
+        raise CallError(
+            f"a {type(mesh).__name__} was found; expected a MeshFile; make one with file_of_mesh(mesh) first"
+        )
     name = choose_format(path, output_format)
     size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii), force=force)
     return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))

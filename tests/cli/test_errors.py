@@ -50,11 +50,11 @@ def test_each_error_has_its_status_and_one_message(name):
 
 def test_no_error_class_is_forgotten():
     classes = {name for name, value in vars(errors).items() if isinstance(value, type) and name != "DmcError"}
-    assert classes - {"MeshInvariantError"} == set(STATUS)
+    assert classes - {"CallError", "MeshInvariantError"} == set(STATUS)
 
 
-def test_a_broken_invariant_is_a_bug_of_ours():
-    assert errors.MeshInvariantError.exit_status == 1
+def test_a_broken_invariant_and_a_wrong_call_are_bugs_of_ours():
+    assert errors.MeshInvariantError.exit_status == errors.CallError.exit_status == 1
 
 
 def test_no_memory_ends_with_status_7():

@@ -8,7 +8,7 @@ import warp as wp
 
 from dmc_cli.contouring import Surface, color_faces, connect_faces
 from dmc_cli.mesh.connectivity import connect
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.mesh import COLOR, Mesh
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.processing.patterns.simplify import Simplified, simplify
 from dmc_cli.processing.relaxation.relax import relax
@@ -49,7 +49,7 @@ def for_oracle(surface: Surface) -> ColoredMesh:
         mesh.positions.numpy().astype(np.float64),
         mesh.faces.numpy().astype(np.int64),
         mesh.halfedges.twin.numpy().astype(np.int64),
-        mesh.face_values["color"].numpy().copy(),
+        mesh.face_values[COLOR].numpy().copy(),
     )
 
 

@@ -9,6 +9,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.connectivity import connect, require_quads
 from dmc_cli.mesh.defects import with_defects
+from dmc_cli.mesh.mesh import DEFECT
 from dmc_cli.runtime.device import Device
 from tests import shapes
 from tests.contouring.dual_marching_cubes.agreement import extract_on
@@ -30,8 +31,8 @@ def test_a_mesh_from_a_grid_is_connected_alike_without_it(volume_and_settings):
     by_grid = connect_faces(extract_on("cpu", volume, settings)).mesh
     by_vertices = with_defects(connect(plain(by_grid)))
     quads, twin = by_grid.faces.numpy(), by_vertices.halfedges.twin.numpy()
-    defect = by_grid.face_values["defect"].numpy()
-    np.testing.assert_array_equal(by_vertices.face_values["defect"].numpy(), defect)
+    defect = by_grid.face_values[DEFECT].numpy()
+    np.testing.assert_array_equal(by_vertices.face_values[DEFECT].numpy(), defect)
     one_fan = settings.topology == "manifold" or settings.border == "closed"
     # where four quads share two vertices, these do not tell which belong together
     if not defect.any():
@@ -89,7 +90,7 @@ def test_a_vertex_of_no_face_has_no_halfedge():
 def test_what_is_connected_stays_as_it_is():
     mesh = connect(on_device(shapes.cube(), DEVICE))
     assert connect(mesh) is mesh
-    assert with_defects(with_defects(mesh)).face_values.keys() == {"defect"}
+    assert with_defects(with_defects(mesh)).face_values.keys() == {DEFECT}
 
 
 def test_stages_for_quads_refuse_triangles():

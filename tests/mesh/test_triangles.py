@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.app.measurement import measure_mesh, mesh_on_device
+from dmc_cli.app.measurement import measure_mesh
 from dmc_cli.contouring import compute_normals, connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.measures.quality import measure_quality
@@ -15,10 +15,10 @@ from dmc_cli.mesh.check import check_mesh
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.compaction import fill_gaps, pack
 from dmc_cli.mesh.connectivity import connect
+from dmc_cli.mesh.mesh_files import file_of_mesh, mesh_of_file
 from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working import working_mesh
-from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 from dmc_cli.processing.patterns.simplify import simplify
@@ -94,7 +94,7 @@ def test_gaps_are_closed_round_it(every, in_order):
     points, faces = shapes.joined(ball, torus)
     mesh = connect(on_device((points, faces), DEVICE))
     labels = np.repeat([[1, 0], [2, 0]], [len(ball[1]), len(torus[1])], axis=0).astype(np.int32)
-    mesh = mesh.with_face_values(labels=wp.array(labels, dtype=wp.vec2i, device="cpu"))
+    mesh = mesh.with_face_values({"labels": wp.array(labels, dtype=wp.vec2i, device="cpu")})
     cells = wp.array(np.arange(len(points)), dtype=wp.int64, device="cpu")
     frame = extract_on("cpu", sphere(8), SETTINGS).placement.frame
     work = working_mesh(mesh, Placement(cells, wp.clone(mesh.positions), frame))
@@ -117,11 +117,11 @@ def test_gaps_are_closed_round_it(every, in_order):
 @pytest.mark.parametrize("name", ["a.ply", "a.obj", "a.off"])
 def test_files_hold_it(ball, tmp_path, name):
     _, _, mesh = ball
-    written = MeshFile(points=mesh.positions.numpy(), faces=mesh.faces.numpy(), space="RAS")
+    written = file_of_mesh(mesh, space="RAS")
     write_mesh(str(tmp_path / name), written)
     read = read_mesh(tmp_path / name)
     np.testing.assert_array_equal(read.faces, written.faces)
-    again = mesh_on_device(read, DEVICE)
+    again = mesh_of_file(read, DEVICE)
     assert again.triangle_count == mesh.triangle_count > 0
     report = measure_mesh(DEVICE, read)
     assert report["mesh"]["triangles"] == mesh.triangle_count
@@ -152,7 +152,7 @@ def test_values_stay_with_their_faces_and_vertices():
     of_face = upper[mesh.faces.numpy()[:, 0]]
     labels = wp.array(np.stack([1 + of_face, 3 * of_face], axis=1).astype(np.int32), dtype=wp.vec2i)
     mesh = replace(mesh, vertex_values={"upper": wp.array(upper.astype(np.float32))})
-    result = simplify(mesh.with_face_values(labels=labels), placement, MeshSettings(simplify="all"))
+    result = simplify(mesh.with_face_values({"labels": labels}), placement, MeshSettings(simplify="all"))
     for found in (result, remesh(result.mesh, result.placement, 6)):
         upper = found.placement.cell.numpy() // (nx * ny) + 0.5 >= half
         of_face = upper[found.mesh.faces.numpy()[:, 0]]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dmc_cli.errors import MeshInvariantError
+from dmc_cli.errors import CallError
 from dmc_cli.mesh_io.mesh_file import LABELS, MeshFile
 
 POINTS = np.zeros((4, 3), np.float32)
@@ -46,6 +46,8 @@ def test_values_are_a_number_or_a_vector_an_item():
         ({"normals": with_nan(3)}, "row 3 of the normals is not finite"),
         ({"normals": np.zeros((3, 3), np.float32)}, "3 normals for 4 vertices"),
         ({"normals": np.zeros((4, 3))}, "normals are float64"),
+        ({"points": [[0, 0, 0]]}, "points are of type list; expected a NumPy array"),
+        ({"faces": FACES.astype(np.int64)}, r"faces are int64 of shape \(1, 4\); expected int32"),
         ({"points": POINTS.astype(np.int32)}, "points are int32 .*expected float32 or float64"),
         ({"faces": np.array([[0, 1, 2]], np.int32)}, r"faces are int32 of shape \(1, 3\)"),
         ({"faces": np.array([[0, 1, 2, 3], [0, 1, 2, 4]], np.int32)}, "face 1 names a vertex outside 0 to 3"),
@@ -59,7 +61,10 @@ def test_values_are_a_number_or_a_vector_an_item():
         ),
         ({"vertex_values": {"a": np.zeros((4, 1))}}, "expected .* n at least 2"),
         ({"vertex_values": {"a": np.zeros((4, 2, 2))}}, "the vertex value a is"),
-        ({"face_values": {"a": np.float64(1)}}, r"the face value a is float64 of shape \(\)"),
+        (
+            {"face_values": {"a": np.float64(1)}},
+            "face values a are of type float64; expected a NumPy array",
+        ),
         ({"face_values": {"a": np.zeros(1, np.int64)}}, "the face value a is int64"),
         ({"face_values": {"a": np.zeros(1, ">f4")}}, "the face value a is >f4"),
         ({"face_values": {"a b": np.zeros(1)}}, "a face value is called 'a b'; expected one word"),
@@ -69,5 +74,5 @@ def test_values_are_a_number_or_a_vector_an_item():
 )
 def test_what_no_format_can_hold_is_refused(change, message):
     arguments = {"points": POINTS, "faces": FACES} | change
-    with pytest.raises(MeshInvariantError, match=message):
+    with pytest.raises(CallError, match=message):
         MeshFile(**arguments)

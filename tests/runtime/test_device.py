@@ -12,6 +12,7 @@ from hypothesis import given, settings, strategies as st
 from dmc_cli.contouring import Surface, compute_normals, extract_surface
 from dmc_cli.errors import DeviceError
 from dmc_cli.field import upload_volume
+from dmc_cli.mesh.mesh import COLOR
 from dmc_cli.runtime import device as device_module
 from dmc_cli.runtime.buffer_pool import HostMemory
 from dmc_cli.runtime.device import SHORT_SCAN, Device, select_device
@@ -154,7 +155,7 @@ def test_what_memory_held_before_never_shows(name, border, monkeypatch):
         surface = colored(surface)
         normals = compute_normals(surface.placement, chosen).numpy().copy()
         twins = surface.mesh.halfedges.twin.numpy().copy()
-        reduced = surface.mesh.face_values["color"].numpy().copy()
+        reduced = surface.mesh.face_values[COLOR].numpy().copy()
         found = simplified(surface).mesh
         meshes.append([normals, twins, reduced, found.positions.numpy(), found.faces.numpy()])
     assert len(meshes[0][1]) > 1000

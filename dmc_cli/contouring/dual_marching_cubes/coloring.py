@@ -17,8 +17,10 @@ import warp as wp
 from dmc_cli.bits import LANES, VECTOR_FLAGS
 from dmc_cli.contouring.dual_marching_cubes.color_words import color_row, reduce_row, retry_quads
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
+from dmc_cli.contouring.dual_marching_cubes.numbering import numbering_of
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.field import Grid
+from dmc_cli.mesh import COLOR, COLOR24
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -28,17 +30,17 @@ wp.set_module_options(
 def color(surface: Surface) -> Surface:
     """Return a connected surface with colours of its quads, uint8 (Q,).
 
-    They are face values: `color24` from the grid, 0 to 23, and `color`, 0 to 4; both differ across twins.
+    They are face values: `COLOR24` from the grid, 0 to 23, and `COLOR`, 0 to 4; both differ across twins.
     """
     colors = color_by_grid(surface)
-    return replace(
-        surface, mesh=surface.mesh.with_face_values(color24=colors, color=reduce_colors(surface, colors))
-    )
+    values = {COLOR24: colors, COLOR: reduce_colors(surface, colors)}
+    return replace(surface, mesh=surface.mesh.with_face_values(values))
 
 
 def color_by_grid(surface: Surface) -> Any:
     """Return the colour of each quad from the grid, 0 to 23, uint8 (Q,)."""
-    numbering, grid, device = surface.numbering, surface.placement.frame.grid, surface.mesh.device
+    numbering, grid = numbering_of(surface, is_connected=True), surface.placement.frame.grid
+    device = surface.mesh.device
     colors = device.empty(surface.mesh.face_count, wp.uint8)
     inputs = [grid.struct(), numbering.quad_words, numbering.quad_starts]
     device.launch(color_quads_kernel, grid.rows, inputs, [colors])

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import warp as wp
 
 from dmc_cli.bits import keep_masked
+from dmc_cli.errors import CallError
 from dmc_cli.mesh import (
     COLOR,
+    DEFECT,
     Mesh,
     Placement,
     WorkingMesh,
@@ -66,8 +68,11 @@ def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simpli
 
     Raises:
         SettingsError: The mesh has triangles.
+        CallError: Mesh and placement do not belong together, or colours are missing that the papers' rules
+            need.
     """
     working = working_mesh(with_defects(connect(require_quads(mesh, "--simplify"))), placement)
+    _require_colors(mesh, settings)
     removed: list[int] = []
     removed_3333 = refused = 0
     safe = settings.simplify_rules == "safe"
@@ -88,8 +93,17 @@ def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simpli
         arrays = working.arrays
         repair_colors(working.device, arrays.twin, color, *working.seams, gone=arrays.face_gone)
     simplified, places = fill_gaps(working)
-    simplified = simplified.with_face_values(defect=None)
+    simplified = simplified.with_face_values({DEFECT: None})
     return Simplified(simplified, places, tuple(removed), removed_3333, refused)
+
+
+def _require_colors(mesh: Mesh, settings: MeshSettings) -> None:
+    """Raise CallError if the rules choose by colours, and the mesh has none."""
+    if settings.follows_paper and settings.simplify != "3333" and COLOR not in mesh.face_values:
+        raise CallError(
+            "the mesh has no colours of faces, by which the papers' rules choose; call connect_faces and"
+            " color_faces on the surface first, or simplify with simplify_rules='safe'"
+        )
 
 
 def _paper_3x3y(mesh: WorkingMesh, *, by_color: bool, project: bool) -> int:

@@ -29,6 +29,7 @@ from dmc_cli.mesh import (
     mesh_arrays,
     next_outgoing,
     quad_corner,
+    require_places,
     require_quads,
     ring_size,
 )
@@ -76,8 +77,10 @@ def relax(
 
     Raises:
         SettingsError: The mesh has triangles.
+        CallError: Mesh and placement do not belong together.
     """
     mesh = connect(require_quads(mesh, "--relax"))
+    require_places(mesh, placement)
     device, count, frame = mesh.device, mesh.vertex_count, placement.frame
     arrays, context = mesh_arrays(mesh), make_context(frame)
     normal = find_normals(context, placement.cell, placement.local, device)

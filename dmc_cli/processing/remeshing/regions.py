@@ -10,7 +10,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.field import Grid, GridShape, cell_node
-from dmc_cli.mesh import Mesh, WorkingMesh, next_outgoing, ring_size
+from dmc_cli.mesh import OWN_PREFIX, Mesh, WorkingMesh, next_outgoing, ring_size
 from dmc_cli.processing.remeshing.work import LONGEST_RING
 from dmc_cli.runtime import Device
 
@@ -22,7 +22,7 @@ SIDE = 32
 SPARE_SHARE = 32
 """A region may open one quad for so many own vertices in a round, and one more."""
 
-FROZEN = "frozen"
+FROZEN = OWN_PREFIX + "frozen"
 """The value of the working mesh's vertices that tells which must stay: uint8, 1 for those."""
 
 

@@ -13,7 +13,18 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh import COLOR, DEFECT, Mesh, Placement, connect, pack, require_quads, with_room, working_mesh
+from dmc_cli.mesh import (
+    COLOR,
+    DEFECT,
+    Mesh,
+    Placement,
+    connect,
+    pack,
+    require_places,
+    require_quads,
+    with_room,
+    working_mesh,
+)
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
 from dmc_cli.processing.relaxation.relax import find_normals, measure_shapes, relax
@@ -77,6 +88,7 @@ def remesh(mesh: Mesh, placement: Placement, rounds: int, progress: Progress = S
 
     Raises:
         SettingsError: The mesh has triangles.
+        CallError: Mesh and placement do not belong together.
     """
     return Rounds(mesh, placement).run(rounds, progress)
 
@@ -89,7 +101,8 @@ class Rounds:
 
     def __init__(self, mesh: Mesh, placement: Placement) -> None:
         """Take a mesh; the arguments are those of `remesh`."""
-        mesh = connect(require_quads(mesh, "--remesh")).with_face_values(**{DEFECT: None})
+        mesh = connect(require_quads(mesh, "--remesh")).with_face_values({DEFECT: None})
+        require_places(mesh, placement)
         values = {**mesh.vertex_values, FROZEN: frozen_vertices(mesh)}
         self._frame, self._device = placement.frame, mesh.device
         self._context = make_context(self._frame)

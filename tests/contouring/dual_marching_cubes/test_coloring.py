@@ -7,6 +7,7 @@ from hypothesis import given
 
 from dmc_cli.contouring.vertex_colors import color_vertices
 from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.mesh.mesh import COLOR, COLOR24
 from dmc_cli.processing.color_repair import choose_colors_kernel, repair_colors
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
@@ -32,27 +33,25 @@ def test_the_colors_of_any_volume_are_the_oracles(volume_and_settings):
     mesh = colored(extract_on("cpu", volume, settings))
     oracle = extract_oracle_surface(volume, settings)
     expected = np.array([grid_color(edge) for edge, _ in oracle.quads], dtype=np.uint8)
-    np.testing.assert_array_equal(mesh.mesh.face_values["color24"].numpy(), expected)
+    np.testing.assert_array_equal(mesh.mesh.face_values[COLOR24].numpy(), expected)
     twin = mesh.mesh.halfedges.twin.numpy()
-    np.testing.assert_array_equal(mesh.mesh.face_values["color"].numpy(), reduce_by_oracle(expected, twin))
+    np.testing.assert_array_equal(mesh.mesh.face_values[COLOR].numpy(), reduce_by_oracle(expected, twin))
     assert_proper(expected, twin)
-    assert_proper(mesh.mesh.face_values["color"].numpy(), twin)
+    assert_proper(mesh.mesh.face_values[COLOR].numpy(), twin)
 
 
 def test_genus_two_ends_with_the_colors_of_the_notes(extract):
     surface = extract(paper_field("genus_two", 256), topology="asymptotic", threads=2)
-    counts = np.bincount(colored(surface).mesh.face_values["color"].numpy())
+    counts = np.bincount(colored(surface).mesh.face_values[COLOR].numpy())
     assert counts.tolist() == [62198, 53391, 31935, 10985, 395]
 
 
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_threads_do_not_show(extract, border):
     one, four = (colored(extract(white_noise(40), border=border, threads=threads)) for threads in (1, 4))
+    np.testing.assert_array_equal(one.mesh.face_values[COLOR].numpy(), four.mesh.face_values[COLOR].numpy())
     np.testing.assert_array_equal(
-        one.mesh.face_values["color"].numpy(), four.mesh.face_values["color"].numpy()
-    )
-    np.testing.assert_array_equal(
-        one.mesh.face_values["color24"].numpy(), four.mesh.face_values["color24"].numpy()
+        one.mesh.face_values[COLOR24].numpy(), four.mesh.face_values[COLOR24].numpy()
     )
 
 
@@ -69,7 +68,7 @@ def test_neighboring_vertices_have_different_colors(extract):
 
 def test_repair_makes_any_coloring_proper(device):
     mesh = colored(extract_on(device, white_noise(16), SurfaceSettings(isovalue=0.0), threads=2))
-    twin, color = mesh.mesh.halfedges.twin, mesh.mesh.face_values["color"]
+    twin, color = mesh.mesh.halfedges.twin, mesh.mesh.face_values[COLOR]
     color.zero_()
     seams = wp.array(np.arange(twin.shape[0], dtype=np.int32), device=device)
     repair_colors(mesh.mesh.device, twin, color, seams)

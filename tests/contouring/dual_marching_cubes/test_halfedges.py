@@ -10,6 +10,7 @@ from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, count_fans
 from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.mesh.mesh import DEFECT
 from dmc_cli.settings import SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import (
@@ -71,7 +72,7 @@ def assert_same_halfedges(surface, oracle, *, one_fan):
     assert find_faults(quads, twin) == []
     np.testing.assert_array_equal(halfedges.valence.numpy(), valences(quads, twin, count))
     np.testing.assert_array_equal(
-        surface.mesh.face_values["defect"].numpy().astype(bool), defects_of(quads, twin)
+        surface.mesh.face_values[DEFECT].numpy().astype(bool), defects_of(quads, twin)
     )
     check_halfedges(quads, twin, halfedges.vertex_halfedge.numpy(), one_fan=one_fan)
     np.testing.assert_array_equal(
@@ -111,7 +112,7 @@ def test_threads_do_not_show(extract):
     for field in ("twin", "vertex_halfedge", "valence"):
         found, expected = (getattr(mesh.halfedges, field).numpy() for mesh in (one, four))
         np.testing.assert_array_equal(found, expected)
-    np.testing.assert_array_equal(one.face_values["defect"].numpy(), four.face_values["defect"].numpy())
+    np.testing.assert_array_equal(one.face_values[DEFECT].numpy(), four.face_values[DEFECT].numpy())
 
 
 def test_a_manifold_mesh_has_one_fan_a_vertex_and_an_asymptotic_one_may_have_more(extract):

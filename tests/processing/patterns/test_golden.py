@@ -10,6 +10,7 @@ import platform
 import numpy as np
 import pytest
 
+from dmc_cli.mesh.mesh import COLOR, COLOR24
 from dmc_cli.processing.remeshing.rounds import remesh
 from dmc_cli.settings import SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import as_arrays, extract_on
@@ -95,7 +96,7 @@ def stages(name):
 def digest(result):
     """Return a hash of vertices, quads, halfedges and colours."""
     halfedges, colors = result.mesh.halfedges, result.mesh.face_values
-    found = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence, colors["color"], colors["color24"]]
+    found = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence, colors[COLOR], colors[COLOR24]]
     arrays = [*as_arrays(result).values(), *(array.numpy() for array in found)]
     return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:12]
 

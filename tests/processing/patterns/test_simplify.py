@@ -12,6 +12,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import check_halfedges
 from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.mesh.mesh import COLOR
 from dmc_cli.mesh.working import working_mesh
 from dmc_cli.processing.patterns.masks import list_3x3y
 from dmc_cli.processing.patterns.removal_3x3y import remove_3x3y
@@ -158,7 +159,7 @@ def test_the_safe_rules_keep_the_mesh_whole(extract, name, border):
     valence = result.mesh.halfedges.valence.numpy()
     assert int((valence < 3).sum()) == doublets
     assert duplicates(quads) <= twice
-    color = np.repeat(result.mesh.face_values["color"].numpy(), 4)
+    color = np.repeat(result.mesh.face_values[COLOR].numpy(), 4)
     with_twin = twin != NO_TWIN
     assert color.max() < 5 and (color[with_twin] != color[twin[with_twin]]).all()
 
@@ -227,7 +228,7 @@ def test_threads_do_not_show(extract):
         lambda r: r.placement.local,
         lambda r: r.mesh.halfedges.twin,
         lambda r: r.mesh.halfedges.vertex_halfedge,
-        lambda r: r.mesh.face_values["color"],
+        lambda r: r.mesh.face_values[COLOR],
     ):
         np.testing.assert_array_equal(get(one).numpy(), get(four).numpy())
 
@@ -272,7 +273,7 @@ def test_simplification_needs_no_colors_under_the_safe_rules(extract):
     surface = extract(volume)
     plain = simplified(connect_faces(surface))
     with_colors = simplified(colored(extract(volume)))
-    assert "color" not in plain.mesh.face_values
+    assert COLOR not in plain.mesh.face_values
     np.testing.assert_array_equal(plain.mesh.faces.numpy(), with_colors.mesh.faces.numpy())
 
 

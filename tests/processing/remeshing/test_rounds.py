@@ -12,7 +12,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.mesh import COLOR, COLOR24, Mesh
 from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.processing.distance_guard import FARTHEST, track_vertices
 from dmc_cli.processing.remeshing import rounds
@@ -233,10 +233,10 @@ def test_colors_stay_proper(extract):
     mesh = colored(extract(smooth_noise(20, 1.0), border="closed", threads=2))
     result = remeshed(simplified(mesh), 6).mesh
     colors = result.face_values
-    twin, color = result.halfedges.twin.numpy(), np.repeat(colors["color"].numpy(), 4)
+    twin, color = result.halfedges.twin.numpy(), np.repeat(colors[COLOR].numpy(), 4)
     assert color.max() < 5
     assert (color != color[twin]).all()
-    assert colors["color24"].shape == colors["color"].shape
+    assert colors[COLOR24].shape == colors[COLOR].shape
 
 
 def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings(monkeypatch):
