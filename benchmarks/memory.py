@@ -61,7 +61,7 @@ def main() -> None:
     parser.add_argument("--out", help="name of the history")
     options = parser.parse_args()
     device = select_device("cpu", 2)
-    load_kernels(device, kernel_modules(normals_too=True) + mesh_kernels(simplify=True))
+    load_kernels(device, kernel_modules(SurfaceSettings(isovalue=0.0)) + mesh_kernels(simplify=True))
     run(read_volume("synth:iwp:16", ReadSettings()), 0.0, device, pipeline=options.pipeline)
     named = next((case for case in CASES if case.name.startswith(options.field)), None)
     volume = named.load() if named else read_volume(f"synth:{options.field}:{options.nodes}", ReadSettings())

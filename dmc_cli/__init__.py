@@ -5,6 +5,7 @@ says in its `__init__.py` what it is for and in which order to read it:
 
     settings       every choice there is, with its default
     setting_types  what a setting may be, as its annotation says
+    methods        the methods of contouring, and what each takes
     errors         every error that is raised on purpose
     progress       who is told how far a run is
     stop           how work in threads is asked to stop

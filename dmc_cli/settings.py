@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from dmc_cli.errors import SettingsError
+from dmc_cli.methods import method_named, methods_that, settled_option
 from dmc_cli.setting_types import is_whole, settle_types
 
 InputFormat = Literal[
@@ -22,8 +23,6 @@ SliceGaps = Literal["refuse", "keep"]
 Duplicates = Literal["refuse", "first"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
-Method = Literal["dmc"]
-PlacementRule = Literal["exact", "sampled", "iterative", "centroid"]
 Border = Literal["open", "closed"]
 Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
@@ -33,6 +32,9 @@ SyntheticField = Literal["genus_two", "iwp", "neovius", "kummer", "steiner", "sp
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
+
+METHOD_OPTIONS = ("topology", "placement", "border")
+"""Options of the surface that a method has or has not."""
 
 STREAM = "-"
 """The path that means standard input or standard output."""
@@ -142,21 +144,32 @@ class SynthSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceSettings:
-    """Which surface to extract from a volume; `isovalue` is in the volume's physical values."""
+    """Which surface to extract from a volume; `isovalue` is in the volume's physical values.
+
+    Topology, placement and border are what the method takes of them: its own default where none is given,
+    None where it has no such option.
+    """
 
     isovalue: float
-    method: Method = "dmc"
+    method: str = "dmc"
     inside: Inside = "above"
-    topology: Topology = "manifold"
-    placement: PlacementRule = "exact"
-    border: Border = "open"
+    topology: Topology | None = None
+    placement: str | None = None
+    border: Border | None = None
     orientation: Orientation = "outward"
 
     def __post_init__(self) -> None:
-        """Check every type and range once, at the door."""
+        """Check every type and range once, at the door, and what the method takes."""
         settle_types(self)
         if not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
+        for option in METHOD_OPTIONS:
+            object.__setattr__(self, option, settled_option(self.method, option, getattr(self, option)))
+
+    @property
+    def is_on_surface(self) -> bool:
+        """Return whether vertices are placed on the trilinear surface."""
+        return self.placement in method_named(self.method).on_surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,6 +298,28 @@ class ConvertSettings:
         settle_types(self)
         check_path("input", self.input)
         check_run(self.device, self.threads)
+        self._check_method()
+
+    def _check_method(self) -> None:
+        """Raise SettingsError if the method's mesh cannot be what the other settings need."""
+        method, mesh = method_named(self.surface.method), self.mesh
+        if mesh.is_changed and method.faces != "quads":
+            name = "remesh" if mesh.remesh else "relax" if mesh.relax else "simplify"
+            others = methods_that(lambda other: other.faces == "quads")
+            raise self._not_of_method(name, getattr(mesh, name), f"makes {method.faces}", others)
+        if self.needs_colors and method.color is None:
+            name, given = "halfedges", self.output.halfedges or ""
+            if not given:
+                name, given = "simplify_rules", mesh.simplify_rules
+            others = methods_that(lambda other: other.color is not None)
+            raise self._not_of_method(name, given, "colours no faces", others)
+
+    def _not_of_method(self, name: str, given: object, found: str, others: list[str]) -> SettingsError:
+        """Return the error that a setting needs what the method's mesh is not."""
+        return SettingsError(
+            f"{name} is {given!r:.80}, but the method {self.surface.method} {found}; leave {name} out, or"
+            f" choose a method that suits it: {', '.join(others)}"
+        )
 
     @property
     def needs_halfedges(self) -> bool:
@@ -333,7 +368,7 @@ class ReproduceSettings:
 
     table: tuple[PaperTable, ...] = ()
     up_to: int = 512
-    placement: PlacementRule = "sampled"
+    placement: str = "sampled"
     device: str = "auto"
     threads: int | None = None
 
@@ -342,4 +377,5 @@ class ReproduceSettings:
         settle_types(self)
         if self.up_to < 1:
             raise SettingsError(f"up_to is {self.up_to}; expected a number of nodes an axis")
+        settled_option("dmc", "placement", self.placement)
         check_run(self.device, self.threads)

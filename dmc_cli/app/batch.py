@@ -43,6 +43,7 @@ class Outcome:
     error: str | None = None
     vertices: int | None = None
     quads: int | None = None
+    triangles: int | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -178,5 +179,6 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
         status=0,
         vertices=len(result.mesh.points),
         quads=result.mesh.quad_count,
+        triangles=result.mesh.triangle_count,
         warnings=tuple(result.report["warnings"]),
     )

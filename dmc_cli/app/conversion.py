@@ -1,7 +1,7 @@
 """Convert a volume to a mesh, stage by stage: the table of contents of the package.
 
-    volume -> cells -> polygons -> vertices -> quads -> halfedges -> colors -> simplified mesh
-    -> relaxed mesh -> report -> files
+    volume -> surface -> halfedges -> colors -> simplified mesh -> remeshed mesh -> relaxed mesh
+    -> report -> files
 
 Each stage is one call; its time goes to the report under its name. The volume is read by a thread while
 kernels are loaded. Stages that not every run needs are imported where they are called: their kernels cost
@@ -23,6 +23,7 @@ from dmc_cli.contouring import (
     color_faces,
     compute_normals,
     connect_faces,
+    every_kernel_module,
     extract_surface,
     kernel_modules as surface_kernels,
     mesh_kernel_modules,
@@ -82,7 +83,7 @@ class ConvertResult:
 def convert(
     settings: ConvertSettings, progress: Progress = SILENT, ahead: ReadAhead | None = None
 ) -> ConvertResult:
-    """Turn a volume into a quad mesh file, as `dmc convert` does.
+    """Turn a volume into a mesh file, as `dmc convert` does.
 
     Args:
         settings: What to convert, and how.
@@ -123,8 +124,7 @@ def _make_mesh(
             settings.surface,
             affine,
             even_slices=output.space == "voxel",
-            reserve=forecast.of_mesh,
-            reserve_tracing=forecast.of_cells,
+            reserve=forecast.hold,
         )
     _refuse_empty(surface, volume, settings)
     if settings.needs_halfedges:
@@ -174,23 +174,17 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
-    placements = [*surface_kernels(), *surface_kernels(placement="sampled")]
-    connecting = mesh_kernel_modules(colors=True)
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    return [*launch_kernels(), *placements, *connecting, *processing, *report_kernels()]
+    return [*launch_kernels(), *every_kernel_module(), *processing, *report_kernels()]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
     """Return the modules with kernels that a run needs."""
     dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
-    modules = surface_kernels(
-        normals_too=settings.output.normals or dumped,
-        method=settings.surface.method,
-        placement=settings.surface.placement,
-    )
+    modules = surface_kernels(settings.surface, normals_too=settings.output.normals or dumped)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
-        modules += mesh_kernel_modules(method=settings.surface.method, colors=settings.needs_colors)
+        modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
     return modules + (report_kernels() if settings.output.is_measured else [])
 
@@ -209,7 +203,7 @@ def _check_outputs(settings: ConvertSettings) -> None:
 
 
 def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
-    """Raise on a surface without a quad, unless that is allowed."""
+    """Raise on a surface without a face, unless that is allowed."""
     if surface.mesh.face_count or settings.output.allow_empty:
         return
     ends = volume.value_range()
@@ -335,7 +329,8 @@ def _make_report(
         stored_isovalue=stages.placement.frame.stored_isovalue,
         counts=stages.counts,
         vertex_count=stages.mesh.vertex_count,
-        quad_count=stages.mesh.face_count,
+        quad_count=stages.mesh.face_count - stages.mesh.triangle_count,
+        triangle_count=stages.mesh.triangle_count,
         measures=measures,
         warnings=rounding_warnings(stages.mesh, stages.placement, volume),
         simplification=stages.simplification,

@@ -1,76 +1,46 @@
 """Forecast the memory that a conversion needs, before it is taken.
 
-A stage's arrays are counted in bytes a word of 32 nodes, a special cell, a vertex and a quad; the forecast is
-that of the largest stage. It is held against the budget, or against what this process may still take
-(`memory_limits.py`), as soon as it can be known: the nodes before values are read, the quads when cells are
-found, the vertices before they are placed. Python, Warp and its kernels take some 200 MiB more.
-`tests/memory` holds it against what runs take.
+A stage's arrays are counted in bytes a word of 32 nodes, a listed cell, a vertex and a face (`Cost`); what a
+method takes it declares (`methods.py`). The forecast is that of the largest stage. It is held against the
+budget, or against what this process may still take (`memory_limits.py`), as soon as it can be known: the
+nodes before values are read, vertices and faces when the method tells them. Python, Warp and its kernels take
+some 200 MiB more. `tests/memory` holds it against what runs take.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.memory_limits import available_memory, total_memory
+from dmc_cli.methods import Cost, method_named
 from dmc_cli.runtime import SPARE_SHARE
 from dmc_cli.settings import ConvertSettings, OutputSettings
 from dmc_cli.volume import Volume, available_bytes, mapped_file
 
-
-@dataclass(frozen=True)
-class Cost:
-    """Bytes of arrays: so many a word of nodes, one near the surface, a special cell, a vertex and a quad."""
-
-    word: int = 0
-    near: int = 0
-    special: int = 0
-    vertex: int = 0
-    quad: int = 0
-
-    def __add__(self, other: "Cost") -> "Cost":
-        """Return what both take together."""
-        return Cost(
-            self.word + other.word,
-            self.near + other.near,
-            self.special + other.special,
-            self.vertex + other.vertex,
-            self.quad + other.quad,
-        )
-
-
-CELLS = Cost(word=16, near=8, special=36)
-"""Inside, active and ordinary bits, a sixteenth of eight sums; two ranks; what is known of a special cell."""
-
-TRACING = Cost(special=13)
-"""Counts and marks while special cells are traced."""
-
-MESH = Cost(vertex=12 + 12 + 8, quad=16)
+MESH = Cost(vertex=12 + 12 + 8, face=16)
 """Position, local coordinates and cell; four corners."""
 
 UNEVEN_SLICES = Cost(vertex=12)
 """Positions with even slices."""
 
-RANKS = Cost(near=16)
-"""The quads' ranks: three bits a node and a number a word."""
-
-TWINS = Cost(vertex=4 + 4, quad=16 + 1)
+TWINS = Cost(vertex=4 + 4, face=16 + 1)
 """A halfedge and the valence; twins and defect."""
 
-COLORS = Cost(quad=2)
+COLORS = Cost(face=2)
 MEASURES = Cost(vertex=15)
 """Degrees, starts and valences, what is wrong at a vertex; components take less, and earlier."""
 
-PATTERNS = Cost(vertex=1 + 4, quad=2 + 3)
+PATTERNS = Cost(vertex=1 + 4, face=2 + 3)
 """What has gone and who may go; lists of quads with a pattern."""
 
-SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, quad=4 + 1)
+SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, face=4 + 1)
 """Of smoothing: all of a vertex with its normal, once more; normals, aims, shapes and marks."""
 
-TRACKED = Cost(vertex=12 + 4 + 2, quad=1)
+TRACKED = Cost(vertex=12 + 4 + 2, face=1)
 """Of remeshing: the vertices before it, each with its nearest quad; marks."""
 
 NORMALS = Cost(vertex=12)
-CHECKS = Cost(vertex=5, quad=16)
+CHECKS = Cost(vertex=5, face=16)
 """Walks round vertices, and comparisons of the halfedges."""
 
 WRITING = Cost(vertex=3)
@@ -85,19 +55,19 @@ TEXT_ROW, TEXT_ROWS = 240, 1 << 15
 
 @dataclass(frozen=True)
 class Sizes:
-    """What there is so far: bytes of values, words of nodes, those near the surface, special cells, ..."""
+    """What there is so far: bytes of values, words of nodes, those near the surface, listed cells, ..."""
 
     values: int
     words: int
     near: int
-    special: int = 0
+    cells: int = 0
     vertices: int = 0
-    quads: int = 0
+    faces: int = 0
 
     def bytes_of(self, cost: Cost) -> int:
         """Return what the values and a stage take together, with the memory that may be kept beside."""
-        counts = (self.words, self.near, self.special, self.vertices, self.quads)
-        costs = (cost.word, cost.near, cost.special, cost.vertex, cost.quad)
+        counts = (self.words, self.near, self.cells, self.vertices, self.faces)
+        costs = (cost.word, cost.near, cost.cell, cost.vertex, cost.face)
         arrays = sum(count * size for count, size in zip(counts, costs, strict=True))
         return self.values + arrays + arrays // SPARE_SHARE
 
@@ -105,13 +75,14 @@ class Sizes:
 def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[str, Cost]:
     """Return what each stage of a run takes beside the values, everything that is alive then counted in."""
     mesh, output = settings.mesh, settings.output
+    method = method_named(settings.surface.method).memory
     surface = MESH if even_slices else MESH + UNEVEN_SLICES
-    stages = {"surface": CELLS + TRACING + surface}
+    stages = {"surface": method.cells + method.extracting + surface}
     alive = MESH
     if settings.needs_halfedges:
         colors = COLORS if settings.needs_colors else Cost()
         alive = MESH + TWINS + colors
-        stages["halfedges"] = CELLS + RANKS + alive
+        stages["halfedges"] = method.connecting + alive
         if mesh.simplify != "none":
             stages["simplify"] = alive + (MEASURES if output.is_measured else PATTERNS)
         if mesh.remesh:
@@ -135,7 +106,7 @@ def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = Tru
     costs = stage_costs(settings, even_slices=even_slices)
     stages = {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
     if _is_text(settings.output):
-        stages["write"] += TEXT_ROW * min(max(sizes.vertices, sizes.quads), TEXT_ROWS)
+        stages["write"] += TEXT_ROW * min(max(sizes.vertices, sizes.faces), TEXT_ROWS)
     return stages
 
 
@@ -153,42 +124,50 @@ def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: Conv
         raise _too_much(f"the volume needs {_readable(value_bytes)}", free, settings)
     words = words_of(shape, settings)
     sizes = Sizes(value_bytes, words, words)
-    _reserve({"cells": sizes.bytes_of(CELLS)}, 0, settings, "the volume and its cells")
+    _reserve({"cells": sizes.bytes_of(_cells_cost(settings))}, 0, settings, "the volume and its cells")
 
 
 def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
     """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit."""
     sizes = sizes_of(volume, settings)
-    _reserve({"cells": sizes.bytes_of(CELLS)}, held_bytes(volume), settings, "the volume and its cells")
+    _reserve(
+        {"cells": sizes.bytes_of(_cells_cost(settings))},
+        held_bytes(volume),
+        settings,
+        "the volume and its cells",
+    )
 
 
 @dataclass
 class MeshForecast:
     """Holds the forecast for a volume's mesh against the budget as its counts become known.
 
-    `near` and `special` are the words near the surface and the special cells, once they are known.
+    `near` and `cells` are the words near the surface and the listed cells, once they are known.
     """
 
     volume: Volume
     settings: ConvertSettings
     near: int | None = None
-    special: int = 0
+    cells: int = 0
 
-    def of_cells(self, near: int | None, ordinary: int, special: int, quads: int) -> None:
-        """Raise MemoryBudgetError if the mesh of these cells cannot fit: each ordinary one has a vertex."""
-        self.near, self.special = near, special
-        self.of_mesh(ordinary, quads)
-
-    def of_mesh(self, vertices: int, quads: int) -> None:
-        """Raise MemoryBudgetError unless the mesh fits beside the volume."""
+    def hold(self, vertices: int, faces: int, *, near: int | None = None, cells: int | None = None) -> None:
+        """Raise MemoryBudgetError unless the mesh fits beside the volume; a method calls it (`Reserve`)."""
+        if cells is not None:
+            self.near, self.cells = near, cells
         found = sizes_of(self.volume, self.settings)
-        near = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
-        near = min(near, found.words)
-        sizes = Sizes(found.values, found.words, near, self.special, vertices, quads)
+        pages = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
+        sizes = Sizes(found.values, found.words, min(pages, found.words), self.cells, vertices, faces)
         is_even = self.volume.slice_positions is None or self.settings.output.space == "voxel"
         stages = forecast(sizes, self.settings, even_slices=is_even)
-        taken = sizes.bytes_of(Cost(word=CELLS.word, near=CELLS.near))
-        _reserve(stages, taken, self.settings, f"the volume and a mesh of {quads} quads")
+        bits = replace(_cells_cost(self.settings), cell=0)
+        kind = method_named(self.settings.surface.method).faces
+        what = f"the volume and a mesh of {faces} {kind}"
+        _reserve(stages, sizes.bytes_of(bits), self.settings, what)
+
+
+def _cells_cost(settings: ConvertSettings) -> Cost:
+    """Return what the method keeps of nodes and cells."""
+    return method_named(settings.surface.method).memory.cells
 
 
 def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:

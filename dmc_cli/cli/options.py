@@ -1,6 +1,7 @@
 """Make the options that commands share, each once from the settings field that it fills.
 
-Name, default and choices come from the field in `settings.py`; only the help text and its heading are added.
+Name, default and choices come from the field in `settings.py`, those that depend on the method of contouring
+from what the methods declare; only the help text and its heading are added.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from dmc_cli.cli.group import VERBOSE
 from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_values
 from dmc_cli.cli.sections import SectionedOption
 from dmc_cli.mesh_io import known_suffixes as mesh_suffixes
+from dmc_cli.methods import METHODS, method_named, option_values
 from dmc_cli.settings import (
     ConvertSettings,
     MeshSettings,
@@ -48,6 +50,28 @@ def setting(owner: type, name: str, *flags: str, section: str, help: str, **extr
     return click.option(
         *names, name, cls=SectionedOption, section=section, default=default, help=help, **extra
     )
+
+
+def method_option(name: str, help: str) -> Decorator:
+    """Make an option of the surface that methods have or have not, with their values; `help` is for all."""
+    taken = {method: method_named(method).options.get(name, ()) for method in METHODS}
+    if len(set(taken.values())) > 1:
+        help += "".join(f" Of {method}: {', '.join(values)}." for method, values in taken.items() if values)
+    default = default_of(SurfaceSettings, "method")
+    return setting(
+        SurfaceSettings,
+        name,
+        section="Surface",
+        type=click.Choice(option_values(name)),
+        show_default=taken[default][0] if taken[default] else False,
+        help=help,
+    )
+
+
+def _method_help() -> str:
+    """Return the help text of `--method`: each method and its title."""
+    known = ", ".join(f"{name} ({method_named(name).title})" for name in METHODS)
+    return f"How the surface is made: {known}."
 
 
 def default_of(owner: type, name: str) -> Any:
@@ -198,22 +222,12 @@ shape_of_surface_options = stack(
     setting(
         SurfaceSettings, "inside", section="Surface", help="The side of the isovalue that is the object."
     ),
+    method_option("topology", "A 2-manifold always, or the asymptotic decider's own answer."),
     setting(
-        SurfaceSettings,
-        "topology",
-        section="Surface",
-        help="A 2-manifold always, or the asymptotic decider's own answer.",
+        SurfaceSettings, "method", section="Surface", type=click.Choice(tuple(METHODS)), help=_method_help()
     ),
-    setting(
-        SurfaceSettings, "method", section="Surface", help="How the surface is made: dual marching cubes."
-    ),
-    setting(SurfaceSettings, "placement", section="Surface", help="Where the vertices lie."),
-    setting(
-        SurfaceSettings,
-        "border",
-        section="Surface",
-        help="Leave the mesh open at the volume's border, or close it.",
-    ),
+    method_option("placement", "Where the vertices lie."),
+    method_option("border", "Leave the mesh open at the volume's border, or close it."),
     setting(
         SurfaceSettings,
         "orientation",

@@ -9,6 +9,7 @@ from dmc_cli.cli.parameters import ChoiceList
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.methods import method_named
 from dmc_cli.printable import json_text
 from dmc_cli.settings import PaperTable, ReproduceSettings
 
@@ -32,7 +33,11 @@ from dmc_cli.settings import PaperTable, ReproduceSettings
     help="Leave out data sets with more nodes along an axis.",
 )
 @options.setting(
-    ReproduceSettings, "placement", section="Tables", help="Where the vertices lie; in the paper: sampled."
+    ReproduceSettings,
+    "placement",
+    section="Tables",
+    type=click.Choice(method_named("dmc").options["placement"]),
+    help="Where the vertices lie; in the paper: sampled.",
 )
 @options.json_option
 @options.device_option

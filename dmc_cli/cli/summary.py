@@ -49,8 +49,7 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
     for warning in report["warnings"]:
         yield f"warning   {warning}"
     mesh, topology, quality = report["mesh"], report["topology"], report["quality"]
-    triangles = f", {mesh['triangles']} triangles" if mesh["triangles"] else ""
-    yield f"mesh      {_mesh_line(mesh)}{triangles}"
+    yield f"mesh      {_mesh_line(mesh)}"
     yield f"topology  {_topology_line(topology)}, Euler characteristic {topology['euler_characteristic']}"
     histogram = ", ".join(f"{count} of {valence}" for valence, count in topology["valence_histogram"].items())
     yield f"valences  {histogram}; {topology['irregular_percent']:.2f} % irregular"
@@ -127,6 +126,8 @@ def _surface_line(surface: dict[str, Any]) -> str:
 
 def _mesh_line(mesh: dict[str, Any], unit: str = " mm") -> str:
     text = f"{mesh['vertices']} vertices, {mesh['quads']} quads"
+    if mesh.get("triangles"):
+        text += f", {mesh['triangles']} triangles"
     if mesh.get("area") is not None:
         text += f", area {mesh['area']:.6g}{unit and unit + '²'}"
     if mesh.get("volume") is not None:

@@ -1,6 +1,5 @@
-"""Contour: make a surface mesh of a volume. A method is a folder, and a line of the registry.
+"""Contour: make a surface mesh of a volume. A method is a folder, and a line of `methods.py`.
 
-registry              the methods that there are
 surface               what a method returns
 dual_marching_cubes/  quads only, one vertex a polygon (Grosso & Zint 2021)
 extraction            a volume and its settings to a surface, by whichever method

@@ -5,8 +5,11 @@ from .extraction import (
     connect_faces as connect_faces,
     extract_surface as extract_surface,
 )
-from .kernels import kernel_modules as kernel_modules, mesh_kernel_modules as mesh_kernel_modules
+from .kernels import (
+    every_kernel_module as every_kernel_module,
+    kernel_modules as kernel_modules,
+    mesh_kernel_modules as mesh_kernel_modules,
+)
 from .normals import compute_normals as compute_normals
-from .registry import METHODS as METHODS
 from .surface import Surface as Surface, SurfaceCounts as SurfaceCounts
 from .vertex_colors import color_vertices as color_vertices

@@ -1,14 +1,15 @@
 """Extract the surface of a volume, connect its faces and colour them, by whichever method."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from dmc_cli.contouring.registry import METHODS
-from dmc_cli.contouring.surface import Surface
-from dmc_cli.errors import CallError
+from dmc_cli.contouring.surface import Reserve, Surface
+from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.field import DeviceVolume
+from dmc_cli.mesh import connect
+from dmc_cli.methods import method_named, methods_that
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import intact
 
@@ -19,8 +20,7 @@ def extract_surface(
     affine: np.ndarray[Any, Any] | None = None,
     *,
     even_slices: bool = False,
-    reserve: Callable[[int, int], None] | None = None,
-    reserve_tracing: Callable[[int | None, int, int, int], None] | None = None,
+    reserve: Reserve | None = None,
 ) -> Surface:
     """Extract the isosurface of a volume by the method that is set.
 
@@ -29,10 +29,7 @@ def extract_surface(
         settings: Method, isovalue, side, topology, border, orientation.
         affine: Shape (4, 4): node index to the space that vertices are wanted in; the volume's own if None.
         even_slices: Leave slice positions aside, as grid coordinates do.
-        reserve: Called with the numbers of vertices and quads, of quads at most that many where nodes are
-            without data, before memory for them is taken; it may raise.
-        reserve_tracing: Called before special cells are traced, with the numbers of words that
-            `words_near_quads` tells, of ordinary and special cells, and of quads; it may raise as well.
+        reserve: Called with what is known before memory for it is taken, once or several times; it may raise.
 
     Raises:
         DeviceError: More vertices or quads than 32-bit mesh indices can number.
@@ -46,10 +43,10 @@ def extract_surface(
         )
     device = volume.device
     device.wake()
-    extract = METHODS[settings.method].extract
+    extract = method_named(settings.method).extract
     with intact(volume.volume.values, volume.volume.path):
         try:
-            surface = extract(volume, settings, affine, even_slices, reserve, reserve_tracing)
+            surface: Surface = extract(volume, settings, affine, even_slices, reserve)
         except BaseException:
             device.drop()
             raise
@@ -58,13 +55,15 @@ def extract_surface(
 
 
 def connect_faces(surface: Surface) -> Surface:
-    """Return the surface with halfedges, as its method finds them.
+    """Return the surface with halfedges, as its method finds them, else as those of any mesh are found.
 
     Raises:
         CallError: It is no surface, or its mesh is no longer the one that was extracted.
     """
     _require_surface(surface)
-    return METHODS[surface.method].connect(surface)
+    own = method_named(surface.method).connect
+    connected: Surface = own(surface) if own else replace(surface, mesh=connect(surface.mesh))
+    return connected
 
 
 def color_faces(surface: Surface) -> Surface:
@@ -73,9 +72,17 @@ def color_faces(surface: Surface) -> Surface:
     Raises:
         CallError: It is no surface, its faces are not connected by `connect_faces`, or its mesh is no longer
             the one that was extracted.
+        SettingsError: The method has no colours.
     """
     _require_surface(surface)
-    return METHODS[surface.method].color(surface)
+    color = method_named(surface.method).color
+    if color is None:
+        raise SettingsError(
+            f"the method {surface.method} colours no faces; expected one that does:"
+            f" {', '.join(methods_that(lambda method: method.color is not None))}"
+        )
+    colored: Surface = color(surface)
+    return colored
 
 
 def _require_surface(surface: Surface) -> None:

@@ -32,7 +32,8 @@ def check_mesh(
 
     The papers' bare rules of simplification promise nothing, so after them only the halfedges are checked.
     """
-    closed_or_split = settings.surface.topology == "manifold" or settings.surface.border == "closed"
+    topology, border = settings.surface.topology, settings.surface.border
+    closed_or_split = topology == "manifold" or (topology is not None and border == "closed")
     halfedges = mesh.require_halfedges()
     check_halfedges(
         mesh.faces.numpy(),
@@ -72,7 +73,7 @@ def _check_geometry(
         _require("the normal of vertex {} has not length 1", np.abs(length - 1) <= UNIT_TOLERANCE, rows)
     measured = report["deviation"] or {}
     deviation, rounding = measured.get("max_relative"), measured.get("rounding_relative") or 0.0
-    is_exact = settings.surface.placement == "exact"
+    is_exact = settings.surface.is_on_surface
     is_exact = is_exact and (settings.mesh.project or settings.mesh.simplify in ("none", "3333"))
     is_exact = is_exact and rounding <= COARSE  # else it is that of the file's coordinates
     if is_exact and deviation is not None and deviation > DEVIATION_TOLERANCE:

@@ -46,6 +46,7 @@ class RunFacts:
         counts: What the surface stage found.
         vertex_count: Vertices of the mesh as it is written.
         quad_count: Its quads.
+        triangle_count: Its triangles.
         measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
         simplification: What simplification did, or None if there was none.
         warnings: Further sentences for the user, after the volume's own.
@@ -61,6 +62,7 @@ class RunFacts:
     counts: SurfaceCounts
     vertex_count: int
     quad_count: int
+    triangle_count: int
     measures: Measures | None
     simplification: Mapping[str, Any] | None = None
     warnings: tuple[str, ...] = ()
@@ -78,7 +80,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "input": _input_section(facts.volume, facts.counts.no_data_nodes, with_hash=measures is not None),
         "settings": _settings_section(facts.settings, facts.resolved),
         "surface": _surface_section(facts),
-        "mesh": _mesh_section(facts.vertex_count, facts.quad_count, measures),
+        "mesh": _mesh_section(facts),
         **measured_sections(measures),
         "simplification": facts.simplification,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
@@ -129,8 +131,13 @@ def extent_section(quality: "Quality", topology: "Topology") -> dict[str, Any]:
     }
 
 
-def _mesh_section(vertices: int, quads: int, measures: Measures | None) -> dict[str, Any]:
-    section: dict[str, Any] = {"vertices": vertices, "quads": quads}
+def _mesh_section(facts: RunFacts) -> dict[str, Any]:
+    measures = facts.measures
+    section: dict[str, Any] = {
+        "vertices": facts.vertex_count,
+        "quads": facts.quad_count,
+        "triangles": facts.triangle_count,
+    }
     if measures is None:
         return section | {"area": None, "volume": None, "bounds": None}
     return section | extent_section(measures.quality, measures.topology)

@@ -6,6 +6,7 @@ from typing import Any
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import cause_and_remedy
 from dmc_cli.mesh import COARSE
+from dmc_cli.methods import method_named
 from dmc_cli.settings import Requirement
 
 ON_SURFACE = 1e-5
@@ -72,8 +73,17 @@ def _on_surface(report: Section) -> str | None:
         return None
     return (
         f"on-surface: the largest deviation is {found:.3g} of the value range;"
-        f" expected at most {ON_SURFACE:g} (--placement exact)"
+        f" expected at most {ON_SURFACE:g}{_placement_advice(report)}"
     )
+
+
+def _placement_advice(report: Section) -> str:
+    """Name the placement that is on the surface, where the method has one and another was chosen."""
+    chosen = report.get("settings")
+    if chosen is None:  # of a mesh file
+        return ""
+    others = method_named(chosen["method"]).on_surface - {None, chosen["placement"]}
+    return f" (--placement {' or '.join(sorted(filter(None, others)))})" if others else ""
 
 
 CHECKS: dict[str, Callable[[Section], str | None]] = {

@@ -24,7 +24,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.reproduction.paper_tables import DMC, DMCS, PAPER_VALUES, DataSet, MeshKind
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
 from dmc_cli.runtime import Device, load_kernels, select_device
-from dmc_cli.settings import MeshSettings, PlacementRule, ReadSettings, ReproduceSettings, SurfaceSettings
+from dmc_cli.settings import MeshSettings, ReadSettings, ReproduceSettings, SurfaceSettings
 from dmc_cli.volume_io import synthetic_volume
 
 WARM_UP = DataSet(field="genus_two", nodes=32)
@@ -54,7 +54,7 @@ def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -
 def measure_data_sets(
     device: Device,
     data_sets: Iterable[DataSet],
-    placement: PlacementRule = "sampled",
+    placement: str = "sampled",
     progress: Progress = SILENT,
 ) -> dict[tuple[str, MeshKind], dict[str, float]]:
     """Return what was found on each data set, by its name and the kind of mesh, then by quantity.
@@ -65,9 +65,10 @@ def measure_data_sets(
         placement: Where vertices go; the papers' figures are those of `sampled`, but for counts.
         progress: Who listens.
     """
+    surface = _papers_settings(placement)
     modules = [
-        *surface_kernels(normals_too=False, placement=placement),
-        *mesh_kernel_modules(colors=True),
+        *surface_kernels(surface, normals_too=False),
+        *mesh_kernel_modules(surface.method, colors=True),
         *processing_kernels(simplify=True),
         *report_kernels(),
     ]
@@ -81,12 +82,12 @@ def measure_data_sets(
 
 
 def _measure_data_set(
-    device: Device, data: DataSet, placement: PlacementRule
+    device: Device, data: DataSet, placement: str
 ) -> dict[tuple[str, MeshKind], dict[str, float]]:
     """Return what was found on the mesh of a data set, as it is and simplified."""
     uploaded = upload_volume(synthetic_volume(f"synth:{data.field}:{data.nodes}", ReadSettings()), device)
     surface, surface_ms = _timed(lambda: _extract(uploaded, placement))
-    unused, crossed = surface.counts.unused_vertices, surface.counts.crossed_edges
+    unused, crossed = surface.counts.unused_vertices or 0, surface.counts.crossed_edges or 0
     surface, halfedges_ms = _timed(lambda: connect_faces(surface))
     surface, coloring_ms = _timed(lambda: color_faces(surface))
     plain = {
@@ -117,9 +118,14 @@ def _timed(stage: Callable[[], Result]) -> tuple[Result, float]:
     return result, 1e3 * (time.perf_counter() - start)
 
 
-def _extract(volume: DeviceVolume, placement: PlacementRule) -> Surface:
-    """Return the surface as the papers cut it, open and with the asymptotic decider."""
-    return extract_surface(volume, SurfaceSettings(isovalue=0.0, topology="asymptotic", placement=placement))
+def _extract(volume: DeviceVolume, placement: str) -> Surface:
+    """Return the surface as the papers cut it."""
+    return extract_surface(volume, _papers_settings(placement))
+
+
+def _papers_settings(placement: str) -> SurfaceSettings:
+    """Return the papers' settings: an open border and the asymptotic decider."""
+    return SurfaceSettings(isovalue=0.0, topology="asymptotic", placement=placement)
 
 
 def _synthetic(data: DataSet, mesh: Mesh, placement: Placement, unused_vertices: int) -> SyntheticMesh:

@@ -8,6 +8,7 @@ import pytest
 
 from dmc_cli import settings
 from dmc_cli.cli import dmc
+from dmc_cli.methods import METHODS, option_values
 
 OF_COMMAND = {
     "convert": (
@@ -48,6 +49,10 @@ def test_every_setting_has_its_option(command, owner, field):
     default = None if field.default is MISSING else field.default
     assert option.default == default or (default is None and option.get_default(click.Context(dmc)) is None)
     if isinstance(option.type, click.Choice):
+        if field.name in ("method", "placement"):  # what the methods have
+            known = METHODS if field.name == "method" else option_values(field.name)
+            assert tuple(option.type.choices) == tuple(known)
+            return
         hint = get_type_hints(owner)[field.name]
         choices = (
             get_args(hint) if all(isinstance(c, str) for c in get_args(hint)) else get_args(get_args(hint)[0])

@@ -105,6 +105,8 @@ def option_table(command):
 
 def shown_default(option):
     """Return the default as a user would type it, empty where there is none."""
+    if isinstance(option.show_default, str):
+        return f"`{option.show_default}`"
     default = option.default
     if not isinstance(default, (str, int, float, tuple)) or default == () or option.count:
         return ""

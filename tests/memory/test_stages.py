@@ -7,8 +7,6 @@ import pytest
 
 from dmc_cli.app import memory_budget as memory
 from dmc_cli.app.memory_budget import (
-    CELLS,
-    Cost,
     MeshForecast,
     Sizes,
     forecast,
@@ -21,12 +19,14 @@ from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.field import upload_volume
 from dmc_cli.memory_limits import Available
 from dmc_cli.mesh_io.text import CHUNK_ROWS
+from dmc_cli.methods import Cost, method_named
 from dmc_cli.runtime.device import select_device
 from dmc_cli.settings import ConvertSettings, MemoryShare, MeshSettings, OutputSettings, SurfaceSettings
 from dmc_cli.volume.volume import Volume
 
+CELLS = method_named("dmc").memory.cells
 MIB = 1 << 20
-SIZES = Sizes(values=1600, words=10, near=5, special=100, vertices=1000, quads=1000)
+SIZES = Sizes(values=1600, words=10, near=5, cells=100, vertices=1000, faces=1000)
 
 
 def settings_of(mesh=None, border="open", share=None, **output):
@@ -132,7 +132,7 @@ def test_text_takes_some_rows_more(output, is_text):
     halfedges = "h.npz" if "halfedges" in output else None
     plain = forecast(SIZES, settings_of(**(output | binary | {"halfedges": halfedges})))["write"]
     assert few - plain == is_text * memory.TEXT_ROW * 1000
-    many = replace(SIZES, quads=10**7)
+    many = replace(SIZES, faces=10**7)
     assert forecast(many, settings_of(ascii=True))["write"] - forecast(many, settings_of())["write"] == (
         memory.TEXT_ROW * CHUNK_ROWS
     )
@@ -175,7 +175,7 @@ def test_ranks_lie_in_huge_pages(near, expected, monkeypatch):
     words = 3 << 17
     monkeypatch.setattr(memory, "words_of", lambda *_: words)
     monkeypatch.setattr(memory, "forecast", lambda sizes, *_, **__: found.append(sizes) or {"surface": 0})
-    MeshForecast(volume_of(), settings_of(), near=near).of_mesh(1, 1)
+    MeshForecast(volume_of(), settings_of(), near=near).hold(1, 1)
     assert found[0].near == expected << 17
     assert found[0].words == words
 
@@ -187,38 +187,41 @@ def test_words_from_the_first_quad_to_the_last_are_near():
     found = []
     device = select_device("cpu", 1)
     settings = SurfaceSettings(isovalue=0.5)
-    extract_surface(
-        upload_volume(volume, device), settings, reserve_tracing=lambda *counts: found.append(counts)
-    )
-    ((near, ordinary, special, quads),) = found
+
+    def reserve(vertices, faces, *, near=None, cells=None):
+        found.append((vertices, faces, near, cells))
+
+    extract_surface(upload_volume(volume, device), settings, reserve=reserve)
+    (ordinary, quads, near, special), last = found
+    assert last == (1602, quads, None, None)
     assert quads == 2 * 400 + 4 * 200
     assert ordinary + special == 1602
     layer = 2 * 64
     assert 9 * layer + 2 * (layer + 2) < near < 13 * layer + 2 * (layer + 2)
     found.clear()
     nowhere = SurfaceSettings(isovalue=7)
-    extract_surface(upload_volume(volume, device), nowhere, reserve_tracing=lambda *_: found.append(_))
-    assert found == [(0, 0, 0, 0)]
+    extract_surface(upload_volume(volume, device), nowhere, reserve=reserve)
+    assert found == [(0, 0, 0, 0), (0, 0, None, None)]
 
 
 def test_the_mesh_is_held_against_the_budget_as_it_becomes_known():
     volume = volume_of()
-    sizes = replace(memory.sizes_of(volume, settings_of()), special=1000, vertices=5000, quads=6000)
+    sizes = replace(memory.sizes_of(volume, settings_of()), cells=1000, vertices=5000, faces=6000)
     needed = max(forecast(sizes, settings_of()).values())
     for budget, fits in ((needed, True), (needed - 1, False)):
         held = MeshForecast(volume, settings_of(memory=budget))
-        held.of_cells(None, 4000, 1000, 6000)
+        held.hold(4000, 6000, cells=1000)
         if fits:
-            held.of_mesh(5000, 6000)
+            held.hold(5000, 6000)
         else:
             with pytest.raises(MemoryBudgetError, match="the volume and a mesh of 6000 quads need"):
-                held.of_mesh(5000, 6000)
+                held.hold(5000, 6000)
 
 
 def test_cells_that_cannot_fit_are_refused_before_they_are_traced():
     held = MeshForecast(volume_of(), settings_of(memory=3 * MIB))
     with pytest.raises(MemoryBudgetError, match="a mesh of 3 quads"):
-        held.of_cells(None, 0, 1 << 20, 3)
+        held.hold(0, 3, cells=1 << 20)
 
 
 @pytest.fixture

@@ -56,6 +56,7 @@ def run_facts(values, isovalue, border="closed", path="ball.raw", files=(), warn
         counts=surface.counts,
         vertex_count=surface.mesh.vertex_count,
         quad_count=surface.mesh.face_count,
+        triangle_count=0,
         measures=measures,
         timings_ms={"read": 1.23456, "total": np.float64(2.0)},
         memory=measure_memory("cpu"),
@@ -126,7 +127,7 @@ def test_without_measures_their_sections_are_null(facts):
     report = build_report(replace(facts, measures=None))
     check(report)
     assert (report["topology"], report["quality"], report["deviation"]) == (None, None, None)
-    counts = {"vertices": facts.vertex_count, "quads": facts.quad_count}
+    counts = {"vertices": facts.vertex_count, "quads": facts.quad_count, "triangles": 0}
     assert report["mesh"] == counts | {"area": None, "volume": None, "bounds": None}
 
 

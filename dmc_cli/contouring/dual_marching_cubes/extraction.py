@@ -4,7 +4,6 @@ A stage may end with a launch only begun (`Device.begin`), which the next stage'
 that threads are at work while the host gets ready.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from dmc_cli.contouring.dual_marching_cubes.numbering import Numbering
 from dmc_cli.contouring.dual_marching_cubes.polygons import Tallies, trace_polygons
 from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
 from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
-from dmc_cli.contouring.surface import Surface, SurfaceCounts
+from dmc_cli.contouring.surface import Reserve, Surface, SurfaceCounts
 from dmc_cli.errors import VolumeError
 from dmc_cli.field import (
     DeviceVolume,
@@ -40,8 +39,7 @@ def extract(
     settings: SurfaceSettings,
     affine: np.ndarray[Any, Any] | None,
     even_slices: bool,
-    reserve: Callable[[int, int], None] | None,
-    reserve_tracing: Callable[[int | None, int, int, int], None] | None,
+    reserve: Reserve | None,
 ) -> Surface:
     """Extract the isosurface as quads; the arguments are those of `extract_surface`.
 
@@ -57,9 +55,9 @@ def extract(
     to_output = grid_affine(target, grid)
     matrix = kernel_matrix(to_output)
     depths = slice_depths(None if even_slices else volume.volume, grid, device)
-    if reserve_tracing is not None:
+    if reserve is not None:  # each ordinary cell has a vertex
         near = words_near_quads(cells, grid, device)
-        reserve_tracing(near, cells.ordinary_count, cells.special_count, cells.quad_count)
+        reserve(cells.ordinary_count, cells.quad_count, near=near, cells=cells.special_count)
     polygons, tallies = trace_polygons(cells, field, grid, settings.topology == "manifold", device)
     if reserve is not None:
         reserve(polygons.vertex_count, cells.quad_count)

@@ -22,7 +22,6 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
 from dmc_cli.field import ALL_EDGES, BITS_A_CHUNK, BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.mesh import refuse_lost
 from dmc_cli.runtime import FLAGS_A_CHUNK, Device, native
-from dmc_cli.settings import PlacementRule
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -55,7 +54,7 @@ def place_vertices(
     grid: GridShape,
     matrix: Any,
     device: Device,
-    placement: PlacementRule = "exact",
+    placement: str | None = "exact",
 ) -> Vertices:
     """Place every vertex; all are placed for the next launch.
 

@@ -103,8 +103,9 @@ def test_a_mesh_without_special_cells_and_one_without_any(extract, placement):
 
 
 def test_a_run_loads_the_kernels_that_it_needs_only():
+    chosen = [SurfaceSettings(isovalue=0.0, placement=name) for name in ("exact", "sampled")]
     exact, sampled = (
-        {m.__name__.rpartition(".")[2] for m in kernel_modules(placement=p)} for p in ("exact", "sampled")
+        {module.__name__.rpartition(".")[2] for module in kernel_modules(settings)} for settings in chosen
     )
     assert exact - sampled == {"exact_simd", "exact_scalar"}
     assert sampled - exact == {"paper"}

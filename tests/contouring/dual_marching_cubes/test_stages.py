@@ -110,10 +110,11 @@ def test_quads_face_as_the_sense_says(extract, signs, inside, orientation):
 def test_memory_is_asked_for_before_it_is_taken(extract):
     volume, asked = white_noise(9), []
     uploaded, settings = upload_volume(volume, DEVICE), SurfaceSettings(isovalue=0.0)
-    surface = extract_surface(uploaded, settings, reserve=lambda *counts: asked.append(counts))
-    assert asked == [(surface.mesh.vertex_count, surface.mesh.face_count)]
+    surface = extract_surface(uploaded, settings, reserve=lambda *counts, **cells: asked.append(counts))
+    assert asked[-1] == (surface.mesh.vertex_count, surface.mesh.face_count)
+    assert asked[:-1] == [(surface.numbering.cells.ordinary_count, surface.mesh.face_count)]
 
-    def refuse(*_counts):
+    def refuse(*_counts, **_cells):
         raise MemoryBudgetError("too much")
 
     with pytest.raises(MemoryBudgetError):

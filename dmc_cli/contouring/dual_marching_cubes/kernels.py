@@ -1,0 +1,34 @@
+"""Name the modules with kernels that a run needs, for loading them ahead of time."""
+
+from types import ModuleType
+
+from dmc_cli.settings import SurfaceSettings
+
+
+def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
+    """Return the modules whose kernels a surface needs, those that take longest to compile first."""
+    from dmc_cli.contouring.dual_marching_cubes import (
+        cells,
+        classification,
+        manifold_repair,
+        polygons,
+        quads,
+        vertices,
+    )
+    from dmc_cli.contouring.dual_marching_cubes.placement import exact_scalar, exact_simd, paper
+    from dmc_cli.field import slice_kernels
+
+    placing = [exact_simd, exact_scalar] if settings.placement == "exact" else [paper]
+    return [classification, cells, polygons, manifold_repair, vertices, *placing, quads, *slice_kernels()]
+
+
+def mesh_kernels(*, colors: bool) -> list[ModuleType]:
+    """Return the modules whose kernels halfedges need, and those of colours if they are wanted."""
+    from dmc_cli.contouring.dual_marching_cubes.halfedges import grid_twins, quad_ranks, vertex_rings
+
+    modules = [quad_ranks, grid_twins, vertex_rings]
+    if colors:
+        from dmc_cli.contouring.dual_marching_cubes import coloring
+
+        modules.append(coloring)
+    return modules

@@ -1,0 +1,136 @@
+"""Register the methods of contouring: a folder of `contouring/` each, and a line here.
+
+A folder declares its method in a file that imports no Warp. So the settings are held against what a method
+takes, and `--help` and error messages tell it, before anything of the method is loaded; its functions are
+imported when they are first called.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pkgutil import resolve_name
+from types import ModuleType
+from typing import Any, Literal
+
+from dmc_cli.errors import SettingsError
+
+METHODS = {
+    "dmc": "dmc_cli.contouring.dual_marching_cubes:METHOD",
+}
+"""Each method by the word that `--method` has for it: where it is declared."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Bytes of arrays: so many a word of 32 nodes, one near the surface, a listed cell, a vertex and a face.
+
+    Listed are cells of which a record is kept, one by one.
+    """
+
+    word: int = 0
+    near: int = 0
+    cell: int = 0
+    vertex: int = 0
+    face: int = 0
+
+    def __add__(self, other: "Cost") -> "Cost":
+        """Return what both take together."""
+        return Cost(*(getattr(self, part.name) + getattr(other, part.name) for part in fields(self)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Memory:
+    """What a method's arrays take beside the volume and the mesh.
+
+    Attributes:
+        cells: Bits and records of nodes and cells, known before any vertex is placed.
+        extracting: What comes to these while vertices and faces are made.
+        connecting: All that is there while the faces are connected, the halfedges apart; if nothing is told,
+            what connecting any mesh takes: counts, starts and ends of lists of halfedges, and the lists.
+    """
+
+    cells: Cost = field(default_factory=Cost)
+    extracting: Cost = field(default_factory=Cost)
+    connecting: Cost = field(default_factory=lambda: Cost(vertex=8 + 8 + 8, face=16))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A method of contouring: what it makes, what it takes, and where its functions are.
+
+    Attributes:
+        title: Its name in words.
+        faces: What its faces are.
+        options: The options of `SurfaceSettings` that not every method has, as far as it has them: the
+            values that it takes, its default first.
+        on_surface: Placements whose vertices lie on the trilinear surface; None among them where vertices do
+            that without a choice of placements.
+        extract: From a volume on a device to a surface; `extract_surface` says what it takes and raises.
+        kernels: From `SurfaceSettings` to the modules whose kernels `extract` launches, those that take
+            longest to compile first.
+        connect: From that surface to one whose mesh has halfedges; None if any mesh's way serves.
+        color: From a connected surface to one whose faces are coloured; None if they have no colours.
+        mesh_kernels: The modules that `connect` needs and, with `colors=True`, `color`; None without either.
+        memory: What its arrays take.
+    """
+
+    title: str
+    faces: Literal["quads", "triangles"]
+    options: Mapping[str, tuple[str, ...]]
+    on_surface: frozenset[str | None]
+    extract: Callable[..., Any]
+    kernels: Callable[[Any], list[ModuleType]]
+    connect: Callable[[Any], Any] | None = None
+    color: Callable[[Any], Any] | None = None
+    mesh_kernels: Callable[..., list[ModuleType]] | None = None
+    memory: Memory = field(default_factory=Memory)
+
+
+def method_named(name: str) -> Method:
+    """Return the method of that name.
+
+    Raises:
+        SettingsError: There is none.
+    """
+    if name not in METHODS:
+        raise SettingsError(f"method is {name!r:.80}; expected one of {', '.join(METHODS)}")
+    found: Method = resolve_name(METHODS[name])
+    return found
+
+
+def later(place: str) -> Callable[..., Any]:
+    """Return a function that imports the one at a place, `module:function`, when it is called."""
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        return resolve_name(place)(*arguments, **named)
+
+    return call
+
+
+def settled_option(method: str, option: str, given: str | None) -> str | None:
+    """Return the value of an option as a method takes it: its own default where none was given.
+
+    Raises:
+        SettingsError: The method has no such option, or does not take that value.
+    """
+    taken = method_named(method).options.get(option, ())
+    if given is None:
+        return taken[0] if taken else None
+    if not taken:
+        raise SettingsError(
+            f"{option} is {given!r:.80}, but the method {method} has no such option; leave it out, or choose"
+            f" a method that has it: {', '.join(methods_that(lambda other: option in other.options))}"
+        )
+    if given not in taken:
+        raise SettingsError(f"{option} is {given!r:.80}; expected one of {', '.join(taken)}")
+    return given
+
+
+def methods_that(hold: Callable[[Method], bool]) -> list[str]:
+    """Return the names of the methods for which something holds."""
+    return [name for name in METHODS if hold(method_named(name))]
+
+
+def option_values(option: str) -> tuple[str, ...]:
+    """Return the values that an option has with any method, in the order of the registry."""
+    values = [value for name in METHODS for value in method_named(name).options.get(option, ())]
+    return tuple(dict.fromkeys(values))
