@@ -15,4 +15,4 @@ from .read import (
 from .synthetic import FIELDS as FIELDS, PREFIX as PREFIX, synthetic_volume as synthetic_volume
 from .volume_file import choose_volume_format as choose_volume_format, write_volume as write_volume
 from .within import Bounds as Bounds, Walk as Walk
-from .zarr.store import is_zarr as is_zarr
+from .zarr import is_zarr as is_zarr

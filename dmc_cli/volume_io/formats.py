@@ -36,12 +36,12 @@ FORMATS = {
     "dicom": VolumeFormat(
         title="DICOM (folders, zips, files with many frames)",
         suffixes=(".dcm", ".ima", ".zip"),
-        read="dicom.reader:dicom_volume",
-        entries="dicom.reader:dicom_entries",
+        read="dicom:dicom_volume",
+        entries="dicom:dicom_entries",
         begins=("dicom",),
     ),
     "nifti": VolumeFormat(title="NIfTI", suffixes=(".nii", ".nii.gz"), layout="nifti:nifti_layout"),
-    "nrrd": VolumeFormat(title="NRRD", suffixes=(".nrrd", ".nhdr"), layout="nrrd.reader:nrrd_layout"),
+    "nrrd": VolumeFormat(title="NRRD", suffixes=(".nrrd", ".nhdr"), layout="nrrd:nrrd_layout"),
     "meta": VolumeFormat(title="MetaImage", suffixes=(".mha", ".mhd"), layout="metaimage:metaimage_layout"),
     "analyze": VolumeFormat(title="Analyze (.hdr and .img)", layout="analyze:analyze_layout"),
     "mgh": VolumeFormat(
@@ -59,19 +59,19 @@ FORMATS = {
     "minc": VolumeFormat(
         title="MINC 1 and 2",
         suffixes=(".mnc",),
-        read="minc.reader:minc_volume",
-        entries="minc.reader:minc_entries",
+        read="minc:minc_volume",
+        entries="minc:minc_entries",
         begins=("minc",),
     ),
     "tiff": VolumeFormat(
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),
-        read="tiff.reader:tiff_volume",
-        entries="tiff.reader:tiff_entries",
+        read="tiff:tiff_volume",
+        entries="tiff:tiff_entries",
         begins=("tiff",),
     ),
     "zarr": VolumeFormat(
-        title="Zarr and OME-Zarr (folders)", read="zarr.store:zarr_volume", entries="zarr.store:zarr_entries"
+        title="Zarr and OME-Zarr (folders)", read="zarr:zarr_volume", entries="zarr:zarr_entries"
     ),
     "numpy": VolumeFormat(
         title="NumPy",

@@ -25,7 +25,7 @@ from dmc_cli.volume_io.stream import spooled_stream
 from dmc_cli.volume_io.synthetic import PREFIX, parse_synthetic, synthetic_volume
 from dmc_cli.volume_io.unused_options import unused_options
 from dmc_cli.volume_io.values import load_volume
-from dmc_cli.volume_io.zarr.store import is_zarr
+from dmc_cli.volume_io.zarr import is_zarr
 
 LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "text": 40, "hex": 4}
 """Stored bytes a byte of a value, at most, in any sensible file."""

@@ -16,3 +16,7 @@ decoding     compressed pixel data, decoded
 pixels       the values of a stack
 reader       the volume of a stack
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

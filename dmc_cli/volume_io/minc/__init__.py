@@ -5,3 +5,7 @@ netcdf  version 1, by nibabel
 hdf     version 2, by h5py and nibabel
 reader  the volume of an image
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

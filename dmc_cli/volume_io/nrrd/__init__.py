@@ -4,3 +4,7 @@ header    the fields of a header
 geometry  where they put the grid
 reader    the volume that they describe
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,3 +3,7 @@
 ome     what OME metadata promise, checked
 reader  the volume of a stack of pages or of files
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

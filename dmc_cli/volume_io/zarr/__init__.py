@@ -5,3 +5,7 @@ codecs    the bytes of a chunk, unpacked
 chunks    all chunks of an array, put together
 store     the volume of a store
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
