@@ -234,16 +234,14 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> S
 
 def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
     """Remove the papers' patterns, and remesh if that is asked for."""
-    from dmc_cli.mesh import in_frame_of, in_near_frame, irregular_percent
+    from dmc_cli.mesh import irregular_percent
     from dmc_cli.processing import simplify
 
     irregular_before = irregular_percent(stages.mesh)
     before = _measure(stages, volume, settings, watch)
     with watch.stage("simplify", "simplifying"):
-        affine = stages.placement.frame.affine
-        near = in_near_frame(stages.mesh, stages.placement)
-        result = simplify(*near, settings.mesh)
-        stages.mesh, stages.placement = in_frame_of(affine, result.mesh, result.placement)
+        result = simplify(stages.mesh, stages.placement, settings.mesh)
+        stages.mesh, stages.placement = result.mesh, result.placement
     stages.simplification = {
         "removed_3x3y": sum(result.removed_3x3y),
         "removed_3333": result.removed_3333,
@@ -252,22 +250,21 @@ def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: 
         "irregular_percent_after": irregular_percent(stages.mesh),
         "before": None if before is None else measured_sections(before),
     }
-    del near, result
+    del result
     if settings.mesh.remesh:
         _remesh(stages, settings.mesh.remesh, watch)
 
 
 def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
     """Remove irregular vertices that the papers' patterns leave."""
-    from dmc_cli.mesh import in_frame_of, in_near_frame, irregular_percent
+    from dmc_cli.mesh import irregular_percent
     from dmc_cli.processing import Rounds
 
     with watch.stage("remesh", "remeshing"):
-        affine = stages.placement.frame.affine
-        sweeps = Rounds(*in_near_frame(stages.mesh, stages.placement))
+        sweeps = Rounds(stages.mesh, stages.placement)
         del stages.mesh, stages.placement  # the rounds let go of what they replace
         result = sweeps.run(rounds, watch.progress)
-        stages.mesh, stages.placement = in_frame_of(affine, result.mesh, result.placement)
+        stages.mesh, stages.placement = result.mesh, result.placement
     found = dict(stages.simplification or {})
     found["irregular_percent_patterns"] = found["irregular_percent_after"]
     found["irregular_percent_after"] = irregular_percent(stages.mesh)
@@ -281,14 +278,12 @@ def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
 
         stages.vertex_color = color_vertices(stages.placement)
     if settings.mesh.relax:
-        from dmc_cli.mesh import in_frame_of, in_near_frame
         from dmc_cli.processing import relax
 
         with watch.stage("relax", "relaxing"):
-            affine = stages.placement.frame.affine
-            near = in_near_frame(stages.mesh, stages.placement)
-            relaxed = relax(*near, settings.mesh.relax, watch.progress)
-            stages.mesh, stages.placement = in_frame_of(affine, *relaxed)
+            stages.mesh, stages.placement = relax(
+                stages.mesh, stages.placement, settings.mesh.relax, watch.progress
+            )
 
 
 def _dump(stages: Stages, normals: Any) -> HalfedgeDump:

@@ -17,8 +17,6 @@ from .rounding import (
 )
 from .rounding_kernels import measure_rounding as measure_rounding
 from .topology import (
-    QUAD_VALENCE as QUAD_VALENCE,
-    TRIANGLE_VALENCE as TRIANGLE_VALENCE,
     Topology as Topology,
     measure_topology as measure_topology,
 )

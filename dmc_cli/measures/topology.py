@@ -13,13 +13,7 @@ import numpy as np
 
 from dmc_cli.measures.components import count_roots, label_components, label_loops, list_boundary
 from dmc_cli.measures.vertex_fans import VertexFans, inspect_vertices
-from dmc_cli.mesh import Mesh, connect
-
-QUAD_VALENCE = 4
-"""Mesh edges of a regular vertex, if any face is a quad (Grosso & Zint 2021, section 5.3)."""
-
-TRIANGLE_VALENCE = 6
-"""Mesh edges of a regular vertex in a mesh of triangles only (Grosso & Zint 2021, section 5.3)."""
+from dmc_cli.mesh import Mesh, connect, regular_valence
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +35,8 @@ class Topology:
         unused_vertices: Vertices that no face uses; all other figures leave them out.
         valence_histogram: Number of vertices by valence, ascending; valence is the number of distinct mesh
             edges by vertex pair.
-        irregular_percent: Share of the vertices whose valence is not 4 (6 if all faces are triangles); 0
-            without vertices.
+        irregular_percent: Share of the vertices that faces use whose valence is not 4 (6 if all faces are
+            triangles, `regular_valence`); 0 without any.
     """
 
     components: int
@@ -88,8 +82,6 @@ def measure_topology(mesh: Mesh) -> Topology:
     unused = int(counts[0]) if counts.shape[0] else 0
     edges = (fans.corner_count + boundary_edges) // 2
     euler = vertex_count - unused - edges + face_count
-    only_triangles = fans.corner_count == 3 * face_count
-    regular = TRIANGLE_VALENCE if only_triangles else QUAD_VALENCE
     return Topology(
         components=components,
         euler_characteristic=euler,
@@ -101,7 +93,7 @@ def measure_topology(mesh: Mesh) -> Topology:
         misoriented_edges=fans.misoriented_edges,
         unused_vertices=unused,
         valence_histogram={v: int(n) for v, n in enumerate(counts) if v and n},
-        irregular_percent=_irregular_percent(counts, regular),
+        irregular_percent=_irregular_percent(counts, regular_valence(mesh)),
     )
 
 

@@ -1,7 +1,7 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .check import check_mesh as check_mesh
-from .compaction import as_bytes as as_bytes, fill_gaps as fill_gaps, pack as pack
+from .compaction import copy_values as copy_values, fill_gaps as fill_gaps, pack as pack
 from .connectivity import (
     connect as connect,
     require_mesh as require_mesh,
@@ -42,7 +42,12 @@ from .placement import (
     refuse_lost as refuse_lost,
     require_placement as require_placement,
 )
-from .valences import REGULAR as REGULAR, irregular_percent as irregular_percent
+from .valences import (
+    REGULAR as REGULAR,
+    REGULAR_OF_TRIANGLES as REGULAR_OF_TRIANGLES,
+    irregular_percent as irregular_percent,
+    regular_valence as regular_valence,
+)
 from .working import (
     MeshArrays as MeshArrays,
     WorkingMesh as WorkingMesh,

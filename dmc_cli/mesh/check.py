@@ -6,10 +6,10 @@ import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, pieces
-from dmc_cli.mesh.halfedges import NO_CORNER
 from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.near_frame import COARSE
 from dmc_cli.mesh.placement import Placement
+from dmc_cli.mesh_io import NO_CORNER
 from dmc_cli.settings import ConvertSettings
 
 UNIT_TOLERANCE = 1e-4

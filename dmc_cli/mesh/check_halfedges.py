@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshInvariantError
-from dmc_cli.mesh.halfedges import NO_CORNER, NO_TWIN
+from dmc_cli.mesh.halfedges import NO_TWIN
+from dmc_cli.mesh_io import NO_CORNER, next_halfedges, previous_halfedges
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -51,33 +52,33 @@ def _check_twins(origin: Array, twin: Array) -> None:
     if off.any():
         h = int(np.argmax(off))
         raise _broken(f"halfedge {h} has twin {twin[h]}; expected -1 to {count - 1}")
-    for check in (_refuse_own, _refuse_deaf, _refuse_askew):
+    for check in (_refuse_own_twins, _refuse_one_sided, _refuse_misaligned):
         for piece in pieces(count):
             halfedges = piece.start + np.flatnonzero(twin[piece] != NO_TWIN)
             check(origin, twin, halfedges, twin[halfedges])
 
 
-def _refuse_own(_: Array, __: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_own_twins(_: Array, __: Array, halfedges: Array, twins: Array) -> None:
     """Raise on the first halfedge that is its own twin."""
     own = twins == halfedges
     if own.any():
         raise _broken(f"halfedge {halfedges[np.argmax(own)]} is its own twin")
 
 
-def _refuse_deaf(_: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_one_sided(_: Array, twin: Array, halfedges: Array, twins: Array) -> None:
     """Raise on the first halfedge that is not its twin's twin."""
-    deaf = twin[twins] != halfedges
-    if deaf.any():
-        h = halfedges[np.argmax(deaf)]
+    one_sided = twin[twins] != halfedges
+    if one_sided.any():
+        h = halfedges[np.argmax(one_sided)]
         raise _broken(f"halfedge {h} has twin {twin[h]}, whose twin is {twin[twin[h]]}")
 
 
-def _refuse_askew(origin: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_misaligned(origin: Array, twin: Array, halfedges: Array, twins: Array) -> None:
     """Raise on the first halfedge that does not run opposite to its twin."""
-    heads, ends = origin[next_of(origin, halfedges)], origin[next_of(origin, twins)]
-    askew = (origin[halfedges] != ends) | (heads != origin[twins])
-    if askew.any():
-        n = int(np.argmax(askew))
+    heads, ends = origin[next_halfedges(origin, halfedges)], origin[next_halfedges(origin, twins)]
+    misaligned = (origin[halfedges] != ends) | (heads != origin[twins])
+    if misaligned.any():
+        n = int(np.argmax(misaligned))
         h = halfedges[n]
         raise _broken(
             f"halfedge {h} ({origin[h]} to {heads[n]}) and its twin {twin[h]} ({origin[twin[h]]} to"
@@ -140,25 +141,13 @@ def _walk(origin: Array, starts: Array, twin: Array, visited: Array) -> None:
     visited[starts] = True
     home, here = starts, starts
     while len(here):
-        onward = twin[previous_of(origin, here)]
+        onward = twin[previous_halfedges(origin, here)]
         goes_on = (onward != NO_TWIN) & (onward != home)
         home, here = home[goes_on], onward[goes_on]
         again = visited[here]
         if again.any():
             raise _broken(f"halfedge {here[np.argmax(again)]} is met twice on the way round its vertex")
         visited[here] = True
-
-
-def next_of(origin: Array, h: Array) -> Array:
-    """Return the halfedge after each in its face."""
-    following: Array = (h & ~3) | ((h + 1) & 3)
-    return np.where(origin[following] == NO_CORNER, h & ~3, following)
-
-
-def previous_of(origin: Array, h: Array) -> Array:
-    """Return the halfedge before each in its face."""
-    preceding: Array = (h & ~3) | ((h + 3) & 3)
-    return np.where(origin[preceding] == NO_CORNER, preceding - 1, preceding)
 
 
 def _broken(found: str) -> MeshInvariantError:

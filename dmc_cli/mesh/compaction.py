@@ -14,9 +14,9 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.bits import VECTOR_FLAGS, WORDS_A_CHUNK, list_mask, low_bits, mask_flagged, part
-from dmc_cli.mesh.mesh import DEFECT, Mesh
+from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.placement import Placement
-from dmc_cli.mesh.working import MeshArrays, WorkingMesh
+from dmc_cli.mesh.working import MeshArrays, WorkingMesh, with_arrays
 from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device, native, size_of, view
 
 wp.set_module_options(
@@ -82,13 +82,16 @@ def _move(source: WorkingMesh, target: WorkingMesh, vertices: Moves, faces: Move
         (faces, source.face_values, target.face_values),
     ):
         for name, values in old.items():
-            inputs = [moves.gaps, moves.movers, as_bytes(values)]
-            device.launch(
-                move_values_kernel, moves.gaps.shape[0], inputs, [as_bytes(new[name])], FLAGS_A_CHUNK
-            )
+            copy_values(device, moves.gaps, moves.movers, values, new[name])
 
 
-def as_bytes(values: Any) -> Any:
+def copy_values(device: Device, places: Any, items: Any, source: Any, target: Any) -> None:
+    """Copy the values of items to places, int32 (n,) both; source and target may be one array."""
+    inputs = [places, items, _as_bytes(source)]
+    device.launch(copy_values_kernel, places.shape[0], inputs, [_as_bytes(target)], FLAGS_A_CHUNK)
+
+
+def _as_bytes(values: Any) -> Any:
     """Return values as uint8 (n, bytes of an item): the same memory."""
     return view(values, wp.uint8, (values.shape[0], size_of(values.dtype)))
 
@@ -126,9 +129,7 @@ def _empty_like(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:
         {name: device.empty(n, found.dtype) for name, found in values.items()}
         for n, values in ((vertices, mesh.vertex_values), (faces, mesh.face_values))
     )
-    if DEFECT in face_values:
-        arrays.defect = face_values[DEFECT]
-    return replace(mesh, arrays=arrays, vertex_values=vertex_values, face_values=face_values)
+    return with_arrays(mesh, arrays, vertex_values, face_values)
 
 
 def _plan_filling(device: Device, gone: Any) -> Moves:
@@ -242,19 +243,19 @@ def move_faces_kernel(
 
 
 @wp.kernel
-def move_values_kernel(
+def copy_values_kernel(
     # In:
     first: wp.int32,
-    gaps: wp.array(dtype=wp.int32),
-    movers: wp.array(dtype=wp.int32),
+    places: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
     source: wp.array2d(dtype=wp.uint8),
     # Out:
     target_out: wp.array2d(dtype=wp.uint8),
 ) -> None:
-    """Move values, byte by byte. One thread a mover."""
+    """Copy values, byte by byte. One thread an item."""
     n = first + wp.tid()
     for byte in range(source.shape[1]):
-        target_out[gaps[n], byte] = source[movers[n], byte]
+        target_out[places[n], byte] = source[items[n], byte]
 
 
 @wp.func_native(native(__file__, "highest_corner"))

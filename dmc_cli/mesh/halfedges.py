@@ -20,9 +20,6 @@ wp.set_module_options({"enable_backward": False})
 NO_TWIN = -1
 """The twin of a halfedge on a boundary, and of a triangle's fourth place."""
 
-NO_CORNER = -1
-"""The fourth corner of a triangle."""
-
 
 @dataclass(frozen=True)
 class Halfedges:

@@ -161,13 +161,13 @@ def pair_halfedges(faces: IntArray) -> IntArray:
     twins[halfedges[low]] = halfedges[low + 1]
     twins[halfedges[low + 1]] = halfedges[low]
 
-    in_crowd = np.repeat(sizes > 2, sizes)
-    if in_crowd.any():
-        _pair_crowded(twins, pairs[in_crowd], halfedges[in_crowd], is_up[in_crowd])
+    is_nonmanifold = np.repeat(sizes > 2, sizes)
+    if is_nonmanifold.any():
+        _pair_nonmanifold(twins, pairs[is_nonmanifold], halfedges[is_nonmanifold], is_up[is_nonmanifold])
     return twins
 
 
-def _pair_crowded(twins: IntArray, pairs: IntArray, halfedges: IntArray, is_up: IntArray) -> None:
+def _pair_nonmanifold(twins: IntArray, pairs: IntArray, halfedges: IntArray, is_up: IntArray) -> None:
     """Pair the i-th halfedge up with the i-th down of each vertex pair, in the order of their numbers."""
     order = np.lexsort((halfedges, is_up, pairs))
     pairs, halfedges, is_up = pairs[order], halfedges[order], is_up[order]

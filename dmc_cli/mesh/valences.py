@@ -1,4 +1,9 @@
-"""Compute the share of irregular vertices: those with other than four mesh edges."""
+"""Compute the share of irregular vertices.
+
+A vertex of a face is regular if it has four mesh edges, in a mesh of triangles only if it has six (Grosso &
+Zint 2021, section 5.3). Vertices of no face are left out. This counts edges as halfedges pair them; the
+report's topology counts vertex pairs (`measures/topology.py`), which are fewer only at non-manifold edges.
+"""
 
 import warp as wp
 
@@ -7,21 +12,32 @@ from dmc_cli.mesh.mesh import Mesh
 wp.set_module_options({"enable_backward": False})
 
 REGULAR = wp.constant(4)
-"""Valence of a regular vertex of a quad mesh."""
+"""Valence of a regular vertex, if any face is a quad."""
+
+REGULAR_OF_TRIANGLES = 6
+"""Valence of a regular vertex in a mesh of triangles only."""
 
 BLOCK = wp.constant(256)
 """Vertices that one thread counts."""
 
 
+def regular_valence(mesh: Mesh) -> int:
+    """Return the valence of a mesh's regular vertices."""
+    return REGULAR_OF_TRIANGLES if mesh.triangle_count == mesh.face_count > 0 else int(REGULAR)
+
+
 def irregular_percent(mesh: Mesh) -> float:
-    """Return the share in percent of vertices of a connected mesh whose valence is not 4; 0 without any."""
-    device, count, halfedges = mesh.device, mesh.vertex_count, mesh.halfedges
-    if halfedges is None or not count:
-        return 0.0
-    blocks = -(-count // int(BLOCK))
-    counts = device.empty(blocks, wp.int64)
-    device.launch(count_irregular_kernel, blocks, [halfedges.valence], [counts])
-    return 100.0 * device.starts(counts)[1] / count
+    """Return the share in percent of irregular vertices of a connected mesh; 0 without vertices of a face.
+
+    Raises:
+        CallError: The mesh is not connected.
+    """
+    device, valence = mesh.device, mesh.require_halfedges().valence
+    blocks = -(-mesh.vertex_count // int(BLOCK))
+    irregular, unused = device.empty(blocks, wp.int64), device.empty(blocks, wp.int64)
+    device.launch(count_irregular_kernel, blocks, [valence, regular_valence(mesh)], [irregular, unused])
+    used = mesh.vertex_count - int(device.starts(unused)[1])
+    return 100.0 * device.starts(irregular)[1] / used if used else 0.0
 
 
 @wp.kernel
@@ -29,13 +45,19 @@ def count_irregular_kernel(
     # In:
     first: wp.int32,
     valence: wp.array(dtype=wp.int32),
+    regular: wp.int32,
     # Out:
-    counts_out: wp.array(dtype=wp.int64),
+    irregular_out: wp.array(dtype=wp.int64),
+    unused_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Count the irregular vertices. One thread a block of vertices."""
+    """Count the irregular vertices and those of no face. One thread a block of vertices."""
     block = first + wp.tid()
-    count = wp.int32(0)
+    irregular = wp.int32(0)
+    unused = wp.int32(0)
     for v in range(block * BLOCK, wp.min((block + 1) * BLOCK, valence.shape[0])):
-        if valence[v] != REGULAR:
-            count += 1
-    counts_out[block] = wp.int64(count)
+        if valence[v] == 0:
+            unused += 1
+        elif valence[v] != regular:
+            irregular += 1
+    irregular_out[block] = wp.int64(irregular)
+    unused_out[block] = wp.int64(unused)

@@ -12,9 +12,10 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.errors import CallError
-from dmc_cli.mesh.halfedges import NO_CORNER, Halfedges
+from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.mesh import DEFECT, Mesh, rows_of_four
 from dmc_cli.mesh.placement import Placement, SurfaceFrame, require_placement
+from dmc_cli.mesh_io import NO_CORNER
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
@@ -109,8 +110,6 @@ def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
     if placement is not None:
         require_places(mesh, placement)
         arrays.cell, arrays.local = placement.cell, placement.local
-    if DEFECT in mesh.face_values:
-        arrays.defect = mesh.face_values[DEFECT]
     return arrays
 
 
@@ -119,14 +118,17 @@ def working_mesh(mesh: Mesh, placement: Placement) -> WorkingMesh:
     arrays = mesh_arrays(mesh, placement)
     arrays.face_gone = mesh.device.zeros(mesh.face_count, wp.uint8)
     arrays.vertex_gone = mesh.device.zeros(mesh.vertex_count, wp.uint8)
-    return WorkingMesh(
-        arrays,
-        placement.frame,
-        mesh.vertex_values,
-        mesh.face_values,
-        mesh.device,
-        has_triangles=mesh.triangle_count > 0,
-    )
+    working = WorkingMesh(arrays, placement.frame, {}, {}, mesh.device, has_triangles=mesh.triangle_count > 0)
+    return with_arrays(working, arrays, mesh.vertex_values, mesh.face_values)
+
+
+def with_arrays(
+    mesh: WorkingMesh, arrays: Any, vertex_values: Mapping[str, Any], face_values: Mapping[str, Any]
+) -> WorkingMesh:
+    """Return the working mesh with other arrays and values; kernels find the defects among the arrays."""
+    if DEFECT in face_values:
+        arrays.defect = face_values[DEFECT]
+    return replace(mesh, arrays=arrays, vertex_values=vertex_values, face_values=face_values)
 
 
 def with_room(mesh: WorkingMesh, spare: int) -> WorkingMesh:
@@ -143,9 +145,7 @@ def with_room(mesh: WorkingMesh, spare: int) -> WorkingMesh:
         {name: _longer(values, spare, device) for name, values in found.items()}
         for found in (mesh.face_values, mesh.vertex_values)
     )
-    if DEFECT in face_values:
-        arrays.defect = face_values[DEFECT]
-    return replace(mesh, arrays=arrays, face_values=face_values, vertex_values=vertex_values)
+    return with_arrays(mesh, arrays, vertex_values, face_values)
 
 
 def _longer(array: Any, more: int, device: Device, value: int = 0) -> Any:

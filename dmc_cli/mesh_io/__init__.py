@@ -5,6 +5,7 @@ formats        the formats that there are, and where their functions are
 text           numbers as text, fast
 ply_properties  how PLY files name and type what a vertex or a face has
 ply, obj, off  meshes as chunks of bytes
+halfedge_numbers  next and previous in NumPy
 halfedge_dump  halfedge structures likewise
 write          a mesh to a file, whole or not at all
 numbers        numbers out of text

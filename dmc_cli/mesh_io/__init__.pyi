@@ -6,6 +6,7 @@ from .halfedge_dump import (
     check_dump_name as check_dump_name,
     write_halfedges as write_halfedges,
 )
-from .mesh_file import MeshFile as MeshFile, count_triangles as count_triangles
+from .halfedge_numbers import next_halfedges as next_halfedges, previous_halfedges as previous_halfedges
+from .mesh_file import NO_CORNER as NO_CORNER, MeshFile as MeshFile, count_triangles as count_triangles
 from .read import read_mesh as read_mesh
 from .write import choose_format as choose_format, write_mesh as write_mesh

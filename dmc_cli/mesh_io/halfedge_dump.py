@@ -20,6 +20,7 @@ import numpy as np
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.files import open_output, write_output
+from dmc_cli.mesh_io.halfedge_numbers import next_halfedges, next_in_quads
 from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
 from dmc_cli.settings import STREAM
 from dmc_cli.stop import check_stop
@@ -90,10 +91,9 @@ class HalfedgeDump:
         """Return origin, face, next and twin of halfedges, int32."""
         corners = self.quads.reshape(-1)
         h = np.arange(start, stop, dtype=np.int32)
-        following = (h & ~3) | ((h + 1) & 3)
+        following = next_in_quads(h)
         if self._has_triangles:
-            following = np.where(corners[following] < 0, h & ~3, following)
-            following = np.where(corners[h] < 0, -1, following)
+            following = np.where(corners[h] < 0, -1, next_halfedges(corners, h))
         return np.stack([corners[start:stop], h >> 2, following, self.twin[start:stop]], axis=1)
 
     @cached_property

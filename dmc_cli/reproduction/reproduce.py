@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.measures import (
-    QUAD_VALENCE,
-    TRIANGLE_VALENCE,
     choose_diagonals,
     inspect_vertices,
     measure_quality,
 )
-from dmc_cli.mesh import Mesh
+from dmc_cli.mesh import REGULAR, REGULAR_OF_TRIANGLES, Mesh
 from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
 from dmc_cli.volume_io import FIELDS
 
@@ -70,8 +68,8 @@ def measure_synthetic(mesh: SyntheticMesh) -> dict[str, float]:
     quality = measure_quality(mesh.mesh)
     triangle_valences = valences + _diagonal_ends(mesh.mesh)
     deviation = mean_field_value(mesh)
-    irregular = int(np.count_nonzero(valences != QUAD_VALENCE)) + mesh.unused_vertices
-    irregular_triangle = int(np.count_nonzero(triangle_valences != TRIANGLE_VALENCE))
+    irregular = int(np.count_nonzero(valences != REGULAR)) + mesh.unused_vertices
+    irregular_triangle = int(np.count_nonzero(triangle_valences != REGULAR_OF_TRIANGLES))
     return {
         "vertices": vertex_count + mesh.unused_vertices,
         "quads": mesh.mesh.face_count,

@@ -1,6 +1,7 @@
 """A mesh of any spacing, and far from the origin, is changed as it is near the origin with a spacing of 1."""
 
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import warp as wp
 from dmc_cli.app.conversion import convert
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.near_frame import in_frame_of, in_near_frame
+from dmc_cli.processing import relax, remesh, simplify
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import smooth_noise, volume_of
@@ -94,3 +96,24 @@ def test_a_vertex_that_leaves_its_cell_on_the_way_is_refused(changed, monkeypatc
     monkeypatch.setattr("dmc_cli.processing.relax", spoil)
     with pytest.raises(MeshInvariantError, match=r"vertex 7 lies at \(0.5, 1.25, 0\) of its cell, one of 1 "):
         changed(1.0, 0.0, relax=1)
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [
+        lambda mesh, placement: relax(mesh, placement, 1),
+        lambda mesh, placement: attrgetter("mesh", "placement")(remesh(mesh, placement, 1)),
+        lambda mesh, placement: attrgetter("mesh", "placement")(
+            simplify(mesh, placement, MeshSettings(simplify="all"))
+        ),
+    ],
+)
+def test_a_stage_gives_back_the_frame_that_it_got(stage):
+    affine = np.eye(4)
+    affine[:3, 3] = 1e6
+    volume = volume_of(smooth_noise(10).values, affine=affine)
+    surface = extract_on("cpu", volume, SurfaceSettings(isovalue=0.0))
+    mesh, placement = stage(surface.mesh, surface.placement)
+    np.testing.assert_array_equal(placement.frame.affine, affine)
+    np.testing.assert_array_equal(mesh.positions.numpy(), placement.positions().numpy())
+    assert np.abs(mesh.positions.numpy() - 1e6).max() < 20

@@ -20,6 +20,9 @@ from dmc_cli.mesh import (
     WorkingMesh,
     connect,
     fill_gaps,
+    in_frame_of,
+    in_near_frame,
+    require_places,
     require_quads,
     with_defects,
     working_mesh,
@@ -71,8 +74,11 @@ def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simpli
         CallError: Mesh and placement do not belong together, or colours are missing that the papers' rules
             need.
     """
-    working = working_mesh(with_defects(connect(require_quads(mesh, "--simplify"))), placement)
+    mesh = with_defects(connect(require_quads(mesh, "--simplify")))
     _require_colors(mesh, settings)
+    require_places(mesh, placement)
+    affine = placement.frame.affine
+    working = working_mesh(*in_near_frame(mesh, placement))
     removed: list[int] = []
     removed_3333 = refused = 0
     safe = settings.simplify_rules == "safe"
@@ -92,7 +98,7 @@ def simplify(mesh: Mesh, placement: Placement, settings: MeshSettings) -> Simpli
     if color is not None:
         arrays = working.arrays
         repair_colors(working.device, arrays.twin, color, *working.seams, gone=arrays.face_gone)
-    simplified, places = fill_gaps(working)
+    simplified, places = in_frame_of(affine, *fill_gaps(working))
     simplified = simplified.with_face_values({DEFECT: None})
     return Simplified(simplified, places, tuple(removed), removed_3333, refused)
 

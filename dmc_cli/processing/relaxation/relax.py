@@ -26,6 +26,8 @@ from dmc_cli.mesh import (
     MeshArrays,
     Placement,
     connect,
+    in_frame_of,
+    in_near_frame,
     mesh_arrays,
     next_outgoing,
     quad_corner,
@@ -81,6 +83,8 @@ def relax(
     """
     mesh = connect(require_quads(mesh, "--relax"))
     require_places(mesh, placement)
+    affine = placement.frame.affine
+    mesh, placement = in_near_frame(mesh, placement)
     device, count, frame = mesh.device, mesh.vertex_count, placement.frame
     arrays, context = mesh_arrays(mesh), make_context(frame)
     normal = find_normals(context, placement.cell, placement.local, device)
@@ -98,7 +102,8 @@ def relax(
         if step:
             spare.append(now)
         now = then
-    return replace(mesh, positions=now.position), replace(placement, cell=now.cell, local=now.local)
+    mesh = replace(mesh, positions=now.position)
+    return in_frame_of(affine, mesh, replace(placement, cell=now.cell, local=now.local))
 
 
 def measure_shapes(mesh: Mesh) -> Any:

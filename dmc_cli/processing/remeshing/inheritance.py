@@ -1,13 +1,9 @@
 """Give new quads and vertices the values of what they were opened beside: labels above all."""
 
-from collections.abc import Iterable
-from typing import Any
-
 import warp as wp
 
-from dmc_cli.mesh import COLOR, COLOR24, MeshArrays, WorkingMesh, as_bytes, next_outgoing, quad_corner
+from dmc_cli.mesh import COLOR, COLOR24, MeshArrays, WorkingMesh, copy_values, next_outgoing, quad_corner
 from dmc_cli.processing.remeshing.regions import FROZEN
-from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
 
@@ -27,15 +23,11 @@ def inherit_values(mesh: WorkingMesh, vertices: int, faces: int) -> None:
     ):
         inherited = [found for name, found in values.items() if name not in OWN]
         if inherited and count > first:
-            older = mesh.device.empty(count - first, wp.int32)
-            mesh.device.launch(kernel, count - first, [mesh.arrays, first], [older])
-            _copy_values(mesh.device, older, first, inherited)
-
-
-def _copy_values(device: Device, older: Any, begin: int, values: Iterable[Any]) -> None:
-    """Copy each of the values to the items from `begin` on from those that are named, -1 for none."""
-    for found in values:
-        device.launch(copy_values_kernel, older.shape[0], [older, begin], [as_bytes(found)])
+            device = mesh.device
+            items, older = device.empty(count - first, wp.int32), device.empty(count - first, wp.int32)
+            device.launch(kernel, count - first, [mesh.arrays, first], [items, older])
+            for found in inherited:
+                copy_values(device, items, older, found, found)
 
 
 @wp.kernel
@@ -45,9 +37,10 @@ def find_older_vertices_kernel(
     mesh: MeshArrays,
     begin: wp.int32,
     # Out:
+    items_out: wp.array(dtype=wp.int32),
     older_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Find the first neighbour of each new vertex that is older, or -1. One thread a vertex."""
+    """Find the first neighbour of each new vertex that is older, or take itself. One thread a vertex."""
     n = first + wp.tid()
     v = begin + n
     older = int(-1)
@@ -58,7 +51,8 @@ def find_older_vertices_kernel(
             if older < 0 and neighbor < begin:
                 older = neighbor
             h = next_outgoing(mesh.twin, h)
-    older_out[n] = older
+    items_out[n] = v
+    older_out[n] = wp.where(older < 0, v, older)
 
 
 @wp.kernel
@@ -68,9 +62,10 @@ def find_older_faces_kernel(
     mesh: MeshArrays,
     begin: wp.int32,
     # Out:
+    items_out: wp.array(dtype=wp.int32),
     older_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Find the first face across a side of each new one that is older, or -1. One thread a face."""
+    """Find the first face across a side of each new one that is older, or take itself. One thread a face."""
     n = first + wp.tid()
     f = begin + n
     older = int(-1)
@@ -79,20 +74,5 @@ def find_older_faces_kernel(
             t = mesh.twin[4 * f + c]
             if older < 0 and t >= 0 and (t >> 2) < begin:
                 older = t >> 2
-    older_out[n] = older
-
-
-@wp.kernel
-def copy_values_kernel(
-    # In:
-    first: wp.int32,
-    older: wp.array(dtype=wp.int32),
-    begin: wp.int32,
-    # In/out:
-    values_inout: wp.array2d(dtype=wp.uint8),
-) -> None:
-    """Copy values byte by byte from older items. One thread a new one."""
-    n = first + wp.tid()
-    if older[n] >= 0:
-        for byte in range(values_inout.shape[1]):
-            values_inout[begin + n, byte] = values_inout[older[n], byte]
+    items_out[n] = f
+    older_out[n] = wp.where(older < 0, f, older)

@@ -19,6 +19,8 @@ from dmc_cli.mesh import (
     Mesh,
     Placement,
     connect,
+    in_frame_of,
+    in_near_frame,
     pack,
     require_places,
     require_quads,
@@ -103,6 +105,8 @@ class Rounds:
         """Take a mesh; the arguments are those of `remesh`."""
         mesh = connect(require_quads(mesh, "--remesh")).with_face_values({DEFECT: None})
         require_places(mesh, placement)
+        self._affine = placement.frame.affine
+        mesh, placement = in_near_frame(mesh, placement)
         values = {**mesh.vertex_values, FROZEN: frozen_vertices(mesh)}
         self._frame, self._device = placement.frame, mesh.device
         self._context = make_context(self._frame)
@@ -134,7 +138,8 @@ class Rounds:
         if color is not None:
             seams = wp.array(np.arange(4 * mesh.face_count, dtype=np.int32), device=self._device.name)
             repair_colors(self._device, self._mesh.arrays.twin, color, seams)
-        return Remeshed(replace(mesh, vertex_values=values), placement, operations)
+        mesh, placement = in_frame_of(self._affine, replace(mesh, vertex_values=values), placement)
+        return Remeshed(mesh, placement, operations)
 
     def _relax(self, steps: int) -> None:
         """Take some steps of smoothing."""
