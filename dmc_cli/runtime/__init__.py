@@ -6,6 +6,7 @@ kernel_cache     compiled kernels on the disk
 warp_launch      a kernel launched by Warp
 compiled_kernel  a kernel called without Warp's launch
 native_code      C++ of native functions, from the headers beside the kernels
+pointers         how headers reach arrays, so that each access can be checked
 job, job_slots, worker_pool  the CPU threads that share a launch
 prefix_sums      the prefix sum of a long array, by all threads
 device           devices, and the one way to launch a kernel
