@@ -41,6 +41,14 @@ def count_visits_kernel(first: wp.int32, step: wp.int32, visits_inout: wp.array(
     visits_inout[n] = visits_inout[n] + step
 
 
+@wp.kernel
+def note_order_kernel(first: wp.int32, order_inout: wp.array(dtype=wp.int32)):
+    """Note how many went before; item 0 counts them."""
+    n = first + wp.tid()
+    order_inout[1 + n] = order_inout[0]
+    order_inout[0] = order_inout[0] + 1
+
+
 def visits_of(
     shared: Launcher, dim: int, grain: int, step: int = 1, launches: int = 1, ahead: bool = False
 ) -> np.ndarray:

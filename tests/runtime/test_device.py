@@ -22,6 +22,7 @@ from dmc_cli.settings import SurfaceSettings
 from tests.fields import smooth_noise, volume_of, white_noise
 from tests.mesh.meshes import colored, simplified
 from tests.other_hardware import AsOnGpu
+from tests.runtime.launcher import note_order_kernel
 
 LENGTHS = [0, 1, CHUNK, SHORT_SCAN - 1, SHORT_SCAN, SHORT_SCAN + 1, 9 * CHUNK, 100_003]
 
@@ -203,3 +204,12 @@ def test_threads_start_warp_once(monkeypatch):
         list(pool.map(select_device, 4 * ["cpu"]))
     assert begun == [1]
     assert os.path.samestat(before, os.fstat(2))
+
+
+def test_a_launch_whole_goes_from_the_first_index_to_the_last():
+    order = wp.zeros(50_001, dtype=wp.int32, device="cpu")
+    device = Device("cpu", 4)
+    device.wake()
+    device.launch_whole(note_order_kernel, 50_000, [], [order])
+    assert np.array_equal(order.numpy()[1:], np.arange(50_000))
+    device.launch_whole(note_order_kernel, 0, [], [order])

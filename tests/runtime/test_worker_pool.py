@@ -1,12 +1,9 @@
 """Threads that share a launch: each index once, whatever the chunks; kernels called as Warp calls them."""
 
 import gc
-import re
 import time
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
-from pathlib import Path
 from threading import Barrier
 
 import numpy as np
@@ -14,10 +11,10 @@ import pytest
 import warp as wp
 from hypothesis import given, settings, strategies as st
 
-from dmc_cli.runtime import job_slots, worker_pool
+from dmc_cli.runtime import worker_pool
 from dmc_cli.runtime.device import Device
 from dmc_cli.runtime.worker_pool import WorkerPool
-from tests.runtime.launcher import Launcher, count_visits_kernel, visits_of
+from tests.runtime.launcher import Launcher, count_visits_kernel, note_order_kernel, visits_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -173,53 +170,6 @@ def test_a_launch_that_is_begun_wakes_no_more_than_one_that_is_waited_for():
     assert len(shared.pool._workers) == 2
 
 
-def test_kernels_that_take_their_arguments_otherwise_are_left_to_warp(monkeypatch):
-    monkeypatch.setattr(worker_pool, "takes_structs", lambda source, kernel: False)
-    shared = Launcher(2)
-    shared.wake()
-    assert (visits_of(shared, 1000, 10)[:1000] == 1).all()
-    assert shared.pool._workers == []
-
-
-@pytest.mark.pool
-@pytest.mark.parametrize("error", [AttributeError, FileNotFoundError, TypeError])
-def test_a_warp_whose_records_are_others_launches_by_itself(error, monkeypatch):
-    def fail(self):
-        raise error("other records")
-
-    monkeypatch.setattr(worker_pool.CompiledKernel, "source", property(fail))
-    shared = Launcher(2)
-    assert shared.pool.fallback
-    assert (visits_of(shared, 1000, 10, ahead=True)[:1000] == 1).all()
-
-
-@settings(deadline=None)
-@given(st.integers(1, 300), st.integers(1, 400))
-def test_warps_own_launches_visit_each_index_once(dim, size):
-    visits = wp.zeros(dim + 1, dtype=wp.int32, device="cpu")
-    worker_pool.launch_in_pieces(count_visits_kernel, dim, [0, 1, visits], size)
-    assert visits.numpy().tolist() == dim * [1] + [0]
-
-
-def test_pieces_of_warps_own_launches_last_neither_short_nor_long(monkeypatch):
-    sizes = []
-    clock = [0.0]
-
-    def launch(kernel, count, arguments, device):
-        sizes.append((arguments[0], count))
-        clock[0] += 0.0009 * count  # nearly a millisecond an index
-
-    monkeypatch.setattr(worker_pool, "launch_by_warp", launch)
-    monkeypatch.setattr(worker_pool.time, "perf_counter", lambda: clock[0])
-    worker_pool.launch_in_pieces(None, 500, [0], 1)
-    assert [size for _, size in sizes[:6]] == [1, 2, 4, 8, 16, 32]
-    assert all(20 <= size <= 120 for _, size in sizes[5:-1])
-    assert sum(size for _, size in sizes) == 500
-    sizes.clear()
-    worker_pool.launch_in_pieces(None, 1000, [0], 400)
-    assert [size for _, size in sizes[:4]] == [400, 200, 100, 100]
-
-
 def test_jobs_end_when_their_chunks_do_so_that_workers_sleep():
     """Nobody sees the launch done, but whoever finds no chunk left closes it."""
     shared = Launcher(3)
@@ -255,14 +205,6 @@ def test_a_launch_has_no_more_workers_than_it_asks_for():
     assert np.array_equal(order.numpy()[1:], np.arange(20_000))
 
 
-@wp.kernel
-def note_order_kernel(first: wp.int32, order_inout: wp.array(dtype=wp.int32)):
-    """Note how many went before; item 0 counts them."""
-    n = first + wp.tid()
-    order_inout[1 + n] = order_inout[0]
-    order_inout[0] = order_inout[0] + 1
-
-
 def test_where_no_thread_can_be_made_the_caller_works_alone(monkeypatch):
     def refuse(self):
         raise RuntimeError("can't start new thread")
@@ -273,25 +215,6 @@ def test_where_no_thread_can_be_made_the_caller_works_alone(monkeypatch):
     assert (visits_of(shared, 1000, 10, launches=3)[:1000] == 3).all()
     assert (visits_of(shared, 1000, 10, launches=3, ahead=True)[:1000] == 3).all()
     assert shared.pool._workers == []
-
-
-@pytest.mark.pool
-def test_more_callers_than_slots_are_served(monkeypatch):
-    monkeypatch.setattr(worker_pool.job_slots, "MOST_SLOTS", 2)
-    shared = Launcher(2)
-    with ThreadPoolExecutor(6) as pool:
-        runs = [pool.submit(visits_of, shared, 3000, 10, 1, 50, ahead) for ahead in 6 * [True, False]]
-        assert all((run.result()[:3000] == 50).all() for run in runs)
-    assert len(shared.pool._slots) == 2
-
-
-@pytest.mark.pool
-def test_slots_are_given_back_by_threads_that_end():
-    shared = Launcher(2)
-    for _ in range(5):
-        with ThreadPoolExecutor(1) as pool:
-            assert (pool.submit(visits_of, shared, 1000, 10).result()[:1000] == 1).all()
-    assert len(shared.pool._slots) == 1
 
 
 def test_workers_end_with_their_pool():
@@ -325,45 +248,6 @@ def test_jobs_at_the_same_time_have_workers_as_far_as_there_are_processors(monke
     assert all((one.numpy() == 2).all() for one in visits)
 
 
-def test_the_board_keeps_what_threads_write_apart():
-    entries = [job_slots.OPEN, job_slots.INSIDE, job_slots.JOB, job_slots.PARTS, job_slots.SLOT]
-    assert all(b - a >= job_slots.LINE for a, b in pairwise(entries))
-    assert job_slots.DONE < job_slots.PARTS
-    assert job_slots.CLOCK_ID < job_slots.FIRST_SLOT
-    assert job_slots.SLOT % job_slots.LINE == job_slots.FIRST_SLOT % job_slots.LINE == 0
-    assert worker_pool.make_board().ptr % (8 * job_slots.LINE) == 0
-
-
-def places_in_cpp():
-    """Of each struct of the header the names of its fields, with their places in entries, and its size."""
-    header = Path(job_slots.__file__).with_suffix(".h").read_text("utf-8")
-    sizes, places = {"long long": 1}, {}
-    for struct, body in re.findall(r"^struct (\w+) \{\n(.*?)^\};", header, re.MULTILINE | re.DOTALL):
-        end = 0
-        for kind, name, count in re.findall(r"^ +([\w ]+) (\w+)(?:\[(\d+)\])?;", body, re.MULTILINE):
-            places[struct, name] = end
-            end += sizes[kind] * int(count or 1)
-        sizes[struct] = end
-    return places, sizes
-
-
-def test_the_board_is_laid_out_alike_in_both_languages():
-    places, sizes = places_in_cpp()
-    assert sizes == {
-        "long long": 1,
-        "Part": job_slots.LINE,
-        "Slot": job_slots.SLOT,
-        "Board": job_slots.BOARD,
-    }
-    assert places["Part", "end"] == 1
-    assert places["Board", "slots"] == job_slots.FIRST_SLOT
-    named = {key: n for key, n in places.items() if not re.search("rest_|after_|^slots$", key[1])}
-    assert len(named) == 2 + 13 + 5
-    for (struct, name), place in named.items():
-        if struct != "Part":
-            assert place == getattr(job_slots, name.upper()), name
-
-
 def test_pools_are_one_a_process(monkeypatch):
     made = []
 
@@ -377,6 +261,19 @@ def test_pools_are_one_a_process(monkeypatch):
     monkeypatch.setattr(worker_pool, "WorkerPool", SlowPool)
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda _: worker_pool.worker_pool(), range(4))) == 4 * made
+
+
+@pytest.mark.pool
+def test_devices_share_the_pool_of_the_process():
+    visits = wp.zeros(3000, dtype=wp.int32, device="cpu")
+    for threads in (2, 3, 1, 3, 2):
+        Device("cpu", threads).launch(count_visits_kernel, 3000, [1], [visits], 10)
+        assert len(worker_pool.worker_pool()._workers) >= threads - 1
+    found = len(worker_pool.worker_pool()._workers)
+    for _ in range(20):
+        Device("cpu", 3).launch(count_visits_kernel, 3000, [1], [visits], 10)
+    assert len(worker_pool.worker_pool()._workers) == found
+    assert (visits.numpy() == 25).all()
 
 
 @pytest.mark.parametrize(
@@ -394,25 +291,3 @@ def test_pools_are_one_a_process(monkeypatch):
 )
 def test_chunks_are_neither_short_nor_long(dim, threads, grain, longest, expected):
     assert worker_pool.chunk_size(dim, threads, grain, longest) == expected
-
-
-@pytest.mark.pool
-def test_devices_share_the_pool_of_the_process():
-    visits = wp.zeros(3000, dtype=wp.int32, device="cpu")
-    for threads in (2, 3, 1, 3, 2):
-        Device("cpu", threads).launch(count_visits_kernel, 3000, [1], [visits], 10)
-        assert len(worker_pool.worker_pool()._workers) >= threads - 1
-    found = len(worker_pool.worker_pool()._workers)
-    for _ in range(20):
-        Device("cpu", 3).launch(count_visits_kernel, 3000, [1], [visits], 10)
-    assert len(worker_pool.worker_pool()._workers) == found
-    assert (visits.numpy() == 25).all()
-
-
-def test_a_launch_whole_goes_from_the_first_index_to_the_last():
-    order = wp.zeros(50_001, dtype=wp.int32, device="cpu")
-    device = Device("cpu", 4)
-    device.wake()
-    device.launch_whole(note_order_kernel, 50_000, [], [order])
-    assert np.array_equal(order.numpy()[1:], np.arange(50_000))
-    device.launch_whole(note_order_kernel, 0, [], [order])
