@@ -64,9 +64,9 @@ from .planes import (
     step_along as step_along,
 )
 from .prefetch import (
-    fetch_around_cuts as fetch_around_cuts,
-    fetch_neighbors as fetch_neighbors,
-    fetch_onward as fetch_onward,
+    prefetch_around_cuts as prefetch_around_cuts,
+    prefetch_neighbors as prefetch_neighbors,
+    prefetch_onward as prefetch_onward,
 )
 from .projection import (
     GridPoint as GridPoint,

@@ -3,7 +3,7 @@
 #include "builtin.h"
 #include "dmc_cli/runtime/pointers.h"
 
-inline void fetch_neighbors(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin, wp::int32 q) {
+inline void prefetch_neighbors(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin, wp::int32 q) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 
     POINTER(const int) t = ITEMS(const int, twin) + 4 * (size_t)q;
@@ -15,7 +15,7 @@ inline void fetch_neighbors(wp::array_t<wp::int32> corners, wp::array_t<wp::int3
 #endif
 }
 
-inline void fetch_onward(wp::array_t<wp::int32> quads, wp::array_t<wp::int32> twin, wp::int32 n) {
+inline void prefetch_onward(wp::array_t<wp::int32> quads, wp::array_t<wp::int32> twin, wp::int32 n) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 
     POINTER(const int) listed = ITEMS(const int, quads);
@@ -28,7 +28,7 @@ inline void fetch_onward(wp::array_t<wp::int32> quads, wp::array_t<wp::int32> tw
 #endif
 }
 
-inline void fetch_vertices(wp::array_t<wp::int32> corners, wp::array_t<wp::vec_t<3, wp::float32>> position,
+inline void prefetch_vertices(wp::array_t<wp::int32> corners, wp::array_t<wp::vec_t<3, wp::float32>> position,
                            wp::array_t<wp::int64> cell, wp::array_t<wp::vec_t<3, wp::float32>> local,
                            wp::int32 q) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
@@ -43,7 +43,7 @@ inline void fetch_vertices(wp::array_t<wp::int32> corners, wp::array_t<wp::vec_t
 #endif
 }
 
-inline void fetch_surroundings(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin,
+inline void prefetch_surroundings(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin,
                                wp::array_t<wp::vec_t<3, wp::float32>> position, wp::int32 q) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 

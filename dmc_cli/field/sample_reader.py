@@ -121,8 +121,8 @@ def compare_row(
     ...
 
 
-@wp.func_native(native(__file__, "fetch_cell"))
-def fetch_cell(
+@wp.func_native(native(__file__, "prefetch_cell"))
+def prefetch_cell(
     values: wp.array2d(dtype=wp.uint8), kind: wp.int32, at: wp.int64, row: wp.int64, layer: wp.int64
 ) -> None:
     """Ask memory for the values of the cell at node `at`; a row and a layer have that many nodes."""

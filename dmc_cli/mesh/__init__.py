@@ -1,4 +1,4 @@
-"""The mesh, whoever made it: vertices, faces, how they join, and where the vertices lie.
+"""Hold a mesh, whoever made it: vertices, faces, how they join, and where the vertices lie.
 
 halfedges        how faces join; the walk round a vertex
 mesh             the one type of meshes

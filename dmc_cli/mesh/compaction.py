@@ -133,7 +133,7 @@ def _empty_like(mesh: WorkingMesh, vertices: int, faces: int) -> WorkingMesh:
 
 
 def _plan_filling(device: Device, gone: Any) -> Moves:
-    """Return where items go that fill gaps, given a mark (uint8, not 0) for each that has gone."""
+    """Return where items go that fill gaps, given a flag (uint8, not 0) for each that has gone."""
     count = gone.shape[0]
     mask, gone_count = mask_flagged(device, gone)
     end = count - gone_count

@@ -1,4 +1,4 @@
-"""The halfedge structure of a mesh of triangles and quads (Grosso & Zint 2021, section 3.2).
+"""Define the halfedge structure of a mesh of triangles and quads (Grosso & Zint 2021, section 3.2).
 
 Conventions: faces are rows of four corners, and halfedge 4f + c belongs to corner c of face f. It starts at
 the vertex there (its origin) and ends at that of the face's next corner. A triangle has `NO_CORNER` as its

@@ -1,4 +1,4 @@
-"""The mesh, whoever made it: where its vertices are, its faces, and how these join."""
+"""Hold a mesh, whoever made it: where its vertices are, its faces, and how these join."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Where the vertices of a mesh lie on the surface that it was cut from, and how they get to the world."""
+"""Hold where the vertices of a mesh lie on the surface, and compute their positions in the output space."""
 
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Hold a mesh while faces are removed and added: numbers stay, what is not there is marked.
+"""Hold a mesh while faces are removed and added: numbers stay, what is not there is flagged.
 
 Stages change the arrays in place and keep twins, valences and the vertices' halfedges true;
 `compaction.py` renumbers at the end. That is the papers' rebuild after each pass, with the work confined to
@@ -25,7 +25,7 @@ wp.set_module_options({"enable_backward": False})
 class MeshArrays:
     """The kernels' view of a mesh; corners and twin (4F,), defect and face_gone (F,), the others (V,).
 
-    What a stage has no use for may be empty: `defect`, and the marks of what has gone. Functions take the
+    What a stage has no use for may be empty: `defect`, and the flags of what has gone. Functions take the
     arrays that they need, never the whole: it is copied with every call.
     """
 
@@ -102,7 +102,7 @@ def require_places(mesh: Mesh, placement: Placement) -> None:
 
 
 def mesh_arrays(mesh: Mesh, placement: Placement | None = None) -> Any:
-    """Return the kernels' view of a connected mesh; nothing of it is marked as gone."""
+    """Return the kernels' view of a connected mesh; nothing of it is flagged as gone."""
     halfedges = mesh.require_halfedges()
     arrays = MeshArrays()
     arrays.corners, arrays.twin, arrays.valence = mesh.corners, halfedges.twin, halfedges.valence
@@ -132,7 +132,7 @@ def with_arrays(
 
 
 def with_room(mesh: WorkingMesh, spare: int) -> WorkingMesh:
-    """Return a copy with `spare` more places for vertices and for faces, which are marked as gone."""
+    """Return a copy with `spare` more places for vertices and for faces, which are flagged as gone."""
     device, old = mesh.device, mesh.arrays
     arrays = MeshArrays()
     arrays.corners, arrays.twin = (_longer(a, 4 * spare, device) for a in (old.corners, old.twin))

@@ -1,4 +1,4 @@
-"""Meshes in files, a format a file; NumPy only, never Warp.
+"""Read and write meshes in files, a format a file; NumPy only, never Warp.
 
 mesh_file      a mesh as readers return it and writers take it
 formats        the formats that there are, and where their functions are

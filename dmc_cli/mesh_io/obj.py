@@ -1,4 +1,4 @@
-"""OBJ, the Wavefront object format: text, indices from 1, a normal of the same index as its vertex."""
+"""Write OBJ, the Wavefront object format: text, indices from 1, a normal of the same index as its vertex."""
 
 from collections.abc import Iterator
 

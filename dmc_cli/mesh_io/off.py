@@ -1,4 +1,4 @@
-"""OFF, the Geomview object file format: text, positions and polygons only.
+"""Write OFF, the Geomview object file format: text, positions and polygons only.
 
 Plain OFF has no place for normals or values, which `write` says in its result, and its readers disagree on
 comments, so the space is not told either.

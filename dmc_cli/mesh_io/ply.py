@@ -1,4 +1,4 @@
-"""PLY, the Stanford polygon format: binary little endian, or ASCII.
+"""Write PLY, the Stanford polygon format: binary little endian, or ASCII.
 
 The face list is named `vertex_indices`, the one name that all readers know; values of vertices and faces are
 further properties. The space stands in the comment that 3D Slicer reads.

@@ -1,8 +1,8 @@
 """Read the items of PLY files: a table of records, or records with a list each.
 
-Records with lists of one length that follow each other are a table. Where lengths change from item to item,
-each one starts where the one before ends; a block finds all starts by doubling: with the next start for every
-place there is, the one after the next is the next of the next.
+Consecutive records with lists of one length are read as a table. Where lengths differ, the end of a record
+depends on its own list. Then the end is computed for a record at every byte of a block, and the records that
+are there are those reached from its first byte: pointer jumping finds them in a logarithmic number of steps.
 """
 
 from collections.abc import Iterator

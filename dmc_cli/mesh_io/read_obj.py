@@ -1,4 +1,4 @@
-"""OBJ: lines `v x y z` and `f a b c d`, indices from 1, or negative from the last vertex so far."""
+"""Read OBJ: lines `v x y z` and `f a b c d`, indices from 1, or negative from the last vertex so far."""
 
 import re
 from pathlib import Path

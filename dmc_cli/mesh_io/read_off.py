@@ -1,4 +1,4 @@
-"""OFF: counts, points, then faces as `n a b c d` and perhaps a colour."""
+"""Read OFF: counts, points, then faces as `n a b c d` and perhaps a colour."""
 
 import re
 from pathlib import Path

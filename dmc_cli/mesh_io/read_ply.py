@@ -1,4 +1,4 @@
-"""PLY: a header that names elements and their properties, then their values as text or binary.
+"""Read PLY: a header that names elements and their properties, then their values as text or binary.
 
 Faces have one list, their vertices. What else vertices and faces have is read as values; other elements are
 passed over.

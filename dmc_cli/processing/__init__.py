@@ -1,4 +1,4 @@
-"""Algorithms on a mesh, a folder each.
+"""Change a mesh by algorithms, a folder each.
 
 patterns/         quads removed where valences have a pattern: 3-X-3-Y, 3-3-3-3 (Grosso & Zint 2021)
 relaxation/       vertices smoothed on the surface

@@ -10,7 +10,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import VECTOR_FLAGS, concatenated, keep_flagged, order_key
-from dmc_cli.field import fetch_onward
+from dmc_cli.field import prefetch_onward
 from dmc_cli.runtime import FLAGS_A_CHUNK, ITEMS_A_CHUNK, Device
 
 wp.set_module_options(
@@ -119,7 +119,7 @@ def choose_colors_kernel(
     One thread a quad of the list, which may hold a quad more than once.
     """
     n = first + wp.tid()
-    fetch_onward(quads, twin, n)
+    prefetch_onward(quads, twin, n)
     q = quads[n]
     chosen = int(-1)
     waits = bool(False)

@@ -36,7 +36,7 @@ ARITHMETIC = {
 }
 LOGIC = {ast.And: ("and", "or"), ast.Or: ("or", "and")}
 SWAPPED = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
-GRAIN, AHEAD = "_A_CHUNK", "fetch_"
+GRAIN, AHEAD = "_A_CHUNK", "prefetch_"
 """How the names end of what says how large a share of a launch is, and how those start of functions that ask
 for memory ahead: a fault there shows in nothing but time."""
 ORDERLESS = {"isinstance", "min", "max", "dot"}

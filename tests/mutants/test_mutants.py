@@ -42,7 +42,7 @@ def host(é, b, limit=2):
         raise ValueError(f"{b} is below {limit + 1}")
     total = min(b, é) + zipped(é, b, strict=True) + LEAST
     total = total * 2
-    fetch_ahead(total)
+    prefetch_ahead(total)
     launch(total, 16 * WORDS_A_CHUNK)
     return total
 '''

@@ -1,4 +1,4 @@
-"""Simplification by patterns of valences (Grosso & Zint 2021, section 3.3).
+"""Simplify by patterns of valences (Grosso & Zint 2021, section 3.3).
 
 masks            which quads have a pattern
 simplify_3x3y    the pattern 3-X-3-Y

@@ -11,7 +11,15 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import keep_masked, mask_length
-from dmc_cli.field import Field, Grid, GridPoint, fetch_around_cuts, kernel_matrix, node_cell, output_position
+from dmc_cli.field import (
+    Field,
+    Grid,
+    GridPoint,
+    kernel_matrix,
+    node_cell,
+    output_position,
+    prefetch_around_cuts,
+)
 from dmc_cli.mesh import (
     COLOR,
     MeshArrays,
@@ -158,7 +166,7 @@ def remove_3x3y_kernel(
     refused = wp.int32(0)
     clashes = wp.uint64(0)
     end = wp.min(32 * word + 32, cuts.shape[0])
-    fetch_around_cuts(
+    prefetch_around_cuts(
         grid, field, mesh.corners, mesh.twin, mesh.position, mesh.cell, mesh.local, cuts, 32 * word, end
     )
     for n in range(32 * word, end):

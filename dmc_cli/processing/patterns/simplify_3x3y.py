@@ -24,7 +24,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import mask_length, order_key
-from dmc_cli.field import fetch_neighbors
+from dmc_cli.field import prefetch_neighbors
 from dmc_cli.mesh import COLOR, MeshArrays, WorkingMesh, is_skipped, opposite_in_quad
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -186,7 +186,7 @@ def judge_topology_kernel(
     refused = wp.int32(0)
     end = wp.min(32 * word + 32, quads.shape[0])
     for n in range(32 * word, end):
-        fetch_neighbors(mesh.corners, mesh.twin, quads[n])
+        prefetch_neighbors(mesh.corners, mesh.twin, quads[n])
     for n in range(32 * word, end):
         q = quads[n]
         h = wp.int32(NO_CUT)

@@ -47,14 +47,14 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 HALVINGS = 2
 """A vertex tries its step, a half and a quarter of it, then stays."""
 
-UNMOVED, FIXED = wp.constant(-1), wp.constant(-2)
+UNTRIED, FIXED = wp.constant(-1), wp.constant(-2)
 STAYS = wp.constant(HALVINGS + 1)
 """What a vertex's level says beside its halvings: not moved yet, on a boundary, to move no more."""
 
-PATIENT_CHECKS = 4
+HALVING_CHECKS = 4
 """Checks after which the vertices of a failing quad stay without trying a smaller step first."""
 
-EAGERNESS = wp.constant(1.3)
+OVERRELAXATION = wp.constant(1.3)
 """Share of the way to the goal that a step takes: more than all of it, since the neighbours move as well."""
 
 WEIGHT_OF_SHAPE = wp.constant(3.0)
@@ -163,7 +163,7 @@ def _take_step(
     device.launch(aim_kernel, vertex_count, [mesh, scratch.shape, now], outputs)
     is_failing, checks = True, 0
     while is_failing:
-        inputs = [context, now, scratch.aim, int(checks < PATIENT_CHECKS)]
+        inputs = [context, now, scratch.aim, int(checks < HALVING_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
         is_strict = int(tracked is not None)
@@ -261,9 +261,9 @@ def aim_kernel(
     aim = wp.vec3(0.0, 0.0, 0.0)
     level = wp.int8(FIXED)
     if size > 0:
-        aim = EAGERNESS * (goal / weights - spots.position[v])
+        aim = OVERRELAXATION * (goal / weights - spots.position[v])
         aim -= wp.dot(aim, spots.normal[v]) * spots.normal[v]
-        level = wp.int8(UNMOVED)
+        level = wp.int8(UNTRIED)
     floor_out[v] = floor
     aim_out[v] = aim
     level_out[v] = level
@@ -276,7 +276,7 @@ def move_kernel(
     context: SurfaceContext,
     now: Spots,
     aim: wp.array(dtype=wp.vec3),
-    is_patient: wp.int32,
+    may_halve: wp.int32,
     # In/out:
     level_inout: wp.array(dtype=wp.int8),
     must_retreat_inout: wp.array(dtype=wp.uint8),
@@ -288,14 +288,14 @@ def move_kernel(
     v = first + wp.tid()
     level = level_inout[v]
     has_moved_out[v] = wp.uint8(0)
-    if level == wp.int8(UNMOVED):
+    if level == wp.int8(UNTRIED):
         level = wp.int8(0)
     elif level == wp.int8(FIXED):
         level = wp.int8(STAYS)
     elif level == wp.int8(STAYS) or must_retreat_inout[v] == wp.uint8(0):
         return
     else:
-        level = wp.int8(wp.where(is_patient == 1, wp.int32(level) + 1, STAYS))
+        level = wp.int8(wp.where(may_halve == 1, wp.int32(level) + 1, STAYS))
     position = now.position[v]
     cell = now.cell[v]
     local = now.local[v]

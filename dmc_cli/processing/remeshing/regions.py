@@ -48,7 +48,7 @@ class Regions:
 
 
 def frozen_vertices(mesh: Mesh) -> Any:
-    """Return a mark for each vertex of a connected mesh on a boundary or with several fans, uint8 (V,)."""
+    """Flag each vertex of a connected mesh on a boundary or with several fans, uint8 (V,)."""
     frozen, halfedges = mesh.device.empty(mesh.vertex_count, wp.uint8), mesh.require_halfedges()
     inputs = [halfedges.twin, halfedges.vertex_halfedge, halfedges.valence]
     mesh.device.launch(freeze_fans_kernel, mesh.vertex_count, inputs, [frozen])
