@@ -29,8 +29,8 @@ inline void prefetch_onward(wp::array_t<wp::int32> quads, wp::array_t<wp::int32>
 }
 
 inline void prefetch_vertices(wp::array_t<wp::int32> corners, wp::array_t<wp::vec_t<3, wp::float32>> position,
-                           wp::array_t<wp::int64> cell, wp::array_t<wp::vec_t<3, wp::float32>> local,
-                           wp::int32 q) {
+                              wp::array_t<wp::int64> cell, wp::array_t<wp::vec_t<3, wp::float32>> local,
+                              wp::int32 q) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 
     POINTER(const int) corner = ITEMS(const int, corners) + 4 * (size_t)q;
@@ -44,7 +44,7 @@ inline void prefetch_vertices(wp::array_t<wp::int32> corners, wp::array_t<wp::ve
 }
 
 inline void prefetch_surroundings(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin,
-                               wp::array_t<wp::vec_t<3, wp::float32>> position, wp::int32 q) {
+                                  wp::array_t<wp::vec_t<3, wp::float32>> position, wp::int32 q) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
 
     POINTER(const int) t = ITEMS(const int, twin) + 4 * (size_t)q;

@@ -162,7 +162,7 @@ inline bool compare_row(wp::array_t<wp::uint8> values, int kind, wp::int64 at, i
 }
 
 inline void prefetch_cell(wp::array_t<wp::uint8> values, int kind, wp::int64 at, wp::int64 row,
-                       wp::int64 layer) {
+                          wp::int64 layer) {
     auto read = [&](auto nodes) {
 #if defined(__clang__) && !defined(__CUDA_ARCH__)
         __builtin_prefetch(nodes);
