@@ -1,4 +1,4 @@
-"""Contour: make a surface mesh of a volume. A method is a folder, and a line of `methods.py`.
+"""Make a surface mesh of a volume. A method is a folder, and a line of `methods.py`.
 
 surface               what a method returns
 dual_marching_cubes/  quads only, one vertex a polygon (Grosso & Zint 2021)
