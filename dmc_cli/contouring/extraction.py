@@ -8,7 +8,6 @@ import numpy as np
 from dmc_cli.contouring.surface import Reserve, Surface
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.field import DeviceVolume
-from dmc_cli.mesh import connect
 from dmc_cli.methods import method_named, methods_that
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import intact
@@ -62,8 +61,12 @@ def connect_faces(surface: Surface) -> Surface:
     """
     _require_surface(surface)
     own = method_named(surface.method).connect
-    connected: Surface = own(surface) if own else replace(surface, mesh=connect(surface.mesh))
-    return connected
+    if own is not None:
+        connected: Surface = own(surface)
+        return connected
+    from dmc_cli.mesh import connect  # only here: kernels that others need not read
+
+    return replace(surface, mesh=connect(surface.mesh))
 
 
 def color_faces(surface: Surface) -> Surface:

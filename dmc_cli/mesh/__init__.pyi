@@ -2,11 +2,7 @@
 
 from .check import check_mesh as check_mesh
 from .compaction import copy_values as copy_values, fill_gaps as fill_gaps, pack as pack
-from .connectivity import (
-    connect as connect,
-    require_mesh as require_mesh,
-    require_quads as require_quads,
-)
+from .connectivity import connect as connect
 from .defects import with_defects as with_defects
 from .halfedges import (
     Halfedges as Halfedges,
@@ -28,6 +24,8 @@ from .mesh import (
     OWN_PREFIX as OWN_PREFIX,
     Mesh as Mesh,
     flat_corners as flat_corners,
+    require_mesh as require_mesh,
+    require_quads as require_quads,
 )
 from .mesh_files import file_of_mesh as file_of_mesh, mesh_of_file as mesh_of_file
 from .near_frame import (

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import warp as wp
 
-from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.mesh.halfedges import Halfedges, previous_halfedge
-from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.mesh import Mesh, require_mesh
 from dmc_cli.mesh.twins import find_twins
 
 wp.set_module_options({"enable_backward": False})
@@ -38,31 +37,6 @@ def connect(mesh: Mesh) -> Mesh:
     start = device.empty(mesh.vertex_count, wp.int32)
     device.launch(choose_halfedges_kernel, mesh.vertex_count, [lowest], [start])
     return replace(mesh, halfedges=Halfedges(twin, start, valence))
-
-
-def require_mesh(mesh: Mesh) -> Mesh:
-    """Return the mesh; raise CallError if it is none, or if its faces name vertices that it does not have."""
-    if not isinstance(mesh, Mesh):
-        raise CallError(
-            f"a {type(mesh).__name__} was found; expected a Mesh; take the mesh of a Surface, and call"
-            " mesh_of_file for one of a file first"
-        )
-    return mesh.require_sound()
-
-
-def require_quads(mesh: Mesh, stage: str) -> Mesh:
-    """Return the mesh if all its faces are quads.
-
-    Raises:
-        CallError: It is no mesh, or its faces name vertices that it does not have.
-        SettingsError: There are triangles.
-    """
-    if require_mesh(mesh).triangle_count:
-        raise SettingsError(
-            f"{stage} takes meshes of quads; {mesh.triangle_count} of {mesh.face_count} faces are triangles;"
-            " leave it out, or make the mesh by a method that gives quads"
-        )
-    return mesh
 
 
 @wp.kernel

@@ -2,14 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import warp as wp
 
-from dmc_cli.errors import CallError
+from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.mesh.array_checks import check_array, check_corners, check_device, check_values
-from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.runtime import Device, view
+
+if TYPE_CHECKING:  # its walks are only read by runs that need halfedges
+    from dmc_cli.mesh.halfedges import Halfedges
 
 OWN_PREFIX = "dmc "
 """How the names of values begin that stages keep for each other. They are two words each, which no name of a
@@ -47,7 +49,7 @@ class Mesh:
     faces: Any
     device: Device
     triangle_count: int = 0
-    halfedges: Halfedges | None = None
+    halfedges: "Halfedges | None" = None
     vertex_values: Mapping[str, Any] = field(default_factory=dict)
     face_values: Mapping[str, Any] = field(default_factory=dict)
 
@@ -87,7 +89,7 @@ class Mesh:
         """Return the faces as one row of corners, int32 (4F,), the same memory."""
         return flat_corners(self.faces)
 
-    def require_halfedges(self) -> Halfedges:
+    def require_halfedges(self) -> "Halfedges":
         """Return the halfedges; raise CallError if no stage before has connected the mesh."""
         if self.halfedges is None:
             raise CallError(
@@ -100,6 +102,31 @@ class Mesh:
         """Return the mesh with further values of its faces by name; None takes one away."""
         kept = {**self.face_values, **values}
         return replace(self, face_values={name: v for name, v in kept.items() if v is not None})
+
+
+def require_mesh(mesh: Mesh) -> Mesh:
+    """Return the mesh; raise CallError if it is none, or if its faces name vertices that it does not have."""
+    if not isinstance(mesh, Mesh):
+        raise CallError(
+            f"a {type(mesh).__name__} was found; expected a Mesh; take the mesh of a Surface, and call"
+            " mesh_of_file for one of a file first"
+        )
+    return mesh.require_sound()
+
+
+def require_quads(mesh: Mesh, stage: str) -> Mesh:
+    """Return the mesh if all its faces are quads.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+        SettingsError: There are triangles.
+    """
+    if require_mesh(mesh).triangle_count:
+        raise SettingsError(
+            f"{stage} takes meshes of quads; {mesh.triangle_count} of {mesh.face_count} faces are triangles;"
+            " leave it out, or make the mesh by a method that gives quads"
+        )
+    return mesh
 
 
 def flat_corners(faces: Any) -> Any:

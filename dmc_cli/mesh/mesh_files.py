@@ -11,8 +11,7 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.errors import CallError
-from dmc_cli.mesh.connectivity import require_mesh
-from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh
+from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh, require_mesh
 from dmc_cli.mesh_io import MeshFile
 from dmc_cli.runtime import Device
 from dmc_cli.volume import Space

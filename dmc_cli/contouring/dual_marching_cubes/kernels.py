@@ -15,11 +15,21 @@ def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
         quads,
         vertices,
     )
-    from dmc_cli.contouring.dual_marching_cubes.placement import exact_scalar, exact_simd, paper
     from dmc_cli.field import slice_kernels
 
-    placing = [exact_simd, exact_scalar] if settings.placement == "exact" else [paper]
+    placing = _placing_kernels(settings.placement)
     return [classification, cells, polygons, manifold_repair, vertices, *placing, quads, *slice_kernels()]
+
+
+def _placing_kernels(placement: str | None) -> list[ModuleType]:
+    """Return the modules that place vertices; the others are not even read."""
+    if placement == "exact":
+        from dmc_cli.contouring.dual_marching_cubes.placement import exact_scalar, exact_simd
+
+        return [exact_simd, exact_scalar]
+    from dmc_cli.contouring.dual_marching_cubes.placement import paper
+
+    return [paper]
 
 
 def mesh_kernels(*, colors: bool) -> list[ModuleType]:

@@ -15,7 +15,6 @@ from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import LOST
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_remaining_vertices_kernel
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_simd import place_block_kernel
-from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, place_paper_vertices_kernel
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
@@ -82,6 +81,8 @@ def place_vertices(
     if placement == "exact":
         _place_exactly(vertices, cells, polygons, context, size, device)
         return vertices
+    from dmc_cli.contouring.dual_marching_cubes.placement.paper import METHODS, place_paper_vertices_kernel
+
     inputs = [*context, METHODS[placement], cells.ordinary_count, polygons.special, polygons.special_count]
     outputs = [vertices.cell, vertices.position, vertices.local, vertices.fallbacks]
     device.launch(place_paper_vertices_kernel, count, inputs, outputs)
