@@ -7,9 +7,9 @@ from hypothesis import given, strategies as st
 from dmc_cli.contouring import connect_faces
 from dmc_cli.errors import SettingsError
 from dmc_cli.mesh.check_halfedges import check_halfedges
-from dmc_cli.mesh.connectivity import connect, require_quads
+from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.defects import with_defects
-from dmc_cli.mesh.mesh import DEFECT
+from dmc_cli.mesh.mesh import DEFECT, require_quads
 from dmc_cli.runtime.device import Device
 from tests import shapes
 from tests.contouring.dual_marching_cubes.agreement import extract_on
