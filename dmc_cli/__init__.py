@@ -1,4 +1,4 @@
-"""From a scan to a quad mesh: dual marching cubes on NVIDIA Warp.
+"""Turn volume data into quad meshes by dual marching cubes on NVIDIA Warp.
 
 The data flow is the package. Whoever reads the folders in this order meets the method's steps in theirs; each
 says in its `__init__.py` what it is for and in which order to read it:

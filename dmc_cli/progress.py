@@ -1,6 +1,6 @@
 """Tell how far a long run is, and time it, without knowing who listens; imports nothing heavy.
 
-The pipeline and the readers report to a `Progress`. `SILENT` is the default of the Python API; the
+The conversion and the readers report to a `Progress`. `SILENT` is the default of the Python API; the
 command line hands in one that draws a bar on a terminal.
 """
 

@@ -1,4 +1,4 @@
-"""What all tests share: the devices, the sample volumes, the profiles of hypothesis."""
+"""Share with all tests the devices, the sample volumes, the profiles of hypothesis."""
 
 import subprocess
 import sys

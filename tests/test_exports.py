@@ -1,4 +1,4 @@
-"""What a folder offers to others is there, and no name of it is that of a file."""
+"""Names that a folder offers to others are there, and none is that of a file."""
 
 import ast
 from importlib import import_module

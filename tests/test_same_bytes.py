@@ -1,4 +1,4 @@
-"""What sixty runs write is what they have always written, byte for byte."""
+"""Sixty runs write what they have always written, byte for byte."""
 
 import json
 import platform

@@ -1,4 +1,4 @@
-"""What a caller of the Python API may give as a setting: taken as annotated, or refused in words."""
+"""Settings from the Python API are taken as annotated, or refused in words."""
 
 from typing import get_args
 

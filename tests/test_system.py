@@ -1,4 +1,4 @@
-"""What one operating system has and another lacks: a convert runs without, whatever it is."""
+"""A convert runs without whatever one operating system has and another lacks."""
 
 import json
 import os

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from threading import Event, Thread
 from typing import Any
 
-from dmc_cli.app import conversion as pipeline
+from dmc_cli.app import conversion
 from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare
@@ -120,7 +120,7 @@ def convert_all(
         share = MemoryShare(jobs=jobs, free=available_bytes())
         shared = [replace(item, share=share) for item in items]
         with suppress(DmcError):  # each item tells
-            pipeline.load_needed_kernels(shared, progress)  # threads must not race to compile
+            conversion.load_needed_kernels(shared, progress)  # threads must not race to compile
         with progress.stage(f"{len(items)} items"):
             if _convert_side_by_side(shared, tell, jobs, progress, whole):
                 return
@@ -166,7 +166,7 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
         "output": item.output.path,
     }
     try:
-        result = pipeline.convert(item, progress)
+        result = conversion.convert(item, progress)
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
         return Outcome(**facts, status=error.exit_status, error=told)

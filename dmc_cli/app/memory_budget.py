@@ -34,10 +34,10 @@ PATTERNS = Cost(vertex=1 + 4, face=2 + 3)
 """What has gone and who may go; lists of quads with a pattern."""
 
 SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, face=4 + 1)
-"""Of smoothing: all of a vertex with its normal, once more; normals, aims, shapes and marks."""
+"""Of smoothing: all of a vertex with its normal, once more; normals, aims, shapes and flags."""
 
 TRACKED = Cost(vertex=12 + 4 + 2, face=1)
-"""Of remeshing: the vertices before it, each with its nearest quad; marks."""
+"""Of remeshing: the vertices before it, each with its nearest quad; flags."""
 
 NORMALS = Cost(vertex=12)
 CHECKS = Cost(vertex=5, face=16)

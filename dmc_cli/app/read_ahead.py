@@ -1,7 +1,7 @@
 """Read the input in a thread while Warp is imported and kernels are loaded.
 
 Reading takes as long as both together where values are compressed, and decompression leaves the
-interpreter's lock to the imports. So a command starts this first and imports the pipeline then.
+interpreter's lock to the imports. So a command starts this first and imports the conversion then.
 """
 
 from contextlib import suppress

@@ -24,7 +24,7 @@ _SHOW_CAUSE = 2
 """`-vv` shows where an expected error came from."""
 
 _STDOUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EBADF)
-"""What a command's own output runs into; files are written by `writers`, which raises its own error."""
+"""What a command's own output runs into; files are written by `files/`, which raises its own error."""
 
 
 class Failure(click.ClickException):

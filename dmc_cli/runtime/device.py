@@ -89,9 +89,8 @@ class Device:
     ) -> None:
         """Run `kernel` for thread indices 0 to `dim` - 1; its first argument `first` is supplied here.
 
-        On CPU a chunk has at least `grain` of them: so many that a launch does not cost more than it does;
-        and at most `longest`, if that is given: where one takes long, so many that nobody waits too long
-        for the end of a chunk.
+        On CPU a chunk has at least `grain` of them, enough work to outweigh the cost of a launch, and at most
+        `longest`, if that is given: where an item takes long, few enough that nobody waits long for a chunk.
         """
         if dim == 0:
             return

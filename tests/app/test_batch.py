@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from dmc_cli.app import batch, conversion as pipeline
+from dmc_cli.app import batch, conversion
 from dmc_cli.app.batch import Outcome, convert_all
 from dmc_cli.errors import DamagedVolumeError, WriteError
 from dmc_cli.progress import SILENT, SilentProgress
@@ -60,8 +60,8 @@ def seen(monkeypatch):
             raise errors[item.input]
         return original(item, progress)
 
-    original = pipeline.convert
-    monkeypatch.setattr(pipeline, "convert", convert)
+    original = conversion.convert
+    monkeypatch.setattr(conversion, "convert", convert)
     return found
 
 
@@ -127,7 +127,7 @@ def test_jobs_work_at_the_same_time_and_no_more_of_them(monkeypatch):
         at_work.remove(item)
         raise DamagedVolumeError("done")
 
-    monkeypatch.setattr(pipeline, "convert", convert)
+    monkeypatch.setattr(conversion, "convert", convert)
     assert [found.status for found in outcomes_of(items(*"abcd"), 2)] == [3] * 4
     assert max(most) == 2
 
@@ -141,7 +141,7 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
             go_on.wait(60)
         raise DamagedVolumeError("done")
 
-    monkeypatch.setattr(pipeline, "convert", convert)
+    monkeypatch.setattr(conversion, "convert", convert)
 
     def listen(_outcome):
         raise InterruptedError
@@ -160,7 +160,7 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
 
 def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):
     order = []
-    monkeypatch.setattr(pipeline, "load_needed_kernels", lambda loaded, _: order.append(len(loaded)))
+    monkeypatch.setattr(conversion, "load_needed_kernels", lambda loaded, _: order.append(len(loaded)))
     outcomes_of(items("bug", "bug"), 2)
     outcomes_of(items("bug", "bug"), 1)
     assert order == [2]
@@ -170,8 +170,8 @@ def test_kernels_that_cannot_be_loaded_fail_every_item(seen, monkeypatch):
     def refuse(loaded, progress):
         raise WriteError("the kernel cache cannot be used")
 
-    monkeypatch.setattr(pipeline, "load_needed_kernels", refuse)
-    monkeypatch.setattr(pipeline, "convert", lambda *_: refuse(None, None))
+    monkeypatch.setattr(conversion, "load_needed_kernels", refuse)
+    monkeypatch.setattr(conversion, "convert", lambda *_: refuse(None, None))
     assert [found.status for found in outcomes_of(items("a", "b"), 2)] == [9, 9]
 
 

@@ -1,4 +1,4 @@
-"""What a conversion decides between its stages: what is refused, what is made, what is told and written."""
+"""A conversion refuses, makes, reports and writes between its stages what the settings ask for."""
 
 import json
 import os
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dmc_cli import progress
-from dmc_cli.app import conversion as pipeline
+from dmc_cli.app import conversion
 from dmc_cli.errors import EmptySurfaceError, RequirementError, VolumeError, WriteError
 from dmc_cli.progress import SilentProgress
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
@@ -26,7 +26,7 @@ def convert(tmp_path):
             output=OutputSettings(path=path, **output),
             read=ReadSettings(spacing=(1, 1, 1)),
         )
-        return pipeline.convert(settings, progress or SilentProgress())
+        return conversion.convert(settings, progress or SilentProgress())
 
     return call
 
@@ -148,7 +148,7 @@ def test_warnings_of_the_writer_are_in_the_report(convert, tmp_path):
 
 @pytest.mark.parametrize("role", ["path", "halfedges", "report"])
 def test_every_output_is_looked_at_before_any_work(convert, tmp_path, monkeypatch, role):
-    monkeypatch.setattr(pipeline, "ReadAhead", lambda *_: pytest.fail("the volume was read"))
+    monkeypatch.setattr(conversion, "ReadAhead", lambda *_: pytest.fail("the volume was read"))
     there = tmp_path / "there.npz"
     there.write_bytes(b"old")
     names = {"path": "new.ply"} | {role: str(there)}
@@ -184,14 +184,14 @@ def test_grid_coordinates_of_uneven_slices_are_even(convert, tmp_path):
             surface=SurfaceSettings(isovalue=100.0),
             output=OutputSettings(path=str(tmp_path / f"{space}.ply"), space=space),
         )
-        heights[space] = pipeline.convert(settings, ahead=Read()).mesh.points[:, 2].max()
+        heights[space] = conversion.convert(settings, ahead=Read()).mesh.points[:, 2].max()
     assert heights["voxel"] < 4 < heights["native"]
 
 
 def test_kernels_of_several_runs_are_loaded_at_once_and_a_missing_device_left_to_its_run(monkeypatch):
     loaded = []
     monkeypatch.setattr(
-        pipeline, "load_kernels", lambda device, modules, _: loaded.append((device.name, modules))
+        conversion, "load_kernels", lambda device, modules, _: loaded.append((device.name, modules))
     )
     surface, output = SurfaceSettings(isovalue=0.0), OutputSettings(path="a.ply")
     plain = ConvertSettings(input="a", surface=surface, output=output, device="cpu")
@@ -199,14 +199,14 @@ def test_kernels_of_several_runs_are_loaded_at_once_and_a_missing_device_left_to
         input="a", surface=surface, output=output, device="cpu", mesh=MeshSettings(relax=1)
     )
     absent = ConvertSettings(input="a", surface=surface, output=output, device="cuda:99")
-    pipeline.load_needed_kernels([absent, plain, relaxed, plain])
+    conversion.load_needed_kernels([absent, plain, relaxed, plain])
     ((name, modules),) = loaded
     assert name == "cpu"
     assert len(modules) == len(set(modules))
-    assert set(modules) == {*pipeline._needed_kernels(plain), *pipeline._needed_kernels(relaxed)}
-    pipeline.compile_kernels()
+    assert set(modules) == {*conversion._needed_kernels(plain), *conversion._needed_kernels(relaxed)}
+    conversion.compile_kernels()
     assert {name for name, _ in loaded[1:]} >= {"cpu"}
-    assert set(loaded[-1][1]) == set(pipeline.every_kernel()) >= set(modules)
+    assert set(loaded[-1][1]) == set(conversion.every_kernel()) >= set(modules)
 
 
 @pytest.mark.parametrize(
@@ -240,7 +240,7 @@ def test_a_run_needs_the_kernels_of_its_stages(mesh, output, names):
         output=OutputSettings(path="a.ply", **output),
         mesh=mesh,
     )
-    found = {module.__name__.rsplit(".", 1)[1] for module in pipeline._needed_kernels(settings)}
+    found = {module.__name__.rsplit(".", 1)[1] for module in conversion._needed_kernels(settings)}
     assert found >= names | {"cells"}
     optional = {
         "normals",

@@ -1,4 +1,4 @@
-"""What a batch plans: tables of a file, options before them, inputs, and where outputs lie."""
+"""A batch is planned from the tables of its file and from options before them, inputs and output names."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""What `dmc --help` costs: what it does not show is not imported. Proved by modules, not by a clock."""
+"""`dmc --help` imports nothing that it does not show. Proved by modules, not by a clock."""
 
 import os
 import subprocess

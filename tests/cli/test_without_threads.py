@@ -1,4 +1,4 @@
-"""Where the system gives no threads all is done all the same, by the one that there is."""
+"""Without threads from the system everything is done all the same, by the one that there is."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What the documents state can be looked up in the code, where a test can tell."""
+"""The documents' statements hold in the code, where a test can tell."""
 
 import re
 from typing import get_args

@@ -1,4 +1,4 @@
-"""What runs by itself, in `.github/` and `.ci/`, is well formed and calls what there is."""
+"""Workflows of `.github/` and `.ci/` are well formed and call what there is."""
 
 import re
 

@@ -95,7 +95,7 @@ def test_an_input_that_shrank_ends_with_status_3(tmp_path, suffix):
 
 SHRINK = """
 import os, sys, time
-from dmc_cli.app import conversion as pipeline
+from dmc_cli.app import conversion
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
 settings = ConvertSettings(
@@ -104,7 +104,7 @@ settings = ConvertSettings(
 ahead = ReadAhead(settings)
 time.sleep(1)  # the file is mapped by then
 os.truncate("scan.nii", 4096)
-pipeline.convert(settings, ahead=ahead)
+conversion.convert(settings, ahead=ahead)
 """
 
 

@@ -1,4 +1,4 @@
-"""What the rounding of coordinates to float32 costs is measured, told, and refused where it counts."""
+"""The cost of rounding coordinates to float32 is measured, reported, and refused where it counts."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""How much memory a convert takes, stage by stage, beside what was forecast.
+"""Measure the memory that a convert takes, stage by stage, beside what was forecast.
 
     python -m tests.memory.peaks synth:iwp:256 out.ply -i 0 [OPTIONS OF CONVERT]
 
@@ -130,10 +130,10 @@ def in_a_process(words: list[str]) -> Peaks:
 
 def load() -> None:
     """Load all kernels, so that a convert takes memory for its arrays alone."""
-    from dmc_cli.app import conversion as pipeline
+    from dmc_cli.app import conversion
     from dmc_cli.runtime.device import load_kernels, select_device
 
-    load_kernels(select_device("cpu"), pipeline.every_kernel())
+    load_kernels(select_device("cpu"), conversion.every_kernel())
     import dmc_cli.mesh.check
     import dmc_cli.report.measures  # noqa: F401
 

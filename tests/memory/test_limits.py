@@ -1,4 +1,4 @@
-"""What limits memory is found in trees of files as the kernel shows them, of both kinds of control groups."""
+"""Limits of memory are found in trees of files as the kernel shows them, of both kinds of control groups."""
 
 import os
 import resource

@@ -1,4 +1,4 @@
-"""What the forecast counts, what it is held against, and what it says."""
+"""The forecast counts every stage's arrays, is held against the right limit, and says what is short."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What a file tells of vertices and faces goes through a mesh and its stages into a file again."""
+"""Values of vertices and faces go from a file through a mesh and its stages into a file again."""
 
 from dataclasses import replace
 

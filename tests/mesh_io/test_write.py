@@ -1,4 +1,4 @@
-"""Which format an output has, and what its suffix must be."""
+"""An output has the format that its suffix or option names, and no other suffix is taken."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Which tests run which functions of the host code, and how long they take: recorded once a test file."""
+"""Record for each test file which functions of the host code it runs, and how long it takes."""
 
 import hashlib
 import json

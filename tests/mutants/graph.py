@@ -1,4 +1,4 @@
-"""Which symbols of the package mention which: the way from a kernel to host code that tests run."""
+"""List which symbols of the package mention which: the way from a kernel to host code that tests run."""
 
 import ast
 import re

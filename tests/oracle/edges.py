@@ -1,4 +1,4 @@
-"""How quads share sides and vertices, counted from their indices alone."""
+"""Count how quads share sides and vertices, from their indices alone."""
 
 import numpy as np
 from scipy.sparse import coo_array

@@ -1,4 +1,4 @@
-"""Which nodes are inside: the isovalue in stored values, and the distance of each node to it.
+"""Find which nodes are inside: the isovalue in stored values, and the distance of each node to it.
 
 Inside is value >= isovalue, in physical values. Values stay as stored, so the isovalue goes through
 slope and intercept; with a negative slope the inside is stored <= isovalue. Distances are in the

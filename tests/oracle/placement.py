@@ -1,4 +1,4 @@
-"""Where a vertex lies in its cell: the papers' three placements (2021, section 3.1.2; 2020, equation 3).
+"""Place a vertex in its cell by the papers' three placements (2021, section 3.1.2; 2020, equation 3).
 
 `f` holds the eight corner distances of a cell; a polygon is the set of its crossed edges; points are
 local coordinates (u, v, w). Double precision throughout.

@@ -1,4 +1,4 @@
-"""What a report tells of the machine, on a GPU and without one, and of the program."""
+"""A report names the machine, on a GPU and without one, and the program."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""What Warp does not document is used in `dmc_cli/runtime` alone, and kernels are launched there alone."""
+"""Undocumented parts of Warp are used in `dmc_cli/runtime` alone, and kernels are launched there alone."""
 
 import ast
 from pathlib import Path

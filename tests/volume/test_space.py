@@ -1,4 +1,4 @@
-"""Where grid indices go in each output space, and what its axes are called."""
+"""Grid indices are mapped to each output space, and its axes have the right names."""
 
 import numpy as np
 import pytest

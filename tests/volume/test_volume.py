@@ -1,4 +1,4 @@
-"""What a caller may give as a volume: converted, or refused with what was found and expected."""
+"""A caller's arrays are converted to a volume, or refused with what was found and expected."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the readers' tests share: small volumes, an independent reader, hand-written headers."""
+"""Share with the readers' tests small volumes, an independent reader, hand-written headers."""
 
 from pathlib import Path
 

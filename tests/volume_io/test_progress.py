@@ -1,4 +1,4 @@
-"""How far reading is: told of every format, forwards, to its end."""
+"""Every format reports how far reading is, forwards, to its end."""
 
 import gzip
 import json

@@ -1,4 +1,4 @@
-"""What the system refuses: bad sectors, missing rights, loops of links, names of other encodings."""
+"""Refusals of the system are reported: bad sectors, missing rights, looped links, names badly encoded."""
 
 import builtins
 import errno

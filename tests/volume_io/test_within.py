@@ -1,4 +1,4 @@
-"""What a header or a link names outside the input's folder is read only with --allow-outside."""
+"""Files outside the input's folder that a header or a link names are read only with --allow-outside."""
 
 import os
 

@@ -6,7 +6,7 @@ CELLS = Cost(word=16, near=8, cell=36)
 """Inside, active and ordinary bits, a sixteenth of eight sums; two ranks; what is known of a special cell."""
 
 TRACING = Cost(cell=13)
-"""Counts and marks while special cells are traced."""
+"""Counts and flags while special cells are traced."""
 
 RANKS = Cost(near=16)
 """The quads' ranks: three bits a node and a number a word."""

@@ -1,4 +1,4 @@
-"""Which cells are special, so that their vertices come last: in rows of one word and of several."""
+"""Special cells are found in rows of one word and of several, and their vertices come last."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which nodes are inside and which have data: at the ends of types, and between their numbers."""
+"""Nodes are inside, and have data, by the rules also at the ends of types and between their numbers."""
 
 import numpy as np
 import pytest

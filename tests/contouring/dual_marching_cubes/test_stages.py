@@ -1,4 +1,4 @@
-"""What the stages hand on: types, isovalues, maps, which way quads face, how much memory they will take."""
+"""Stages hand on the right types, isovalues, maps, orientation of quads and forecasts of memory."""
 
 import numpy as np
 import pytest

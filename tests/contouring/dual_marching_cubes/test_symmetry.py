@@ -1,4 +1,4 @@
-"""What must not change the surface: reruns, threads, scale, rotation; and what complement does."""
+"""Reruns, threads, scale and rotation do not change the surface; the complement changes it as it should."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which quads a step of smoothing spoils: they get worse than they may, turn a corner, or fold."""
+"""Quads that a step of smoothing spoils are found: worse than they may be, reflex at a corner, or folded."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A hand-made mesh on the bench of the further simplification, and one device function at a time on it."""
+"""Put a hand-made mesh on the bench of remeshing, and run one device function at a time on it."""
 
 import numpy as np
 import warp as wp

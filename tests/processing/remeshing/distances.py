@@ -1,4 +1,4 @@
-"""How far meshes are from each other and from the surface that they were cut from."""
+"""Measure how far meshes are from each other and from the surface that they were cut from."""
 
 import numpy as np
 import warp as wp

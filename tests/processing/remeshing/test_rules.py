@@ -1,4 +1,4 @@
-"""The operations of the further simplification on hand-made meshes, and each of the rules that judge them."""
+"""Remeshing's operations on hand-made meshes do what they should, and each rule refuses what it should."""
 
 import numpy as np
 import pytest

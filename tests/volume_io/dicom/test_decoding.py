@@ -1,4 +1,4 @@
-"""What the decoders of pixels are given, and what is told when it is not what they take."""
+"""Decoders of pixels are given what they take; of anything else an error says what was found."""
 
 import re
 import struct

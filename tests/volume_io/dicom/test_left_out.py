@@ -1,4 +1,4 @@
-"""What is said of files and images that were left out of a volume: none of them disappears silently."""
+"""Files and images that are left out of a volume are named: none of them disappears silently."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Where a series' rules turn: each by a series just on one side and one just on the other."""
+"""Each limit of a series' rules holds: one series just on one side of it, one just on the other."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""What a Zarr store may promise, and what else is refused of one."""
+"""A Zarr store that promises more than it may is refused, and so is what else is wrong with one."""
 
 import json
 

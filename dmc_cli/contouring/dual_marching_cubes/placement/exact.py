@@ -42,7 +42,7 @@ BISECTIONS = 30
 """Halvings of a step of a segment: below the resolution of float32."""
 
 LOST = wp.constant(255)
-"""What marks, among counts of fallbacks, a vertex outside its cell: there are none, but we look."""
+"""The entry, among counts of fallbacks, of a vertex outside its cell: there are none, but we look."""
 
 
 @wp.func
