@@ -16,14 +16,14 @@ from dmc_cli.errors import SettingsError
 METHODS = {
     "dmc": "dmc_cli.contouring.dual_marching_cubes:METHOD",
 }
-"""Each method by the word that `--method` has for it: where it is declared."""
+"""Each method by its name, as `--method` takes it: where it is declared."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Bytes of arrays: so many a word of 32 nodes, one near the surface, a listed cell, a vertex and a face.
+    """Bytes of arrays per word of 32 nodes, word near the surface, listed cell, vertex and face.
 
-    Listed are cells of which a record is kept, one by one.
+    A listed cell is one of which a record is kept.
     """
 
     word: int = 0

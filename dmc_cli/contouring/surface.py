@@ -49,7 +49,7 @@ class Surface:
         mesh: Its vertices and faces.
         placement: Where the vertices lie.
         counts: What was found on the way.
-        method: The method's word.
+        method: The method's name.
         numbering: How the method numbered vertices and faces along the grid, by which it connects and colours
             them; None if it needs none for that. Whoever drops the surface drops it.
     """

@@ -1,7 +1,7 @@
 """Turn the mesh of a file into one on a device, and back: the only way between the two.
 
 Values of vertices and faces go along, whatever they are called: a number an item becomes an array of scalars,
-several an array of vectors (the pair of labels: of two int32). What stages keep for each other stays behind.
+several an array of vectors (the label pair: of two int32). What stages keep for each other stays behind.
 """
 
 from collections.abc import Mapping

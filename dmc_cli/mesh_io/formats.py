@@ -48,7 +48,7 @@ FORMATS: dict[OutputFormat, MeshFormat] = {
         title="OFF", suffix=".off", encode="off:encode_off", read="read_off:read_off", holds_normals=False
     ),
 }
-"""The formats by the words that `--output-format` has for them."""
+"""The formats by their names, as `--output-format` takes them."""
 
 
 def function(place: str) -> Callable[..., Any]:

@@ -22,7 +22,7 @@ NO_CORNER = -1
 """The fourth corner of a triangle."""
 
 LABELS = "labels"
-"""The name of the face value that holds the labels on both sides of a face, (F, 2) int32."""
+"""The name of the face value that holds the label pair, the labels on both sides of a face, (F, 2) int32."""
 
 VALUE_TYPES = tuple(np.dtype(name) for name in ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"))
 """What values may be: the types that PLY has."""
@@ -42,7 +42,7 @@ class MeshFile:
             for grid coordinates.
         vertex_values: Values of the vertices by their names, (V,) or (V, n), n at least 2, of one of
             `VALUE_TYPES`; NaN and infinity are values, too.
-        face_values: Values of the faces likewise, one row a face; the pair of labels is `LABELS`.
+        face_values: Values of the faces likewise, one row per face; the label pair is `LABELS`.
         triangle_count: Number of faces with three corners.
 
     Raises:

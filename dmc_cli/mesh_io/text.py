@@ -120,9 +120,9 @@ def _index_tokens(indices: np.ndarray[Any, np.dtype[np.int64]], repeat: int) -> 
         high = int(np.searchsorted(indices, 10**digits))
         json = orjson.dumps(indices[low:high], option=orjson.OPT_SERIALIZE_NUMPY)
         numbers = np.frombuffer(json, np.uint8, offset=1).reshape(high - low, digits + 1)[:, :digits]
-        for turn in range(repeat):
-            column = 1 + turn * (digits + 2)
-            if turn:
+        for copy in range(repeat):
+            column = 1 + copy * (digits + 2)
+            if copy:
                 tokens[low:high, column - 2 : column] = ord("/")
             tokens[low:high, column : column + digits] = numbers
         low = high

@@ -21,11 +21,11 @@ inline void store_plain_quads(wp::vec_t<48, wp::uint32> edges, wp::vec_t<16, wp:
         int front = vertex(sides[2], below), both = vertex(sides[3], below);
         int second = axis == 2 ? low : front;
         int first = axis == 0 ? both : second - 1, last = axis == 0 ? low : here - 1;
-        bool turned = (axis == 1) == (forward >> b & 1u);
+        bool is_reversed = (axis == 1) == (forward >> b & 1u);
         quad[0] = first;
-        quad[1] = turned ? last : second;
+        quad[1] = is_reversed ? last : second;
         quad[2] = here;
-        quad[3] = turned ? second : last;
+        quad[3] = is_reversed ? second : last;
     };
     POINTER(const unsigned int) cells = ITEMS(const unsigned int, ordinary) + at;
     POINTER(const int) ranks = ITEMS(const int, rank);

@@ -29,6 +29,6 @@ def store_plain_rings(
 
     `row` and `layer` are the words of a row and a layer. A cell takes a quad round an x edge if it has one:
     else its low and its high face across x are alike, and one of the low face's edges is crossed. `inside`
-    words are those of the rows, turned where quads are reversed.
+    words are those of the rows, complemented where quads are reversed.
     """
     ...

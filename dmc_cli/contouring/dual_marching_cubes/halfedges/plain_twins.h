@@ -19,7 +19,7 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         count += wp::bit_count(word[1] & (axis == 0 ? 0u : axis == 1 ? below : ~0u));
         return count + wp::bit_count(word[2] & (axis == 2 ? below : 0u));
     };
-    int b = 0, turn = 0;
+    int b = 0, reversal = 0;
     auto find = [&](int side, int axis, int parallel, int parallel_i, int across, int same, int same_i,
                     int opposite, int opposite_i) {
         unsigned int is_parallel = has(parallel, parallel_i, axis), is_same = has(same, same_i, across);
@@ -29,8 +29,8 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         i = is_parallel ? parallel_i : i;
         along = is_parallel ? axis : along;
         int other = is_parallel ? side ^ 2 : is_same ? side ^ 3 : side ^ 2;
-        int found = 4 * number(offset, i, along) + (other ^ turn);
-        twin[side ^ turn] = is_one ? found : -2;
+        int found = 4 * number(offset, i, along) + (other ^ reversal);
+        twin[side ^ reversal] = is_one ? found : -2;
     };
     const int z = layer, y = row;
     // the same inside the word, with planes of bits and first numbers looked up once for all of its quads
@@ -52,8 +52,9 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         int first = is_same ? same.first : opposite.first;
         bits = is_parallel ? parallel.bits : bits;
         first = is_parallel ? parallel.first : first;
-        int found = 4 * (first + wp::bit_count(bits & ((1u << b) - 1u))) + (side ^ 2 ^ (int)is_same ^ turn);
-        twin[side ^ turn] = is_one ? found : -2;
+        int found =
+            4 * (first + wp::bit_count(bits & ((1u << b) - 1u))) + (side ^ 2 ^ (int)is_same ^ reversal);
+        twin[side ^ reversal] = is_one ? found : -2;
     };
     if (here[0] & known) {
         Plane a0 = plane(-z, 0, 0), a1 = plane(y, 0, 0), a2 = plane(z, 0, 0), a3 = plane(-y, 0, 0);
@@ -61,7 +62,7 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         for (unsigned int left = here[0]; left; left &= left - 1, twin += 4) {
             b = wp::bit_count(~left & (left - 1));
             if (!(known >> b & 1)) continue;
-            turn = forward >> b & 1 ? 0 : 3;
+            reversal = forward >> b & 1 ? 0 : 3;
             if (b < 31) {
                 pick(0, a0, b, c0, b + 1, c0, b);
                 pick(1, a1, b, c1, b, c1, b + 1);
@@ -84,7 +85,7 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         for (unsigned int left = here[1]; left; left &= left - 1, twin += 4) {
             b = wp::bit_count(~left & (left - 1));
             if (!(known >> b & 1)) continue;
-            turn = forward >> b & 1 ? 0 : 3;
+            reversal = forward >> b & 1 ? 0 : 3;
             if (b > 0 && b < 31) {
                 pick(0, before, b - 1, xy, b - 1, x0, b - 1);
                 pick(2, after, b + 1, here_x, b, y_x, b);
@@ -105,7 +106,7 @@ inline void store_plain_twins(wp::array_t<wp::vec_t<4, wp::uint32>> words, wp::i
         for (unsigned int left = here[2]; left; left &= left - 1, twin += 4) {
             b = wp::bit_count(~left & (left - 1));
             if (!(known >> b & 1)) continue;
-            turn = forward >> b & 1 ? 0 : 3;
+            reversal = forward >> b & 1 ? 0 : 3;
             if (b > 0 && b < 31) {
                 pick(1, after, b + 1, here_x, b, z_x, b);
                 pick(3, before, b - 1, xz, b - 1, x0, b - 1);
