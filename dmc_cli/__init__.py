@@ -15,17 +15,17 @@ says in its `__init__.py` what it is for and in which order to read it:
     memory_limits  what this process may still take
     printable      texts from outside without what a terminal would obey
     volume         values on a grid and where they lie in the world
-    volume_io      volumes in files, a format a file or a folder
+    volume_io      volumes in files, one file or folder per format
     runtime        where kernels run, the threads that share a launch, memory
     bits           words of bits
     field          the grid and the function between its nodes
     mesh           connectivity, renumbering, invariants
-    contouring     from a volume to a surface mesh, a folder a method
+    contouring     from a volume to a surface mesh, one folder per method
     processing     algorithms on a mesh: patterns, relaxation, remeshing
     measures       topology, quality, deviation, of any mesh
     report         what a run found, as JSON, and what is required of it
     files          outputs that are complete or not there at all
-    mesh_io        meshes in files, a format a file
+    mesh_io        meshes in files, one file per format
     reproduction   the papers' tables, made again
     app            what a command does: convert, batch, measure
     cli            the command line, the only place that knows click

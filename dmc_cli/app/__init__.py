@@ -3,7 +3,7 @@
 read_ahead     the input is read while kernels are loaded
 memory_budget  the forecast that is held against a budget
 file_keys, overlaps  no output is an input or another output
-conversion     the table of contents: one call a stage
+conversion     the table of contents: one call per stage
 measurement    a mesh file measured
 batch          many conversions, side by side
 """

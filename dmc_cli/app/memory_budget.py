@@ -1,6 +1,6 @@
 """Forecast the memory that a conversion needs, before it is taken.
 
-A stage's arrays are counted in bytes a word of 32 nodes, a listed cell, a vertex and a face (`Cost`); what a
+A stage's arrays are counted in bytes per word of 32 nodes, listed cell, vertex and face (`Cost`); what a
 method takes it declares (`methods.py`). The forecast is that of the largest stage. It is held against the
 budget, or against what this process may still take (`memory_limits.py`), as soon as it can be known: the
 nodes before values are read, vertices and faces when the method tells them. Python, Warp and its kernels take

@@ -1,6 +1,6 @@
 """Run the command line: the only place that knows click, the terminal and the exit status.
 
-One file a command, which is imported when the command is run or its help is asked for. A command turns
+One file per command, which is imported when the command is run or its help is asked for. A command turns
 its options into settings, calls the library and prints what came back; what takes long to import is imported
 inside it. So `dmc --help` answers at once.
 

@@ -29,7 +29,7 @@ def shown_progress(*, quiet: bool, verbose: int) -> Iterator[Progress]:
 
 
 class LineProgress:
-    """One line a stage with its time, and the notes; for logs."""
+    """One line per stage with its time, and the notes; for logs."""
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -47,7 +47,7 @@ class LineProgress:
 
 
 class BarProgress:
-    """A bar for each open stage, gone when the run is over; with -v a line a stage stays."""
+    """A bar for each open stage, gone when the run is over; with -v one line per stage stays."""
 
     def __init__(self, bar: "rich.progress.Progress", verbose: int) -> None:
         self._bar = bar

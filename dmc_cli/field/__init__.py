@@ -1,7 +1,7 @@
 """Define the scalar field: a grid of stored values, and between its nodes a function, zero on the surface.
 
 grid                 numbering of nodes, cells, edges and faces; from grid to world
-planes               a bit a node or a cell, in words
+planes               one bit per node or cell, in words
 sample_reader        stored values of whatever type
 trilinear            the interpolant in a cell
 field                F: stored values less the isovalue, with sides, borders and missing data

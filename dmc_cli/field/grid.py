@@ -1,4 +1,4 @@
-"""Number the nodes, cells, edges and faces of the grid, and place one bit a node.
+"""Number the nodes, cells, edges and faces of the grid, and place one bit per node.
 
 Conventions, used by every stage:
 
@@ -64,7 +64,7 @@ class GridShape:
 
     @property
     def words(self) -> int:
-        """Return the words of bits a row."""
+        """Return the words of bits per row."""
         return -(-self.nx // 32)
 
     @property
@@ -74,7 +74,7 @@ class GridShape:
 
     @property
     def layer(self) -> int:
-        """Return the words of bits a layer of rows."""
+        """Return the words of bits per layer of rows."""
         return self.ny * self.words
 
     def struct(self) -> Any:

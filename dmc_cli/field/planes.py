@@ -1,4 +1,4 @@
-"""Store a bit a node or a cell of the grid, the words of all rows in one line.
+"""Store one bit per node or cell of the grid, the words of all rows in one line.
 
 Neighbours along y and z are at fixed distances in the line: `words` and `layer` of the grid. There is no test
 for the ends of rows and layers: a cell beyond them does not exist and is never active, so no edge beside it
@@ -26,7 +26,7 @@ BITS_A_CHUNK = 64
 
 @dataclass(frozen=True)
 class Plane:
-    """A bit a node, or a cell, seen in two ways.
+    """One bit per node, or per cell, seen in two ways.
 
     Attributes:
         rows: uint32 [row, word].

@@ -4,7 +4,7 @@ Everything that follows from a halfedge's number is written out, so that a reade
 4f + c of `halfedges` is the halfedge at corner c of face f, with its origin, face, next and twin. Faces have
 four rows, triangles as well: the fourth corner of a triangle in `quads` is -1, and so are origin, next and
 twin in row 4f + 3, which is no halfedge; the next of row 4f + 2 is 4f then. The text has a line
-`name rows columns type` before each table, then a line a row. Entries of the zip archive carry no time, so
+`name rows columns type` before each table, then a line per row. Entries of the zip archive carry no time, so
 that the same mesh gives the same bytes.
 """
 

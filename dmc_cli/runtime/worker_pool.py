@@ -319,7 +319,7 @@ _pool: WorkerPool | None = None
 
 def worker_pool() -> WorkerPool:
     """Return the process's pool."""
-    global _pool  # noqa: PLW0603 - one a process
+    global _pool  # noqa: PLW0603 - one per process
     if _pool is None:
         with _making:
             if _pool is None:

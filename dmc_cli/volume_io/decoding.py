@@ -165,7 +165,7 @@ def _text_chunks(file: BinaryIO, dtype: np.dtype[Any]) -> Iterator[bytes]:
 
 
 def _hex_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
-    """Parse hexadecimal digits, two a byte, with white space anywhere."""
+    """Parse hexadecimal digits, two per byte, with white space anywhere."""
     rest = b""
     while piece := file.read(CHUNK):
         digits = rest + b"".join(piece.split())

@@ -28,7 +28,7 @@ from dmc_cli.volume_io.values import load_volume
 from dmc_cli.volume_io.zarr import is_zarr
 
 LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "text": 40, "hex": 4}
-"""Stored bytes a byte of a value, at most, in any sensible file."""
+"""Stored bytes per byte of a value, at most, in any sensible file."""
 
 STREAM_SLACK = 1 << 20
 """Bytes behind the values that are read, too."""

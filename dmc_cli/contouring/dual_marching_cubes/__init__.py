@@ -9,7 +9,7 @@ special_cells     the cells with more than one polygon, or at a border
 polygon_vertices  from polygons to vertices
 manifold_repair   face flips that make the mesh manifold
 polygons          decide, trace, number, flip: the special cells' stage
-placement/        one vertex a polygon, on the surface or as the papers have it
+placement/        one vertex per polygon, on the surface or as the papers have it
 vertices          vertices of all cells
 plain_quads       quads where all cells are ordinary
 quads             one quad a crossed edge

@@ -9,7 +9,7 @@ TRACING = Cost(cell=13)
 """Counts and flags while special cells are traced."""
 
 RANKS = Cost(near=16)
-"""The quads' ranks: three bits a node and a number a word."""
+"""The quads' ranks: three bits per node and a number per word."""
 
 METHOD = Method(
     title="dual marching cubes",

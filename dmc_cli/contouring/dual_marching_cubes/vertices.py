@@ -1,4 +1,4 @@
-"""Place the vertices of all cells: one a MC polygon, by default exactly on the trilinear isosurface.
+"""Place the vertices of all cells: one per MC polygon, by default exactly on the trilinear isosurface.
 
 A vertex is its cell and its local coordinates in it; the world's millimetres follow from both by the affine
 in double precision and are rounded to float32 once. Vertices of ordinary cells come first, in grid order
@@ -35,7 +35,7 @@ class Vertices:
         position: float32 vec3, millimetres in the output space.
         cell: int64, linear number of the cell's lowest node in the grid, x fastest.
         local: float32 vec3 in [0, 1].
-        fallbacks: uint8, one a vertex or, if exact on CPU, a block of them; its sum counts, if exact, the
+        fallbacks: uint8, one per vertex or, if exact on CPU, a block of them; its sum counts, if exact, the
             vertices that no axis or lattice line could place in their polygon's box; else those left at the
             mean of their polygon's crossings because the method failed. `LOST` where one is not in its cell.
     """

@@ -13,7 +13,7 @@ FREE_PIECES = 200_000
 """Pieces of headers that any input may have, one to three seconds' worth."""
 
 BYTES_A_PIECE = 4
-"""Beyond them, stored bytes a piece: a packed element takes more."""
+"""Beyond them, stored bytes per piece: a packed element takes more."""
 
 MOST_PIECES = 4_000_000
 """Most pieces of one file: an enhanced image of 20 000 frames has fewer."""
