@@ -45,7 +45,7 @@ SILENT = SilentProgress()
 
 
 class Stopwatch:
-    """Times the stages of a run and tells their names to whoever listens."""
+    """Times the stages of a run and reports their names to whoever listens."""
 
     def __init__(self, progress: Progress) -> None:
         self.milliseconds: dict[str, float] = {}

@@ -104,7 +104,7 @@ def convert_all(
     progress: Progress = SILENT,
     whole: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> None:
-    """Convert each item and tell how it ended, in the order of the items.
+    """Convert each item and report how it ended, in the order of the items.
 
     When an exception stops the run, as a signal does, the outcomes of the items that are done are told first.
 

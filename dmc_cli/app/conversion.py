@@ -60,7 +60,7 @@ from dmc_cli.volume import Volume, intact, output_affine
 
 @dataclass
 class Stages:
-    """The mesh on its way through the stages, and what they tell.
+    """The mesh on its way through the stages, and what they report.
 
     Nothing else holds the mesh, so that a stage that replaces its arrays has their memory back.
     """
@@ -343,7 +343,7 @@ def _finish(
     report: dict[str, Any],
     watch: Stopwatch,
 ) -> None:
-    """Check what is required, then write the mesh and the report, which tells what is not met."""
+    """Check what is required, then write the mesh and the report, which names what is not met."""
     output = settings.output
     try:
         check_requirements(report, output.require)

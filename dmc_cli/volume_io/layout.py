@@ -136,7 +136,7 @@ def check_file(path: Path, name: str) -> int:
 
 
 def check_lengths(name: str, spacing: Triple) -> None:
-    """Raise DamagedVolumeError unless three distances that a file tells are positive and finite."""
+    """Raise DamagedVolumeError unless three distances that a file gives are positive and finite."""
     if not all(math.isfinite(length) and length > 0 for length in spacing):
         raise DamagedVolumeError(
             f"{name}: distances of {' x '.join(f'{length:g}' for length in spacing)} mm between the nodes "

@@ -1,4 +1,4 @@
-"""Read raw files: nothing but values, x fastest; the user tells shape, type and spacing.
+"""Read raw files: nothing but values, x fastest; the user gives shape, type and spacing.
 
 The size of the file must be what shape, type and skipped bytes give: a wrong shape would still make
 a mesh, of nonsense.

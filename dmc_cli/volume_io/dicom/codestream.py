@@ -19,7 +19,7 @@ _LONGEST_BOXES = 1 << 16
 
 
 def image_size(stream: bytes) -> tuple[int, int, int] | None:
-    """Return the columns, rows and components of a compressed image; None where it does not tell."""
+    """Return the columns, rows and components of a compressed image; None where it does not say."""
     try:
         if stream[:2] == JPEG_START:
             return _jpeg_size(stream)

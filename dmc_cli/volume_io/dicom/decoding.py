@@ -24,7 +24,7 @@ from dmc_cli.volume_io.dicom.frames import Frame, Pixels
 _Array = np.ndarray[Any, np.dtype[Any]]
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
-"""Syntaxes without a codestream that tells a size of its own: uncompressed ones, and RLE."""
+"""Syntaxes without a codestream that states a size of its own: uncompressed ones, and RLE."""
 
 PLUGINS = {
     "1.2.840.10008.1.2.4.50": "python-gdcm",

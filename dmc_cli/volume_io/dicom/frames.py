@@ -111,7 +111,7 @@ class Frame:
 
 
 class NoSlice(Exception):  # noqa: N818 -- not an error: most folders hold files that are no slices
-    """A DICOM file that is no slice of a volume; the text tells why."""
+    """A DICOM file that is no slice of a volume; the text says why."""
 
 
 def read_frames(header: Header) -> list[Frame]:

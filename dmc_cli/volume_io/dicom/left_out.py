@@ -1,7 +1,7 @@
 """Name the files and entries of a DICOM input that no volume was made of."""
 
 MOST_NAMED = 3
-"""How many names a message lists; of the others it tells the number."""
+"""How many names a message lists; of the others it gives the number."""
 
 
 def left_out(names: list[str], one: str, many: str) -> list[str]:

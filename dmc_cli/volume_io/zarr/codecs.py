@@ -25,7 +25,7 @@ STREAMS = ("zlib", "gzip", "bz2", "lzma")
 """Packers that Python and isal undo."""
 
 UNPACKED_WHOLE = ("blosc", "zstd", "lz4")
-"""Packers of numcodecs, whose chunks tell how much they unpack to."""
+"""Packers of numcodecs, whose chunks say how much they unpack to."""
 
 FILTERS = (
     *("shuffle", "delta", "fixedscaleoffset", "quantize", "packbits", "astype", "bitround"),
@@ -142,7 +142,7 @@ def _flat(content: Buffer) -> np.ndarray[Any, np.dtype[Any]]:
 
 
 def _unpack_whole(codec: str, decode: Callable[[Any], Any], content: Buffer, most: int) -> Buffer:
-    """Unpack what tells its size, unless that is too large."""
+    """Unpack what states its size, unless that is too large."""
     flat = memoryview(content).cast("B")
     if told_size(codec, flat) > most:
         raise ValueError(f"{told_size(codec, flat)} bytes promised by {codec}, {most} expected at most")
