@@ -73,8 +73,7 @@ def test_the_default_and_its_defaults():
 def test_other_methods_are_refused_with_the_list(run, tmp_path):
     result = run("convert", "synth:torus:8", tmp_path / "a.ply", "-i", 0, "--method", "cubes")
     assert result.exit_code == 2
-    assert "'cubes'" in result.stderr
-    assert all(f"'{name}'" in result.stderr for name in METHODS)
+    assert f"method is 'cubes'; expected one of {', '.join(METHODS)}\n" in result.stderr
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(SettingsError, match=f"method is 'cubes'; expected one of {', '.join(METHODS)}"):
         SurfaceSettings(isovalue=0.0, method="cubes")
@@ -174,7 +173,7 @@ def test_the_command_line_knows_a_method_by_its_line(tmp_path):
     shown = " ".join(run_with_toys("convert", "--help").stdout.split())
     assert "dmc (dual marching cubes), toy (toy surface nets), cut (toy triangles)." in shown
     assert "[exact|sampled|iterative|centroid|middle|low]" in shown
-    assert "Of dmc: exact, sampled, iterative, centroid. Of toy: middle, low. [default: (exact)]" in shown
+    assert "Of dmc: exact, sampled, iterative, centroid. Of toy: middle, low. [default: exact]" in shown
     words = ["convert", "synth:sphere:12", tmp_path / "a.obj", "-i", 0, "--method", "cut"]
     refused = run_with_toys(*words, "--border", "open")
     assert refused.returncode == 2

@@ -41,10 +41,11 @@ from dmc_cli.version import VERSION
 @click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(VERSION, prog_name="dmc")
 def dmc() -> None:
-    """From a scan to a quad mesh in one command.
+    """From a scan to a mesh in one command.
 
-    Reads a CT or MR volume (DICOM, NIfTI, NRRD, MetaImage, raw) or a synthetic field and writes its
-    isosurface as quadrilaterals only, by dual marching cubes on CPU or CUDA.
+    Reads a volume, from files of scanners, microscopes or simulations or from a synthetic field, and writes
+    its isosurface as a mesh, on CPU or CUDA. `dmc convert --help` lists the formats and the methods of
+    contouring.
 
     \b
     Examples:
@@ -54,13 +55,13 @@ def dmc() -> None:
 
 
 _COMMANDS = {
-    "convert": "Turn a volume into a quad mesh.",
-    "info": "Tell what a volume is.",
+    "convert": "Turn a volume into a mesh.",
+    "info": "Describe a volume.",
     "synth": "Write a synthetic volume.",
     "measure": "Measure a mesh file.",
     "reproduce": "Make the papers' tables again.",
     "batch": "Convert many inputs in one run.",
-    "doctor": "Tell versions, devices, codecs and the kernel cache.",
+    "doctor": "Report versions, devices, codecs and the kernel cache.",
     "completion": "Print a shell's completion script.",
 }
 """The commands in the order of the documents, and what `dmc --help` says of each."""

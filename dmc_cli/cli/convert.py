@@ -1,4 +1,4 @@
-"""Convert a volume to a quad mesh: `dmc convert`."""
+"""Convert a volume to a mesh: `dmc convert`."""
 
 from typing import Any
 
@@ -23,10 +23,11 @@ from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, Read
 @options.run_options
 @options.verbosity_options
 def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
-    """Turn the volume INPUT into the quad mesh OUTPUT.
+    """Turn the volume INPUT into the mesh OUTPUT.
 
-    INPUT is a file, a folder with DICOM, synth:FIELD:N (for example synth:iwp:128), or - for
-    standard input. OUTPUT is a mesh file, whose suffix tells the format, or - for standard output.
+    INPUT is a file, a folder (DICOM or TIFF slices, a Zarr store), synth:FIELD:N (for example
+    synth:iwp:128), or - for standard input. OUTPUT is a mesh file, whose suffix tells the format, or - for
+    standard output.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""Tell what this installation can do: `dmc doctor`."""
+"""Report what this installation can do: `dmc doctor`."""
 
 import click
 
@@ -15,7 +15,7 @@ from dmc_cli.printable import json_text
 @options.json_option
 @options.verbosity_options
 def doctor(warm_up: bool, as_json: bool, quiet: bool, verbose: int) -> None:
-    """Tell versions, devices, codecs and the kernel cache; with --warm-up compile all kernels.
+    """Report versions, devices, codecs and the kernel cache; with --warm-up compile all kernels.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""Tell what a volume is: `dmc info`."""
+"""Describe a volume: `dmc info`."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ from dmc_cli.settings import ReadSettings
 @options.json_option
 @options.verbosity_options
 def info(input: str, as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
-    """Tell what the volume INPUT is: size, type, spacing, space, value range, series found.
+    """Describe the volume INPUT: size, type, spacing, space, value range, series found.
 
     \b
     Examples:

@@ -71,7 +71,7 @@ def method_option(name: str, help: str) -> Decorator:
 def _method_help() -> str:
     """Return the help text of `--method`: each method and its title."""
     known = ", ".join(f"{name} ({method_named(name).title})" for name in METHODS)
-    return f"How the surface is made: {known}."
+    return f"Contouring method: {known}."
 
 
 def default_of(owner: type, name: str) -> Any:
@@ -155,6 +155,20 @@ read_options = stack(
         is_flag=True,
         help="Read files outside the input's folder, too, that a header names or a link leads to.",
     ),
+    setting(
+        ReadSettings,
+        "spacing",
+        section="Input",
+        type=Triple(float),
+        help="Distance of the nodes in mm, for any file that tells none; 1 without it.",
+    ),
+    setting(
+        ReadSettings,
+        "origin",
+        section="Input",
+        type=Triple(float),
+        help="Centre of the first node in mm, for any file that tells none; 0 without it.",
+    ),
     setting(ReadSettings, "shape", section="Raw input", type=Triple(int), help="Number of nodes."),
     setting(
         ReadSettings,
@@ -173,25 +187,17 @@ read_options = stack(
         metavar="N",
         help="Bytes before the values.",
     ),
-    setting(
-        ReadSettings,
-        "spacing",
-        section="Raw input",
-        type=Triple(float),
-        help="Distance of the nodes in mm, for any file that tells none; 1 without it.",
-    ),
-    setting(
-        ReadSettings,
-        "origin",
-        section="Raw input",
-        type=Triple(float),
-        help="Centre of the first node in mm, for any file that tells none; 0 without it.",
-    ),
 )
 
 noise_options = stack(
     setting(ReadSettings, "seed", section="Noise", type=int, help="Seed of the field `noise`."),
-    setting(ReadSettings, "sigma", section="Noise", type=float, help="Its smoothing: a Gaussian, in nodes."),
+    setting(
+        ReadSettings,
+        "sigma",
+        section="Noise",
+        type=float,
+        help="Smoothing of the field `noise`: standard deviation of a Gaussian, in nodes.",
+    ),
 )
 
 _ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
@@ -220,12 +226,17 @@ batch_isovalue_option = setting(
 )
 shape_of_surface_options = stack(
     setting(
+        SurfaceSettings,
+        "method",
+        section="Surface",
+        metavar=f"[{'|'.join(METHODS)}]",
+        shell_complete=complete_values(*METHODS),
+        help=_method_help(),
+    ),
+    setting(
         SurfaceSettings, "inside", section="Surface", help="The side of the isovalue that is the object."
     ),
     method_option("topology", "A 2-manifold always, or the asymptotic decider's own answer."),
-    setting(
-        SurfaceSettings, "method", section="Surface", type=click.Choice(tuple(METHODS)), help=_method_help()
-    ),
     method_option("placement", "Where the vertices lie."),
     method_option("border", "Leave the mesh open at the volume's border, or close it."),
     setting(
@@ -265,7 +276,7 @@ mesh_options = stack(
         section="Mesh",
         type=int,
         metavar="ROUNDS",
-        help="Reduce irregular vertices further, by rotating edges, merging and opening quads; 20 rounds do"
+        help="Reduce irregular vertices in ROUNDS rounds of edge rotations, quad collapses and splits; 20 do"
         " most of it. Implies --simplify all.",
     ),
     setting(
@@ -378,6 +389,6 @@ verbosity_options = stack(
         count=True,
         show_default=False,
         callback=_remember,
-        help="Tell more; twice: where errors come from.",
+        help="Print more; -vv adds tracebacks.",
     ),
 )

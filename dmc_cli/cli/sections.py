@@ -24,6 +24,14 @@ class SectionedOption(click.Option):
         self.section = section
         self.again = None if self.multiple or self.count or self.is_flag else again
 
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return names and help text; a default that is shown though it is none looks like any other."""
+        record = super().get_help_record(ctx)
+        if record is None or not isinstance(self.show_default, str):
+            return record
+        names, text = record
+        return names, text.replace(f"[default: ({self.show_default})]", f"[default: {self.show_default}]")
+
 
 class SectionedCommand(click.Command):
     """A command whose help lists its options section by section, in the order of declaration."""

@@ -86,7 +86,7 @@ def test_every_parameter_completes_what_it_takes(name, parameter):
         assert found == [("plain", choice) for choice in parameter.type.choices]
     else:  # a number, a list of words, a name that no disk knows: never a file
         assert all(kind == "plain" for kind, _ in found)
-        assert bool(found) == (parameter.name in ("require", "table", "dtype", "device"))
+        assert bool(found) == (parameter.name in ("require", "table", "dtype", "device", "method"))
 
 
 def parameter_of(name, option):

@@ -48,10 +48,11 @@ def test_every_setting_has_its_option(command, owner, field):
         return
     default = None if field.default is MISSING else field.default
     assert option.default == default or (default is None and option.get_default(click.Context(dmc)) is None)
+    if field.name == "method":  # the settings refuse others
+        assert option.metavar == f"[{'|'.join(METHODS)}]"
     if isinstance(option.type, click.Choice):
-        if field.name in ("method", "placement"):  # what the methods have
-            known = METHODS if field.name == "method" else option_values(field.name)
-            assert tuple(option.type.choices) == tuple(known)
+        if field.name == "placement":  # what the methods have
+            assert tuple(option.type.choices) == option_values(field.name)
             return
         hint = get_type_hints(owner)[field.name]
         choices = (

@@ -15,6 +15,7 @@ CONVERT = ["convert", "synth:sphere:8", "out.ply", "-i", "0"]
         ([*CONVERT, "--memory", "lots"], "'lots' is no size; expected a number of bytes, as in 4G"),
         ([*CONVERT, "--require", "closed,pretty"], "'pretty' is not one of manifold, closed"),
         ([*CONVERT, "--topology", "weird"], "'weird' is not one of 'manifold', 'asymptotic'"),
+        ([*CONVERT, "--method", "zz"], "method is 'zz'; expected one of dmc"),
         ([*CONVERT, "--device", "tpu"], "device is 'tpu'; expected auto, cpu, cuda or cuda:N"),
         ([*CONVERT, "--threads", "0"], "threads is 0; expected 1 or more"),
         ([*CONVERT, "--threads", "9" * 30], "threads is beyond 4096; expected as many as there are"),

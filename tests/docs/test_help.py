@@ -52,11 +52,18 @@ def test_the_examples_run(command, tmp_path):
         output_of(example, tmp_path)
 
 
+@pytest.mark.parametrize("default", ["manifold", "exact", "open", "outward"])
+def test_defaults_of_the_method_look_like_any_other(run, default):
+    assert f"[default: {default}]" in " ".join(run("convert", "--help").stdout.split())
+
+
 def test_options_stand_under_their_headings_and_general_ones_last(run):
     text = run("convert", "--help").stdout
     headings = re.findall(r"^([A-Z][\w ]*):$", text, re.MULTILINE)
     assert headings[-8:] == ["Surface", "Mesh", "Input", "Raw input", "Noise", "Output", "Run", "General"]
     for before, option, after in (("Surface:", "-i, --isovalue", "Mesh:"), ("Run:", "--memory", "General:")):
         assert text.index(before) < text.index(option) < text.index(after)
-    assert re.search(r"-v, --verbose +Tell more; twice: where errors come\s+from\.\n", text)
+    assert re.search(r"-v, --verbose +Print more; -vv adds tracebacks\.\n", text)
+    assert text.index("--isovalue") < text.index("--method") < text.index("--topology")
+    assert text.index("Input:") < text.index("--spacing") < text.index("Raw input:")
     assert text.index("General:") < text.index("-q, --quiet") < text.index("-h, --help")
