@@ -1,4 +1,4 @@
-"""List the formats of meshes: a file each for writing and reading, and a line here.
+"""List the formats of meshes: a file or a folder each, which writes and reads it, and a line here.
 
 Help texts, messages and the README's table are made from this list.
 """
@@ -39,13 +39,13 @@ FORMATS: dict[OutputFormat, MeshFormat] = {
         title="PLY",
         suffix=".ply",
         encode="ply:encode_ply",
-        read="read_ply:read_ply",
+        read="ply:read_ply",
         holds_values=True,
         is_binary=True,
     ),
-    "obj": MeshFormat(title="OBJ", suffix=".obj", encode="obj:encode_obj", read="read_obj:read_obj"),
+    "obj": MeshFormat(title="OBJ", suffix=".obj", encode="obj:encode_obj", read="obj:read_obj"),
     "off": MeshFormat(
-        title="OFF", suffix=".off", encode="off:encode_off", read="read_off:read_off", holds_normals=False
+        title="OFF", suffix=".off", encode="off:encode_off", read="off:read_off", holds_normals=False
     ),
 }
 """The formats by their names, as `--output-format` takes them."""

@@ -1,11 +1,26 @@
-"""Write OBJ, the Wavefront object format: text, indices from 1, a normal of the same index as its vertex."""
+"""Write and read OBJ, the Wavefront object format: lines `v x y z`, `vn x y z` and `f a b c d`.
 
+Indices count from 1, a negative one back from the last vertex so far; a normal that is written has the index
+of its vertex.
+"""
+
+import re
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
+from dmc_cli.mesh_io.parsed import find_space, make_mesh
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+CHUNK = 1 << 24
+"""Characters of face lines that are cleaned at a time: the work takes sixteen times as much memory."""
 
 
 def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
@@ -20,3 +35,74 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
             yield float_lines(rows, b"vn ")
     for faces in chunks_of(mesh.faces):
         yield face_lines(faces, b"f", first=1, repeat=1 if mesh.normals is None else 2)
+
+
+def read_obj(path: Path) -> MeshFile:
+    """Read the points and faces of an OBJ file; normals, textures, groups and lines are passed over.
+
+    Raises:
+        MeshFileError: The text is not what the format has.
+        UnsupportedFormatError: A face has more than four corners.
+    """
+    data = path.read_bytes()
+    if b"\\" in data:
+        data = re.sub(rb"\\\r?\n", b" ", data)
+    text, starts = _split_lines(data)
+    if np.isin(text[starts], (SPACE, TAB)).any():
+        text, starts = _split_lines(re.sub(rb"(?m)^[ \t]+", b"", data))
+    ends = np.append(starts[1:], len(text))
+    is_vertex = _starts_with(text, starts, b"v")
+    is_face = _starts_with(text, starts, b"f")
+
+    vertices = parse_lines(str(path), _lines(text, starts, ends, is_vertex))
+    if (vertices.counts < 3).any() or len(vertices.counts) != is_vertex.sum():
+        raise MeshFileError(f"{path}: a vertex with fewer than 3 coordinates was found; expected x y z")
+    points = vertices.values[vertices.starts[:, None] + np.arange(3)]
+
+    faces = parse_lines(str(path), _without_references(_lines(text, starts, ends, is_face)))
+    corners = whole_numbers(str(path), faces.values) - 1
+    if (corners < 0).any():
+        seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
+        corners = np.where(corners < -1, corners + 1 + seen, corners)
+    return make_mesh(str(path), points, faces.counts, corners, find_space(data[:1024]))
+
+
+def _split_lines(data: bytes) -> tuple[Array, Array]:
+    """Return the characters, uint8, and where each line starts; the last character is a newline."""
+    text = np.frombuffer(data + b"\n", dtype=np.uint8)
+    return text, np.concatenate([[0], np.flatnonzero(text[:-1] == NEWLINE) + 1])
+
+
+def _starts_with(text: Array, starts: Array, letter: bytes) -> Array:
+    """Return which lines start with the word `letter`."""
+    second = np.minimum(starts + 1, len(text) - 1)
+    found: Array = (text[starts] == letter[0]) & (text[second] <= SPACE)
+    return found
+
+
+def _lines(text: Array, starts: Array, ends: Array, wanted: Array) -> Array:
+    """Return the wanted lines without their first word, which is one letter."""
+    kept = text.copy()
+    kept[starts[wanted]] = SPACE
+    chosen: Array = kept[np.repeat(wanted, ends - starts)]
+    return chosen
+
+
+def _without_references(text: Array) -> Array:
+    """Return face lines with `/texture/normal` behind each vertex blanked out."""
+    slash = ord("/")
+    if not (text == slash).any():
+        return text
+    text = text.copy()
+    start = 0
+    while start < len(text):
+        end = min(start + CHUNK, len(text))
+        while end < len(text) and text[end - 1] > SPACE:
+            end += 1
+        part = text[start:end]
+        index = np.arange(1, len(part) + 1, dtype=np.int32)
+        last_slash = np.maximum.accumulate(np.where(part == slash, index, 0))
+        last_space = np.maximum.accumulate(np.where(part <= SPACE, index, 0))
+        part[last_slash > last_space] = SPACE
+        start = end
+    return text

@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io import numbers, read_obj as obj
+from dmc_cli.mesh_io import numbers, obj
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.obj import encode_obj
 from dmc_cli.mesh_io.off import encode_off

@@ -13,9 +13,9 @@ from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import Float32Array, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import parse_numbers
 from dmc_cli.mesh_io.parsed import find_space, make_mesh
-from dmc_cli.mesh_io.ply_header import Element, parse_header
-from dmc_cli.mesh_io.ply_items import Body, Items, read_items
-from dmc_cli.mesh_io.ply_properties import NORMAL, POINT, as_values
+from dmc_cli.mesh_io.ply.header import Element, parse_header
+from dmc_cli.mesh_io.ply.items import Body, Items, read_items
+from dmc_cli.mesh_io.ply.properties import NORMAL, POINT, as_values
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dmc_cli.errors import CallError
-from dmc_cli.mesh_io import ply_items
 from dmc_cli.mesh_io.mesh_file import LABELS, MeshFile
+from dmc_cli.mesh_io.ply import items
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 from tests.mesh_io.mixed import mixed_meshes
@@ -159,7 +159,7 @@ def test_blocks_of_mixed_faces_do_not_show(tmp_path, grid, monkeypatch, block, a
     faces[:1500][draws.random(1500) < 0.5, 3] = -1
     faces[2500::2, 3] = -1
     values = {LABELS: draws.integers(-9, 9, (3000, 2)).astype("i4"), "area": draws.random(3000)}
-    monkeypatch.setattr(ply_items, "BLOCK", block)
+    monkeypatch.setattr(items, "BLOCK", block)
     found = again(tmp_path, replace(grid, faces=faces, face_values=values), ascii=ascii)
     np.testing.assert_array_equal(found.faces, faces)
     check_same(found.face_values, values)
@@ -169,7 +169,7 @@ def test_alternating_faces_are_read_in_few_steps(tmp_path, grid, monkeypatch):
     faces = grid.faces.copy()
     faces[::2, 3] = -1
     steps = itertools.count()
-    longest_run = ply_items._longest_run
-    monkeypatch.setattr(ply_items, "_longest_run", lambda *words: (next(steps), longest_run(*words))[1])
+    longest_run = items._longest_run
+    monkeypatch.setattr(items, "_longest_run", lambda *words: (next(steps), longest_run(*words))[1])
     np.testing.assert_array_equal(again(tmp_path, replace(grid, faces=faces)).faces, faces)
     assert next(steps) < len(faces) / 1000

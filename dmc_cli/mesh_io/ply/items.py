@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from dmc_cli.errors import MeshFileError
-from dmc_cli.mesh_io.ply_header import LENGTH, Element
+from dmc_cli.mesh_io.ply.header import LENGTH, Element
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.ply_properties import TYPES
+from dmc_cli.mesh_io.ply.properties import TYPES
 
 ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 """NumPy's letters for the byte orders; text has none."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from dmc_cli.errors import CallError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.ply_properties import CORNERS, NORMAL, POINT, property_names, type_name
+from dmc_cli.mesh_io.ply.properties import CORNERS, NORMAL, POINT, property_names, type_name
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, join_lines, number_lines
 
 Array = np.ndarray[Any, np.dtype[Any]]
