@@ -6,6 +6,8 @@ says in its `__init__.py` what it is for and in which order to read it:
     settings       every choice there is, with its default
     setting_types  what a setting may be, as its annotation says
     methods        the methods of contouring, and what each takes
+    volume_formats  the formats of volumes, what each looks like and takes
+    mesh_formats   the formats of meshes, and what each holds
     errors         every error that is raised on purpose
     progress       who is told how far a run is
     stop           how work in threads is asked to stop
@@ -25,7 +27,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     measures       topology, quality, deviation, of any mesh
     report         what a run found, as JSON, and what is required of it
     files          outputs that are complete or not there at all
-    mesh_io        meshes in files, one file per format
+    mesh_io        meshes in files, one file or folder per format
     reproduction   the papers' tables, made again
     app            what a command does: convert, batch, measure
     cli            the command line, the only place that knows click

@@ -6,18 +6,15 @@ Python API takes them as they are. Settings are immutable and hold plain values 
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
+from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.methods import method_named, methods_that, settled_option
 from dmc_cli.setting_types import is_whole, settle_types
 
-InputFormat = Literal[
-    "raw", "nifti", "nrrd", "meta", "dicom", "analyze", "numpy", "tiff", "zarr",
-    "mgh", "afni", "parrec", "minc",
-]  # fmt: skip
-OutputFormat = Literal["ply", "obj", "off"]
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]
 Duplicates = Literal["refuse", "first"]
@@ -51,6 +48,12 @@ def check_path(name: str, path: str | None) -> None:
     """Raise SettingsError for a path that no system can have."""
     if path is not None and "\0" in path:
         raise SettingsError(f"{name} is {path!r}; expected a path without the character NUL")
+
+
+def check_format(name: str, given: str | None, known: Iterable[str]) -> None:
+    """Raise SettingsError for a format that is none of those that are known."""
+    if given is not None and given not in known:
+        raise SettingsError(f"{name} is {given!r:.80}; expected one of {', '.join(known)}")
 
 
 def check_run(device: str, threads: int | None) -> None:
@@ -88,7 +91,7 @@ class ReadSettings:
     `seed` and `sigma` belong to the synthetic noise.
     """
 
-    input_format: InputFormat | None = None
+    input_format: str | None = None
     shape: tuple[int, int, int] | None = None
     dtype: str | None = None
     byte_order: ByteOrder = "little"
@@ -107,6 +110,7 @@ class ReadSettings:
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
         settle_types(self)
+        check_format("input_format", self.input_format, volume_formats.FORMATS)
         if self.shape is not None and any(n < 1 for n in self.shape):
             raise SettingsError(f"shape is {self.shape}; expected three positive numbers of nodes")
         if self.spacing is not None and not all(math.isfinite(s) and s > 0 for s in self.spacing):
@@ -233,7 +237,7 @@ class OutputSettings:
     """
 
     path: str
-    output_format: OutputFormat | None = None
+    output_format: str | None = None
     normals: bool = True
     space: OutputSpace = "native"
     ascii: bool = False
@@ -249,6 +253,7 @@ class OutputSettings:
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
         settle_types(self)
+        check_format("output_format", self.output_format, mesh_formats.FORMATS)
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}

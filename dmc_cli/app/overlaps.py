@@ -15,9 +15,8 @@ from typing import NamedTuple
 from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
+from dmc_cli.volume_formats import FORMATS
 from dmc_cli.volume_io import (
-    CONTENTS,
-    FORMATS,
     Bounds,
     Walk,
     exists,
@@ -116,7 +115,7 @@ def _holds_values(file: str) -> bool:
     except OSError:
         return True
     is_zip = start.startswith(b"PK") and start[128:] != b"DICM"
-    return not is_zip and any(test(start) for name, test in CONTENTS if name in ("dicom", "tiff"))
+    return not is_zip and any(FORMATS[name].can_begin(start) for name in ("dicom", "tiff"))
 
 
 def _refuse_read(keys: set[object], owners: dict[object, Output], path: str) -> None:

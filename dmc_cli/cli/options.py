@@ -10,10 +10,10 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import click
 
+from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.cli.group import VERBOSE
 from dmc_cli.cli.parameters import ChoiceList, Size, Triple, complete_files, complete_values
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.mesh_io import known_suffixes as mesh_suffixes
 from dmc_cli.methods import METHODS, method_named, option_values
 from dmc_cli.settings import (
     ConvertSettings,
@@ -23,7 +23,6 @@ from dmc_cli.settings import (
     Requirement,
     SurfaceSettings,
 )
-from dmc_cli.volume_io import known_suffixes as volume_suffixes
 
 Decorator = Callable[[Any], Any]
 Settings = TypeVar("Settings")
@@ -124,7 +123,9 @@ read_options = stack(
         ReadSettings,
         "input_format",
         section="Input",
-        help=f"The format, where neither the suffix ({', '.join(volume_suffixes())}) nor the content tells.",
+        type=click.Choice(tuple(volume_formats.FORMATS)),
+        help=f"The format, where neither the suffix ({', '.join(volume_formats.known_suffixes())}) nor the"
+        " content tells.",
     ),
     setting(
         ReadSettings,
@@ -294,7 +295,8 @@ output_options = stack(
         OutputSettings,
         "output_format",
         section="Output",
-        help=f"The format, where the suffix ({', '.join(mesh_suffixes())}) does not tell.",
+        type=click.Choice(tuple(mesh_formats.FORMATS)),
+        help=f"The format, where the suffix ({', '.join(mesh_formats.known_suffixes())}) does not tell.",
     ),
     setting(
         OutputSettings,

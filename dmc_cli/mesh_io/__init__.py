@@ -1,7 +1,6 @@
 """Read and write meshes in files, a format a file or a folder; NumPy only, never Warp.
 
 mesh_file      a mesh as readers return it and writers take it
-formats        the formats that there are, and where their functions are
 text           numbers as text, fast
 numbers        numbers out of text
 parsed         what was read, checked

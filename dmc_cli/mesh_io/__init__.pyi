@@ -1,6 +1,5 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .formats import known_suffixes as known_suffixes
 from .halfedge_dump import (
     HalfedgeDump as HalfedgeDump,
     check_dump_name as check_dump_name,

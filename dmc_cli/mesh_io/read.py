@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.formats import FORMATS, function, known_suffixes
+from dmc_cli.mesh_formats import FORMATS, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.volume_io import exists

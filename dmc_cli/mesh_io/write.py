@@ -6,9 +6,9 @@ from pathlib import PurePath
 
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.files import write_output
-from dmc_cli.mesh_io.formats import FORMATS, MeshFormat, function, known_suffixes
+from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.settings import STREAM, OutputFormat
+from dmc_cli.settings import STREAM
 
 
 @dataclass(frozen=True)
@@ -16,12 +16,12 @@ class WrittenFile:
     """What was written: the format, the number of bytes, and sentences on what was left out."""
 
     path: str
-    format: OutputFormat
+    format: str
     size: int
     warnings: tuple[str, ...] = ()
 
 
-def choose_format(path: str, output_format: OutputFormat | None = None) -> OutputFormat:
+def choose_format(path: str, output_format: str | None = None) -> str:
     """Return the format asked for, else the one that the suffix tells.
 
     Raises:
@@ -47,7 +47,7 @@ def write_mesh(
     path: str,
     mesh: MeshFile,
     *,
-    output_format: OutputFormat | None = None,
+    output_format: str | None = None,
     ascii: bool = False,
     force: bool = False,
 ) -> WrittenFile:

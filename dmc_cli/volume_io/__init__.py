@@ -3,7 +3,6 @@
 read             a volume from a path, whatever its format
 stream           standard input, as a file
 content          a format told by the first bytes
-formats          the formats that there are, and where their readers are
 unused_options   options that a format has no use for
 within           which files belong to an input
 pair, data_files  a header's data files

@@ -1,7 +1,5 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .content import CONTENTS as CONTENTS
-from .formats import FORMATS as FORMATS, known_suffixes as known_suffixes
 from .layout import exists as exists
 from .pair import pair_files as pair_files
 from .raw import RAW_TYPES as RAW_TYPES

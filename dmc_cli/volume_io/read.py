@@ -16,8 +16,8 @@ from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
-from dmc_cli.volume_io.content import format_of_content
-from dmc_cli.volume_io.formats import FORMATS, format_of_suffix, known_suffixes, reader
+from dmc_cli.volume_formats import FORMATS, format_of_suffix, known_suffixes, reader
+from dmc_cli.volume_io.content import START, first_bytes, format_of_content
 from dmc_cli.volume_io.layout import Layout, check_file, exists, file_entry
 from dmc_cli.volume_io.pair import pair_files
 from dmc_cli.volume_io.raw import RAW_TYPES
@@ -179,7 +179,7 @@ def _promised(start: Path, settings: ReadSettings) -> int | None:
         layout = read_layout(format_name, start, STREAM, settings)
         values = layout.start + max(layout.offset, 0) + layout.volume_bytes * layout.volumes
         return None if layout.line_skip else LONGEST_VALUE[layout.encoding] * values + STREAM_SLACK
-    if format_of_content(start, STREAM) not in FORMATS[format_name].begins:
+    if not FORMATS[format_name].can_begin(first_bytes(start, STREAM, START)):
         raise UnsupportedFormatError(
             f"{STREAM}: standard input does not begin like {format_name}; check --input-format, or give "
             "a file"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from dmc_cli.mesh_io.formats import FORMATS
+from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.write import write_mesh
 from tests import shapes

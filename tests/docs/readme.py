@@ -13,9 +13,8 @@ from pathlib import Path
 
 import click
 
+from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.cli import dmc
-from dmc_cli.mesh_io import formats as mesh_formats
-from dmc_cli.volume_io import formats as volume_formats
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 README = ROOT / "README.md"

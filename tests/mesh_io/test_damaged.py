@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.formats import FORMATS, function
+from dmc_cli.mesh_formats import FORMATS, function
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from tests import shapes

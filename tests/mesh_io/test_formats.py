@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmc_cli.mesh_io.formats import FORMATS, known_suffixes
+from dmc_cli.mesh_formats import FORMATS, known_suffixes
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 

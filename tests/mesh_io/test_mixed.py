@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from dmc_cli.mesh_io.formats import FORMATS
+from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 from tests.mesh_io.mixed import mixed_meshes

@@ -17,7 +17,7 @@ from pydicom.tag import Tag
 from dmc_cli.errors import VolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.volume import Volume
-from dmc_cli.volume_io.content import format_of_start
+from dmc_cli.volume_formats import format_of_start
 from dmc_cli.volume_io.dicom import reader as dicom
 from dmc_cli.volume_io.dicom.codestream import image_size, lacks_end
 from dmc_cli.volume_io.dicom.elements import integer, items, numbers, text
@@ -315,6 +315,10 @@ def test_a_jpeg_ls_stream_has_an_end():
         (b"MM\0+", "tiff"),
         (b"NDims = 3\nDimSize = 1 2 3\n", "meta"),
         (b"NDims = 3\n", None),
+        (b"\x08\0NDims DimSize", "dicom"),
+        (b"\x02\0", "dicom"),
+        (b"\0\0\0\1" + bytes(16) + b"\0\0\0\3" + bytes(5), "mgh"),
+        (b"\0\0\0\1" + bytes(16) + b"\0\0\0\3", None),  # cut off before the flag that tells
         (bytes(500), None),
     ],
 )

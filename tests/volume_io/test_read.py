@@ -10,10 +10,9 @@ import pytest
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError, UnsupportedFormatError, VolumeError
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_formats import FORMATS
 from dmc_cli.volume_io.content import format_of_content
-from dmc_cli.volume_io.formats import FORMATS
 from dmc_cli.volume_io.read import list_volumes
-from dmc_cli.volume_io.unused_options import USED_BY
 from dmc_cli.volume_io.volume_file import write_volume
 from tests.volume_io.nrrd.test_reader import header as nrrd_header
 from tests.volume_io.reading import counting, read
@@ -118,9 +117,9 @@ def test_an_option_without_effect_is_told_of_folders_and_fields_too(monkeypatch,
 
 def test_every_option_of_reading_has_its_formats():
     elsewhere = {"input_format", "seed", "sigma", "threads"}
-    assert set(USED_BY) | elsewhere == {field.name for field in fields(ReadSettings)}
-    known = {"synthetic", *FORMATS}
-    assert all(set(formats) <= known for formats in USED_BY.values())
+    of_formats = {option for known in FORMATS.values() for option in known.options}
+    assert of_formats | elsewhere == {field.name for field in fields(ReadSettings)}
+    assert not of_formats & elsewhere
 
 
 def test_standard_input(monkeypatch):

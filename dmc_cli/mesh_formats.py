@@ -1,14 +1,13 @@
-"""List the formats of meshes: a file or a folder each, which writes and reads it, and a line here.
+"""Register the formats of meshes: a file or a folder of `mesh_io/` each, and an entry here.
 
-Help texts, messages and the README's table are made from this list.
+Settings, help texts, messages and the README's table are made from this list. Writers and readers are
+imported when they are called.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any
-
-from dmc_cli.settings import OutputFormat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +33,7 @@ class MeshFormat:
     is_binary: bool = False
 
 
-FORMATS: dict[OutputFormat, MeshFormat] = {
+FORMATS: dict[str, MeshFormat] = {
     "ply": MeshFormat(
         title="PLY",
         suffix=".ply",
