@@ -82,7 +82,7 @@ def main() -> None:
     open_closed_streams()
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
-    )  # NumPy's, which would make a thread a core as it loads
+    )  # NumPy's, which would make one thread per core as it loads
     import_nibabel_lightly()
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     try:

@@ -35,7 +35,7 @@ STREAM_SLACK = 1 << 20
 
 
 def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """Read a volume: a file, a folder with DICOM, a zip of one, `synth:FIELD:N`, or `-`.
+    """Read a volume: a file, a folder (DICOM, TIFF, Zarr), a zip with DICOM, `synth:FIELD:N`, or `-`.
 
     Args:
         path: The input as the user named it.
@@ -123,8 +123,8 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
     if found is None:
         raise UnsupportedFormatError(
             f"{name}: neither its suffix nor its content is one that is known; expected one of "
-            f"{', '.join(known_suffixes())}, .hdr with .img, a folder with DICOM, or --input-format "
-            "(raw needs --shape and --dtype too)"
+            f"{', '.join(known_suffixes())}, .hdr with .img, a folder (DICOM or TIFF slices, a Zarr store), "
+            "or --input-format (raw needs --shape and --dtype too)"
         )
     return found
 
