@@ -1,4 +1,4 @@
-"""Work on bits by the word: what any stage does with one bit an item.
+"""Work on bits by the word: what any stage does with one bit per item.
 
 words       words of 32 bits, sixteen at a time; single bits of one
 bit_lists   lists of the set bits of words (a C++ header)

@@ -1,4 +1,4 @@
-"""Read and write meshes in files, a format a file or a folder; NumPy only, never Warp.
+"""Read and write meshes in files, one file or folder per format; NumPy only, never Warp.
 
 mesh_file      a mesh as readers return it and writers take it
 text           numbers as text, fast

@@ -1,4 +1,4 @@
-"""Read and write volumes, a format a file or a folder; `read` is the one way in. NumPy only, never Warp.
+"""Read and write volumes, one file or folder per format; `read` is the one way in. NumPy only, never Warp.
 
 read             a volume from a path, whatever its format
 stream           standard input, as a file

@@ -1,7 +1,7 @@
 """Read the items of PLY files: a table of records, or records with a list each.
 
 Consecutive records with lists of one length are read as a table. Where lengths differ, the end of a record
-depends on its own list. Then the end is computed for a record at every byte of a block, and the records that
+depends on its own list. Then the end is computed for a record at every byte of a piece, and the records that
 are there are those reached from its first byte: pointer jumping finds them in a logarithmic number of steps.
 """
 
@@ -19,8 +19,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 WINDOW = 64
 """Items that are looked at first for how many of one length follow each other; doubled while they do."""
 
-BLOCK = 1 << 15
-"""Places that a block of items of several lengths is looked for in: larger takes more doublings."""
+MIXED_PLACES = 1 << 15
+"""Places that items of several lengths are looked for in at a time: more take more doublings."""
 
 
 @dataclass(frozen=True)
@@ -134,12 +134,12 @@ def _run(body: Body, element: Element, position: int, length: int, count: int) -
 
 
 def _of_any_length(body: Body, element: Element, position: int, most: int) -> Items:
-    """Return the items of a block, with lists of any lengths; none if the first one is damaged."""
+    """Return the next items, with lists of any lengths; none if the first one is damaged."""
     layout = element.record(body.order)
     offsets = {name: place[1] for name, place in (layout.fields or {}).items()}
     entry = element.record(body.order, 1)[element.list_name].base
     before, step = layout.itemsize // body.unit, entry.itemsize // body.unit  # sizes in places
-    span = min(BLOCK, (len(body.data) - position) // body.unit)
+    span = min(MIXED_PLACES, (len(body.data) - position) // body.unit)
     told = body.at_every_place(position + offsets[LENGTH], layout[LENGTH])[:span]
     fits = (told >= 0) & (told <= span) & (told == np.floor(told))
     ends = np.arange(len(told)) + before + np.where(fits, told, span).astype(np.int64) * step

@@ -151,15 +151,15 @@ end_header
     assert found["green"].tolist() == [0.5, 1, 0]
 
 
-@pytest.mark.parametrize("block", [1, 20, 61, 1000, 1 << 15])
+@pytest.mark.parametrize("places", [1, 20, 61, 1000, 1 << 15])
 @pytest.mark.parametrize("ascii", [False, True])
-def test_blocks_of_mixed_faces_do_not_show(tmp_path, grid, monkeypatch, block, ascii):
+def test_pieces_of_mixed_faces_do_not_show(tmp_path, grid, monkeypatch, places, ascii):
     draws = np.random.default_rng(1)
     faces = grid.faces[:3000].copy()
     faces[:1500][draws.random(1500) < 0.5, 3] = -1
     faces[2500::2, 3] = -1
     values = {LABELS: draws.integers(-9, 9, (3000, 2)).astype("i4"), "area": draws.random(3000)}
-    monkeypatch.setattr(items, "BLOCK", block)
+    monkeypatch.setattr(items, "MIXED_PLACES", places)
     found = again(tmp_path, replace(grid, faces=faces, face_values=values), ascii=ascii)
     np.testing.assert_array_equal(found.faces, faces)
     check_same(found.face_values, values)
