@@ -110,7 +110,7 @@ def count_mask_kernel(
     # Out:
     counts_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Count the members. One thread a block of words."""
+    """Count the members. One thread per block of words."""
     block = first + wp.tid()
     count = wp.int32(0)
     for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
@@ -127,7 +127,7 @@ def list_mask_kernel(
     # Out:
     listed_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """List the members. One thread a block of words."""
+    """List the members. One thread per block of words."""
     block = first + wp.tid()
     slot = starts[block]
     for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
@@ -147,7 +147,7 @@ def keep_flagged_kernel(
     # Out:
     kept_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Keep the items before which and after which the count of flags differs. One thread an item."""
+    """Keep the items before which and after which the count of flags differs. One thread per item."""
     n = first + wp.tid()
     if starts[n] != starts[n + 1]:
         kept_out[starts[n]] = items[n]
@@ -163,7 +163,7 @@ def keep_masked_kernel(
     # Out:
     kept_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Keep the members. One thread a block of words."""
+    """Keep the members. One thread per block of words."""
     block = first + wp.tid()
     slot = wp.int32(starts[block])
     for w in range(block * WORDS, wp.min((block + 1) * WORDS, mask.shape[0])):
@@ -182,7 +182,7 @@ def mask_flagged_kernel(
     # Out:
     mask_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Gather the flags of 32 items into a word. One thread a word."""
+    """Gather the flags of 32 items into a word. One thread per word."""
     w = first + wp.tid()
     mask_out[w] = flagged(flags, 32 * w, 32, ANY)
 

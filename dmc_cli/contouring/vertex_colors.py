@@ -31,7 +31,7 @@ def color_vertices_kernel(
     # Out:
     colors_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Colour the vertices by the parity of their cell's indices. One thread a vertex."""
+    """Colour the vertices by the parity of their cell's indices. One thread per vertex."""
     v = first + wp.tid()
     node = cell_node(grid, cells[v])
     colors_out[v] = wp.uint8((node[0] & 1) | ((node[1] & 1) << 1) | ((node[2] & 1) << 2))

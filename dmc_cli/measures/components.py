@@ -51,7 +51,7 @@ def number_items_kernel(
     # Out:
     parents_out: wp.array[wp.int32],
 ) -> None:
-    """Make every item a root. One thread an item."""
+    """Make every item a root. One thread per item."""
     item = first + wp.tid()
     parents_out[item] = item
 
@@ -65,7 +65,7 @@ def unite_faces_kernel(
     parents_inout: wp.array[wp.int32],
     changed_inout: wp.array[wp.int32],
 ) -> None:
-    """Unite each face with its neighbours of lower number. One thread a face; see the module on races."""
+    """Unite each face with its neighbours of lower number. One thread per face; see the module on races."""
     face = first + wp.tid()
     for c in range(4):
         twin = twins[4 * face + c]
@@ -85,7 +85,7 @@ def unite_loops_kernel(
     parents_inout: wp.array[wp.int32],
     changed_inout: wp.array[wp.int32],
 ) -> None:
-    """Unite each boundary halfedge with the next one along its boundary. One thread a boundary halfedge."""
+    """Unite each boundary halfedge with the next one along its boundary. One thread per boundary halfedge."""
     b = first + wp.tid()
     h = next_halfedge(corners, boundary[b])
     while twins[h] >= 0:
@@ -109,7 +109,7 @@ def count_boundary_kernel(
     # Out:
     counts_out: wp.array[wp.int64],
 ) -> None:
-    """Count the boundary halfedges of a block. One thread a block."""
+    """Count the boundary halfedges of a block. One thread per block."""
     block = first + wp.tid()
     count = int(0)
     for h in range(block * BLOCK, wp.min((block + 1) * BLOCK, twins.shape[0])):
@@ -128,7 +128,7 @@ def emit_boundary_kernel(
     # Out:
     boundary_out: wp.array[wp.int32],
 ) -> None:
-    """List the boundary halfedges of a block in ascending order. One thread a block."""
+    """List the boundary halfedges of a block in ascending order. One thread per block."""
     block = first + wp.tid()
     slot = wp.int32(starts[block])
     for h in range(block * BLOCK, wp.min((block + 1) * BLOCK, twins.shape[0])):

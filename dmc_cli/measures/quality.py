@@ -82,7 +82,7 @@ def measure_faces_kernel(
     extremes_out: wp.array2d[wp.float64],
     histogram_out: wp.array2d[wp.int32],
 ) -> None:
-    """Sum the shapes of a block of faces. One thread a block.
+    """Sum the shapes of a block of faces. One thread per block.
 
     Sums: quality, ratio, area, volume. Extremes: least quality, scaled Jacobian and angle, largest angle and
     angle between normals, in radians.
@@ -131,7 +131,7 @@ def bound_points_kernel(
     lows_out: wp.array[wp.vec3f],
     highs_out: wp.array[wp.vec3f],
 ) -> None:
-    """Find the box round a block of points. One thread a block."""
+    """Find the box round a block of points. One thread per block."""
     block = first + wp.tid()
     low = points[block * BLOCK]
     high = low
@@ -153,7 +153,7 @@ def choose_diagonals_kernel(
 ) -> None:
     """Choose the diagonal of the MaxMin-angle split: 0 joins corners 0 and 2, 1 joins 1 and 3.
 
-    One thread a quad.
+    One thread per quad.
     """
     q = first + wp.tid()
     origin = wp.vec3d()

@@ -169,7 +169,7 @@ def find_moves_kernel(
 ) -> None:
     """Turn a mask of all gaps into one of those before the new end and of what stays beyond it.
 
-    There are as many of each. One thread 32 items.
+    There are as many of each. One thread per 32 items.
     """
     w = first + wp.tid()
     ahead = low_bits(end - 32 * w)
@@ -184,7 +184,7 @@ def find_staying_kernel(
     # In/out:
     mask_inout: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Turn a mask of what has gone into one of what stays. One thread 32 items."""
+    """Turn a mask of what has gone into one of what stays. One thread per 32 items."""
     w = first + wp.tid()
     mask_inout[w] = ~mask_inout[w] & low_bits(count - 32 * w)
 
@@ -199,7 +199,7 @@ def tell_moves_kernel(
     # Out:
     moved_to_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Write the gap that each mover goes to as its new number. One thread a mover."""
+    """Write the gap that each mover goes to as its new number. One thread per mover."""
     n = first + wp.tid()
     moved_to_out[movers[n] - end] = gaps[n]
 
@@ -213,7 +213,7 @@ def move_vertices_kernel(
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
 ) -> None:
-    """Move the vertices. One thread a mover."""
+    """Move the vertices. One thread per mover."""
     n = first + wp.tid()
     gap = gaps[n]
     v = movers[n]
@@ -233,7 +233,7 @@ def move_faces_kernel(
     gaps: wp.array(dtype=wp.int32),
     movers: wp.array(dtype=wp.int32),
 ) -> None:
-    """Move the faces. One thread a mover."""
+    """Move the faces. One thread per mover."""
     n = first + wp.tid()
     gap = gaps[n]
     f = movers[n]
@@ -252,7 +252,7 @@ def copy_values_kernel(
     # Out:
     target_out: wp.array2d(dtype=wp.uint8),
 ) -> None:
-    """Copy values, byte by byte. One thread an item."""
+    """Copy values, byte by byte. One thread per item."""
     n = first + wp.tid()
     for byte in range(source.shape[1]):
         target_out[places[n], byte] = source[items[n], byte]
@@ -273,7 +273,7 @@ def rename_vertices_kernel(
     corner_count: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
 ) -> None:
-    """Give the faces their moved vertices' new numbers. One thread 16 faces: most have none."""
+    """Give the faces their moved vertices' new numbers. One thread per 16 faces: most have none."""
     block = first + wp.tid()
     if 64 * block + 64 <= corner_count:
         if highest_corner(mesh.corners, block) < end:
@@ -294,7 +294,7 @@ def rename_faces_kernel(
     end: wp.int32,
     moved_to: wp.array(dtype=wp.int32),
 ) -> None:
-    """Tell twins and vertices the moved faces' new numbers. One thread a mover.
+    """Tell twins and vertices the moved faces' new numbers. One thread per mover.
 
     Two moved faces that are neighbours write the same to each other.
     """
@@ -327,7 +327,7 @@ def rename_packed_faces_kernel(
     new_vertices: wp.array(dtype=wp.int32),
     new_faces: wp.array(dtype=wp.int32),
 ) -> None:
-    """Give corners and twins their new numbers. One thread a face."""
+    """Give corners and twins their new numbers. One thread per face."""
     f = first + wp.tid()
     for c in range(4):
         v = mesh.corners[4 * f + c]
@@ -343,6 +343,6 @@ def rename_packed_vertices_kernel(
     mesh: MeshArrays,  # changed
     new_faces: wp.array(dtype=wp.int32),
 ) -> None:
-    """Give the vertices' halfedges their new numbers. One thread a vertex."""
+    """Give the vertices' halfedges their new numbers. One thread per vertex."""
     v = first + wp.tid()
     mesh.vertex_halfedge[v] = new_halfedge(new_faces, mesh.vertex_halfedge[v])

@@ -49,7 +49,7 @@ def gather_halfedges_kernel(
     valence_inout: wp.array(dtype=wp.int32),
     lowest_inout: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Count each vertex's mesh edges and find its lowest halfedge. One thread a corner; not for chunks.
+    """Count each vertex's mesh edges and find its lowest halfedge. One thread per corner; not for chunks.
 
     An edge of a vertex is an outgoing halfedge, or an incoming one without a twin. Sums and minima of
     integers: the order of the threads does not show.
@@ -75,6 +75,6 @@ def choose_halfedges_kernel(
     # Out:
     start_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Read the halfedges from their keys. One thread a vertex."""
+    """Read the halfedges from their keys. One thread per vertex."""
     v = first + wp.tid()
     start_out[v] = wp.where(lowest[v] == wp.uint32(NOWHERE), -1, wp.int32(lowest[v] & ~INNER))

@@ -50,7 +50,7 @@ def count_irregular_kernel(
     irregular_out: wp.array(dtype=wp.int64),
     unused_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Count the irregular vertices and those of no face. One thread a block of vertices."""
+    """Count the irregular vertices and those of no face. One thread per block of vertices."""
     block = first + wp.tid()
     irregular = wp.int32(0)
     unused = wp.int32(0)

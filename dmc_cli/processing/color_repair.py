@@ -67,7 +67,7 @@ def find_clashes_kernel(
     # Out:
     flags_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Flag the new twins whose quads have one colour. One thread a halfedge of the list."""
+    """Flag the new twins whose quads have one colour. One thread per halfedge of the list."""
     n = first + wp.tid()
     h = seams[n]
     clash = bool(False)
@@ -86,7 +86,7 @@ def list_ends_kernel(
     # Out:
     quads_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """List the quads on both sides of halfedges. One thread a halfedge of the list."""
+    """List the quads on both sides of halfedges. One thread per halfedge of the list."""
     n = first + wp.tid()
     quads_out[2 * n] = seams[n] >> 2
     quads_out[2 * n + 1] = twin[seams[n]] >> 2
@@ -116,7 +116,7 @@ def choose_colors_kernel(
 ) -> None:
     """Choose a colour for each quad in a clash, unless a neighbour with a lower key is in one, too.
 
-    One thread a quad of the list, which may hold a quad more than once.
+    One thread per quad of the list, which may hold a quad more than once.
     """
     n = first + wp.tid()
     prefetch_onward(quads, twin, n)
@@ -143,7 +143,7 @@ def set_colors_kernel(
     # In/out:
     colors_inout: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Set the colours that were chosen. One thread a quad of the list."""
+    """Set the colours that were chosen. One thread per quad of the list."""
     n = first + wp.tid()
     if chosen[n] >= 0:
         colors_inout[quads[n]] = wp.uint8(chosen[n])

@@ -149,7 +149,7 @@ def track_kernel(
     point_out: wp.array(dtype=wp.vec3),
     nearest_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Assign a vertex to one of its quads. One thread a vertex."""
+    """Assign a vertex to one of its quads. One thread per vertex."""
     v = first + wp.tid()
     point_out[v] = single_index(grid, cell[v], local[v])
     nearest_out[v] = vertex_halfedge[v] >> 2  # -1 for a vertex of no face
@@ -169,7 +169,7 @@ def assign_nearest_kernel(
     # Out:
     nearest_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Find the nearest of a point's quad, those across its sides and beside these. One thread a point."""
+    """Find the nearest of a point's quad, those across its sides and beside these. One thread per point."""
     g = first + wp.tid()
     best = nearest_quad[g]
     if best < 0:
@@ -199,7 +199,7 @@ def renumber_kernel(
     # Out:
     nearest_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Find the new numbers of the points' quads. One thread a point."""
+    """Find the new numbers of the points' quads. One thread per point."""
     g = first + wp.tid()
     q = nearest_quad[g]
     nearest_out[g] = wp.where(q < 0, -1, new_faces[wp.max(q, 0)])
@@ -214,7 +214,7 @@ def number_points_kernel(
     keys_out: wp.array(dtype=wp.int32),
     items_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Write the points' numbers, to be sorted by their quads. One thread a point."""
+    """Write the points' numbers, to be sorted by their quads. One thread per point."""
     g = first + wp.tid()
     keys_out[g] = nearest_quad[g]
     items_out[g] = g
@@ -231,7 +231,7 @@ def link_points_kernel(
     first_out: wp.array(dtype=wp.int32),
     following_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Link the points of each quad in ascending order. One thread a point."""
+    """Link the points of each quad in ascending order. One thread per point."""
     n = first + wp.tid()
     if keys[n] >= 0 and (n == 0 or keys[wp.max(n, 1) - 1] != keys[n]):
         first_out[keys[n]] = items[n]
@@ -257,7 +257,7 @@ def keep_points_near_kernel(
     retreat_inout: wp.array(dtype=wp.uint8),
     failing_inout: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Tell a quad's vertices that they go too far from a point of it. One thread a point.
+    """Tell a quad's vertices that they go too far from a point of it. One thread per point.
 
     Several threads may tell a vertex, all the same.
     """

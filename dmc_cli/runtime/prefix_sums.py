@@ -38,7 +38,7 @@ def scan_rows_kernel(
     # Out:
     sums_out: wp.uint64,
 ) -> None:
-    """Store the sum of a row's counts before each, and their total. One thread a row of `length` counts."""
+    """Store the sum of a row's counts before each, and their total. One thread per row of `length` counts."""
     row = wp.uint64(first + wp.tid())
     size = wp.uint64(8)
     zero = wp.int64(0)
@@ -55,7 +55,7 @@ def sum_chunks_kernel(
     # Out:
     sums_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Sum the chunks of a row. One thread a chunk."""
+    """Sum the chunks of a row. One thread per chunk."""
     chunk = first + wp.tid()
     begin = wp.int64(chunk) * wp.int64(CHUNK)
     sums_out[chunk] = chunk_sum(counts, begin, wp.min(begin + wp.int64(CHUNK), length))
@@ -71,7 +71,7 @@ def scan_chunks_kernel(
     # Out:
     sums_out: wp.uint64,
 ) -> None:
-    """Store the sum of a row's counts before each, and their total. One thread a chunk."""
+    """Store the sum of a row's counts before each, and their total. One thread per chunk."""
     chunk = first + wp.tid()
     begin = wp.int64(chunk) * wp.int64(CHUNK)
     end = wp.min(begin + wp.int64(CHUNK), length)

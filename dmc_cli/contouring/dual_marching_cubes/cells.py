@@ -257,7 +257,7 @@ def find_cells_kernel(
     ordinary_out: wp.array(dtype=Words),
     counts_out: wp.array2d(dtype=wp.int64),
 ) -> None:
-    """Find the active and the ordinary cells as if every node had data. One thread a block of words."""
+    """Find the active and the ordinary cells as if every node had data. One thread per block of words."""
     block = first + wp.tid()
     n = before_line(grid) + block * LANES
     active = find_candidates(grid, inside, n)
@@ -322,7 +322,7 @@ def drop_nodata_cells_kernel(
     # Out:
     counts_out: wp.array2d(dtype=wp.int64),
 ) -> None:
-    """Take back cells with a node without data and edges to one. One thread a block of words."""
+    """Take back cells with a node without data and edges to one. One thread per block of words."""
     block = first + wp.tid()
     ordinary_count = wp.int32(0)
     special_count = wp.int32(0)
@@ -367,7 +367,7 @@ def number_cells_kernel(
 ) -> None:
     """Count the ordinary and special cells before each word with any; list the special ones.
 
-    One thread a block of words.
+    One thread per block of words.
     """
     block = first + wp.tid()
     rank = wp.int32(ordinary_starts[block])

@@ -149,7 +149,7 @@ def count_quads_kernel(
     # Out:
     counts_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Count the quads where some cells do not exist. One thread a block of words."""
+    """Count the quads where some cells do not exist. One thread per block of words."""
     block = first + wp.tid()
     count = wp.int32(0)
     has_cells = ordinary_starts[block] != ordinary_starts[block + 1]
@@ -248,7 +248,7 @@ def connect_quads_kernel(
     # Out:
     quads_out: wp.array(dtype=wp.vec4i),
 ) -> None:
-    """Connect the vertices round each edge with a quad. One thread a block of words."""
+    """Connect the vertices round each edge with a quad. One thread per block of words."""
     block = first + wp.tid()
     q = wp.int32(starts[block])
     if q == wp.int32(starts[block + 1]):

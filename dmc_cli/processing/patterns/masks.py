@@ -60,7 +60,7 @@ def find_pattern_kernel(
     # Out:
     mask_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Find the quads with the pattern 3-3-3-3, else with 3-X-3-Y. One thread 32 quads."""
+    """Find the quads with the pattern 3-3-3-3, else with 3-X-3-Y. One thread per 32 quads."""
     w = first + wp.tid()
     count = mesh.defect.shape[0] - 32 * w
     word = wp.uint32(0)

@@ -160,7 +160,7 @@ def remove_3x3y_kernel(
     seams_out: wp.array(dtype=wp.int32),
     clashes_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Merge v1 and v2, the lower number stays; tell where neighbours get one colour. One thread 32 quads."""
+    """Merge v1 and v2 to the lower number; find where neighbours get one colour. One thread per 32 quads."""
     word = first + wp.tid()
     removed = wp.int32(0)
     refused = wp.int32(0)
@@ -197,7 +197,7 @@ def mark_nonmanifold_kernel(
     mesh: MeshArrays,  # changed
     cuts: wp.array(dtype=wp.int32),
 ) -> None:
-    """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread a quad.
+    """Mark the quads beside mesh edges that join a merged vertex twice to another. One thread per quad.
 
     No other edge can have become non-manifold; all writes are of the same value.
     """

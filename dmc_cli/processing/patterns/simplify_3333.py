@@ -126,7 +126,7 @@ def judge_3333_kernel(
     eligible_out: wp.array(dtype=wp.int64),
     refused_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Judge the quads with the pattern. One thread a quad of the list."""
+    """Judge the quads with the pattern. One thread per quad of the list."""
     n = first + wp.tid()
     q = quads[n]
     eligible = bool(False)
@@ -157,7 +157,7 @@ def free_outer_kernel(
     # Out:
     owner_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Reset the owner of each outer vertex of the listed quads to none. One thread a quad of the list."""
+    """Reset the owner of each outer vertex of the listed quads to none. One thread per quad of the list."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
@@ -174,7 +174,7 @@ def claim_outer_kernel(
     # In/out:
     owner_inout: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Claim the outer vertices: the lowest key has them. One thread a quad of the list; launched whole."""
+    """Claim the outer vertices: the lowest key has them. One thread per quad of the list; launched whole."""
     n = first + wp.tid()
     if eligible[n] == wp.int64(1):
         for c in range(4):
@@ -193,7 +193,7 @@ def choose_unshared_kernel(
     # Out:
     flags_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Choose the quads that have all their outer vertices. One thread a quad of the list."""
+    """Choose the quads that have all their outer vertices. One thread per quad of the list."""
     n = first + wp.tid()
     goes = eligible[n] == wp.int64(1)
     if goes:
@@ -212,7 +212,7 @@ def mark_3333_kernel(
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
 ) -> None:
-    """Mark what goes: a flagged quad's neighbours and its own vertices. One thread a quad of the list."""
+    """Mark what goes: a flagged quad's neighbours and its own vertices. One thread per quad of the list."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
         for c in range(4):
@@ -232,7 +232,7 @@ def gather_sides_kernel(
     sides_out: wp.array(dtype=wp.vec4i),
     twins_out: wp.array(dtype=wp.vec4i),
 ) -> None:
-    """Store the outer sides and their twins, before anything changes. One thread a quad of the list.
+    """Store the outer sides and their twins, before anything changes. One thread per quad of the list.
 
     A quad beyond that goes belongs to another flagged quad, whose halfedge takes its place.
     """
@@ -263,7 +263,7 @@ def stretch_kernel(
     # Out:
     seams_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Give the flagged quads the outer vertices and their twins. One thread a quad of the list.
+    """Give the flagged quads the outer vertices and their twins. One thread per quad of the list.
 
     An outer vertex whose halfedge goes with one of this quad's neighbours gets this quad's.
     """
@@ -293,7 +293,7 @@ def lower_outer_kernel(
     quads: wp.array(dtype=wp.int32),
     flags: wp.array(dtype=wp.int64),
 ) -> None:
-    """Take one mesh edge from each vertex of the stretched quads. One thread a quad; launched whole."""
+    """Take one mesh edge from each vertex of the stretched quads. One thread per quad; launched whole."""
     n = first + wp.tid()
     if flags[n] == wp.int64(1):
         for c in range(4):
@@ -309,6 +309,6 @@ def subtract_kernel(
     # Out:
     difference_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Keep the flags that are not set in a second array. One thread a flag."""
+    """Keep the flags that are not set in a second array. One thread per flag."""
     n = first + wp.tid()
     difference_out[n] = flags[n] - others[n]

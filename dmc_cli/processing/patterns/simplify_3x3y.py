@@ -138,7 +138,7 @@ def choose_by_paper_kernel(
     # Out:
     cuts_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Choose by the papers' rules. One thread 32 quads of the list."""
+    """Choose by the papers' rules. One thread per 32 quads of the list."""
     start = 32 * (first + wp.tid())
     for n in range(start, wp.min(start + 32, quads.shape[0])):
         cuts_out[n] = paper_cut(mesh.corners, mesh.twin, mesh.valence, mesh.defect, color, by_color, quads[n])
@@ -181,7 +181,7 @@ def judge_topology_kernel(
     cuts_out: wp.array(dtype=wp.int32),
     refused_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Judge by connectivity which quads may go. One thread 32 quads of the list."""
+    """Judge by connectivity which quads may go. One thread per 32 quads of the list."""
     word = first + wp.tid()
     refused = wp.int32(0)
     end = wp.min(32 * word + 32, quads.shape[0])
@@ -228,7 +228,7 @@ def choose_apart_kernel(
     chosen_out: wp.array(dtype=wp.int32),
     waiting_out: wp.array(dtype=wp.uint32),
 ) -> None:
-    """Choose the quads with the lowest key within two steps. One thread 32 quads of the list."""
+    """Choose the quads with the lowest key within two steps. One thread per 32 quads of the list."""
     word = first + wp.tid()
     waiting = wp.uint32(0)
     for n in range(32 * word, wp.min(32 * word + 32, cuts.shape[0])):

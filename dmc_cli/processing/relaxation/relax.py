@@ -205,7 +205,7 @@ def find_normals_kernel(
     # Out:
     normal_out: wp.array(dtype=wp.vec3),
 ) -> None:
-    """Find the surface's normal at each vertex. One thread a vertex."""
+    """Find the surface's normal at each vertex. One thread per vertex."""
     v = first + wp.tid()
     normal_out[v] = surface_normal(context, cell_node(context.grid, cell[v]), local[v])
 
@@ -219,7 +219,7 @@ def measure_shapes_kernel(
     # Out:
     shape_out: wp.array(dtype=wp.float32),
 ) -> None:
-    """Measure the quads. One thread a quad."""
+    """Measure the quads. One thread per quad."""
     q = first + wp.tid()
     h = 4 * q
     a = position[quad_corner(corners, h, 0)]
@@ -241,7 +241,7 @@ def aim_kernel(
     aim_out: wp.array(dtype=wp.vec3),
     level_out: wp.array(dtype=wp.int8),
 ) -> None:
-    """Find each vertex's worst quad, and its step towards its squares' corners. One thread a vertex."""
+    """Find each vertex's worst quad, and its step towards its squares' corners. One thread per vertex."""
     v = first + wp.tid()
     h = mesh.vertex_halfedge[v]
     size = ring_size(mesh.twin, h, mesh.valence[v])
@@ -284,7 +284,7 @@ def move_kernel(
     has_moved_out: wp.array(dtype=wp.uint8),
     then: Spots,
 ) -> None:
-    """Move vertices of failing quads by their next smaller step, at last by none. One thread a vertex."""
+    """Move vertices of failing quads by their next smaller step, at last by none. One thread per vertex."""
     v = first + wp.tid()
     level = level_inout[v]
     has_moved_out[v] = wp.uint8(0)

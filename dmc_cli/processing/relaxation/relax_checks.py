@@ -126,7 +126,7 @@ def check_kernel(
     # Out:
     failing_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Find the quads that the last moves spoil, and tell their vertices. One thread a quad.
+    """Find the quads that the last moves spoil, and tell their vertices. One thread per quad.
 
     Several threads may tell a vertex, all the same.
     """

@@ -250,7 +250,7 @@ def find_twins_kernel(
     twins_out: wp.array(dtype=wp.vec4i),
     defects_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Find the twins of the halfedges of all quads. One thread a block of words."""
+    """Find the twins of the halfedges of all quads. One thread per block of words."""
     block = first + wp.tid()
     start = block * LANES
     q = wp.int32(starts[block])

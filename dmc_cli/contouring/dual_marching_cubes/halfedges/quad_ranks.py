@@ -72,7 +72,7 @@ def rank_quads_kernel(
     # Out:
     words_out: wp.array(dtype=QuadWord),
 ) -> None:
-    """Store the edges with a quad and the quads before each word. One thread a block of words."""
+    """Store the edges with a quad and the quads before each word. One thread per block of words."""
     block = first + wp.tid()
     n = block * LANES
     size = wp.min(LANES, words_out.shape[0] - n)

@@ -139,7 +139,7 @@ def place_block_kernel(
     position_out: wp.array(dtype=wp.vec3),
     remaining_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Place a block of vertices where the axis of the steepest slope does. One thread a block."""
+    """Place a block of vertices where the axis of the steepest slope does. One thread per block."""
     block = first + wp.tid()
     start = block * LANES
     size = wp.min(LANES, cells.shape[0] - start)

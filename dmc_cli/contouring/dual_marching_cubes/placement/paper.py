@@ -68,7 +68,7 @@ def place_paper_vertices_kernel(
     local_out: wp.array(dtype=wp.vec3),
     fallback_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Place vertices and note the cells of special ones. One thread a vertex."""
+    """Place vertices and note the cells of special ones. One thread per vertex."""
     v = first + wp.tid()
     s = int(-1)
     n = wp.int64(v - ordinary_count)
