@@ -55,14 +55,6 @@ def test_a_method_says_what_it_is_and_needs(name):
             assert set(kernel_modules(chosen)) <= set(every_kernel_module())
 
 
-def test_a_method_has_a_folder_of_its_own_that_nobody_imports():
-    contracts = (ROOT / "pyproject.toml").read_text("utf-8")
-    for place in METHODS.values():
-        folder = place.partition(":")[0]
-        assert folder.startswith("dmc_cli.contouring.")
-        assert f'"{folder}",' in contracts
-
-
 def test_the_default_and_its_defaults():
     settings = SurfaceSettings(isovalue=0.0)
     assert next(iter(METHODS)) == settings.method == "dmc"
