@@ -4,7 +4,8 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
-TESTS := $(PY) -m pytest
+# ARGS: further options of pytest, for each run of a target
+TESTS := $(PY) -m pytest $(ARGS)
 # Side by side on the cores there are; kernels share them
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist worksteal
 HEADERS = $(shell find dmc_cli tests -name '*.h')

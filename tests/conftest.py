@@ -28,6 +28,11 @@ def pytest_addoption(parser):
         help="launch as with a version of Warp whose compiled kernels are called otherwise, on one thread",
     )
     parser.addoption(
+        "--any-warp",
+        action="store_true",
+        help="take the installed Warp for a known version: launch as with one, and fail where that is wrong",
+    )
+    parser.addoption(
         "--checked",
         action="store_true",
         help="have every memory access of the kernels checked; one beside its array ends the process",
@@ -48,7 +53,13 @@ def pytest_runtest_setup(item):
 
 @pytest.fixture(scope="session", autouse=True)
 def launches(request):
-    """Have the way of launching that the options ask for."""
+    """Have the way of launching that the options ask for, in the process of the tests."""
+    if request.config.getoption("--any-warp"):
+        import warp as wp
+
+        from dmc_cli.runtime import compiled_kernel
+
+        compiled_kernel.KNOWN_VERSIONS += (".".join(wp.config.version.split(".")[:2]),)
     if request.config.getoption("--launches-by-warp"):
         from dmc_cli.runtime import worker_pool
 

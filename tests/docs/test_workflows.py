@@ -34,3 +34,10 @@ def test_the_newest_of_each_package_are_ones_that_the_program_needs():
     (names,) = re.findall(r"--upgrade --no-deps (.+)", WORKFLOWS[0].read_text("utf-8"))
     for name in names.split():
         assert re.search(rf'^    "{name}[<>=]', PYPROJECT, re.MULTILINE)
+
+
+def test_a_warp_that_is_not_known_is_tried(request):
+    (option,) = re.findall(r"make test-all ARGS=--([\w-]+)", WORKFLOWS[0].read_text("utf-8"))
+    assert request.config.getoption(f"--{option}") in (True, False)
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    assert re.search(r"^TESTS := .+ \$\(ARGS\)$", makefile, re.MULTILINE)

@@ -1,11 +1,17 @@
 """A version of Warp that is not known: launches are Warp's own, which is said, and nothing else changes."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 import warp as wp
 
 from dmc_cli.runtime import compiled_kernel, worker_pool
+from tests.conftest import ROOT
+
+KNOWN_VERSIONS = compiled_kernel.KNOWN_VERSIONS
+"""Those of the program itself: --any-warp adds one, once the tests run."""
 
 
 @pytest.fixture
@@ -56,10 +62,8 @@ def test_the_version_of_the_tests_is_known():
 
 
 def test_known_versions_are_those_that_may_be_installed():
-    from tests.conftest import ROOT
-
     bounds = [line for line in (ROOT / "pyproject.toml").read_text().splitlines() if "warp-lang>=" in line]
-    lowest, highest = compiled_kernel.KNOWN_VERSIONS[0], compiled_kernel.KNOWN_VERSIONS[-1]
+    lowest, highest = KNOWN_VERSIONS[0], KNOWN_VERSIONS[-1]
     after = f"1.{int(highest.split('.')[1]) + 1}"
     assert [f'"warp-lang>={lowest},<{after}"' in line for line in bounds] == [True]
 
@@ -69,3 +73,22 @@ def test_where_the_pool_launches_nothing_is_said(run, anew, tmp_path):
     assert "CPU thread(s) share each" in run("doctor").output
     words = ["convert", "synth:torus:16", tmp_path / "torus.ply", "-i", 0, "--device", "cpu", "-v"]
     assert "one thread" not in run(*words).output
+
+
+WITH_ANOTHER_WARP = """
+import sys
+import pytest
+from dmc_cli.runtime import compiled_kernel
+compiled_kernel.KNOWN_VERSIONS = ("1.18",)
+sys.exit(pytest.main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("options", "status"), [([], 1), (["--any-warp"], 0)], ids=["as it is", "any Warp"])
+def test_a_version_that_is_not_known_is_tried_where_that_is_asked_for(options, status):
+    test = f"{__file__}::{test_where_the_pool_launches_nothing_is_said.__name__}"
+    words = [sys.executable, "-c", WITH_ANOTHER_WARP, *options, "-q", "-p", "no:cacheprovider", test]
+    result = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, timeout=200, check=False)
+    assert result.returncode == status, result.stdout
+    assert ("is not known, only 1.18" in result.stdout) == bool(status)
