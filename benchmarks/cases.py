@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume.volume import Volume
-from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume import Volume
+from dmc_cli.volume_io import read_volume
 
 ROOT = Path(__file__).parent.parent
 SHARED = Path(os.environ.get("DMC_DATA", ROOT.parent / "shared" / "data"))

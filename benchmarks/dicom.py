@@ -21,7 +21,7 @@ from history import record
 from pydicom.uid import generate_uid
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io import read_volume
 
 SLICES = 300
 GOAL = 300.0

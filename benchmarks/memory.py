@@ -18,12 +18,11 @@ from history import record
 
 from dmc_cli.contouring import color_faces, compute_normals, connect_faces, extract_surface, kernel_modules
 from dmc_cli.field import upload_volume
-from dmc_cli.processing import kernel_modules as mesh_kernels
-from dmc_cli.processing.patterns.simplify import simplify
-from dmc_cli.runtime.device import load_kernels, select_device
+from dmc_cli.processing import kernel_modules as mesh_kernels, simplify
+from dmc_cli.runtime import load_kernels, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
 from dmc_cli.system import peak_memory
-from dmc_cli.volume_io.read import read_volume
+from dmc_cli.volume_io import read_volume
 
 
 def resident() -> int:

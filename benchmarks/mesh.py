@@ -18,10 +18,9 @@ from cases import CASES
 from history import record
 
 from dmc_cli.contouring import color_faces, compute_normals, connect_faces, extract_surface
-from dmc_cli.field import upload_volume
-from dmc_cli.field.field import stored_isovalue
-from dmc_cli.processing.patterns.simplify import simplify
-from dmc_cli.runtime.device import select_device
+from dmc_cli.field import stored_isovalue, upload_volume
+from dmc_cli.processing import simplify
+from dmc_cli.runtime import select_device
 from dmc_cli.settings import MeshSettings, SurfaceSettings
 
 STAGES = ("surface", "halfedges", "coloring", "simplify", "normals")

@@ -7,7 +7,7 @@ import warp.geometry
 from skimage.measure import marching_cubes
 from vtk.util.numpy_support import numpy_to_vtk
 
-from dmc_cli.volume.volume import Volume
+from dmc_cli.volume import Volume
 
 THREADS = 2
 

@@ -17,9 +17,8 @@ from cases import CASES
 from history import record
 
 from dmc_cli.contouring import extract_surface
-from dmc_cli.field import upload_volume
-from dmc_cli.field.field import stored_isovalue
-from dmc_cli.runtime.device import select_device
+from dmc_cli.field import stored_isovalue, upload_volume
+from dmc_cli.runtime import select_device
 from dmc_cli.settings import SurfaceSettings
 
 GOALS = {"flying edges": 2.0, "scikit-image": 12.0, "surface nets": 8.0}
