@@ -13,6 +13,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     stop           how work in threads is asked to stop
     threads        work in threads, as many as the system gives
     version        which version this is
+    array_types    NumPy's arrays by what is in them
     system         what one operating system has and another lacks
     memory_limits  what this process may still take
     printable      texts from outside without what a terminal would obey

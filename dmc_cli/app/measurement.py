@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import Float32Array, Int64Array
 from dmc_cli.field import grid_affine, grid_of, make_field, nodata_value, slice_depths, upload_volume
 from dmc_cli.measures import (
     Deviation,
@@ -30,8 +31,6 @@ from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
 from dmc_cli.volume import Volume, intact
 from dmc_cli.volume_io import read_volume
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +120,7 @@ def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tup
     return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative), told
 
 
-def locate_points(mesh: MeshFile, volume: Volume) -> tuple[Array, Array, int]:
+def locate_points(mesh: MeshFile, volume: Volume) -> tuple[Int64Array, Float32Array, int]:
     """Return each point's cell in the grid with a closed border, its place there, and how many are outside.
 
     Returns:
@@ -136,7 +135,9 @@ def locate_points(mesh: MeshFile, volume: Volume) -> tuple[Array, Array, int]:
     return locate(points, grid_affine(volume.affine, grid), grid, depths)
 
 
-def _deviation(device: Device, reference: VolumeReference, cells: Array, locals: Array) -> Deviation:
+def _deviation(
+    device: Device, reference: VolumeReference, cells: Int64Array, locals: Float32Array
+) -> Deviation:
     """Measure against the grid with a closed border: an open one's vertices never touch its virtual layer.
 
     Nor do they touch nodes without data, which lie outside the object under a closed border.

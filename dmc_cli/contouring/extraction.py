@@ -1,10 +1,8 @@
 """Extract the surface of a volume, connect its faces and colour them, by whichever method."""
 
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
-
+from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.surface import Reserve, Surface
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.field import DeviceVolume
@@ -16,7 +14,7 @@ from dmc_cli.volume import intact
 def extract_surface(
     volume: DeviceVolume,
     settings: SurfaceSettings,
-    affine: np.ndarray[Any, Any] | None = None,
+    affine: Float64Array | None = None,
     *,
     even_slices: bool = False,
     reserve: Reserve | None = None,

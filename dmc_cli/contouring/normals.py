@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import FloatArray
 from dmc_cli.bits import LANES, VECTOR_FLAGS
 from dmc_cli.field import (
     Field,
@@ -88,7 +89,7 @@ def compute_normals(placement: Placement, settings: SurfaceSettings) -> Any:
     return normals
 
 
-def _in_reach(matrix: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _in_reach(matrix: FloatArray) -> FloatArray:
     """Return a matrix, times a power of two where its numbers are far beyond those of float32."""
     exponent = math.frexp(float(np.abs(matrix).max()))[1]
     return np.ldexp(matrix, -exponent) if abs(exponent) > MOST_DOUBLINGS else matrix

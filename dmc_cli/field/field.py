@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import KINDS, STORED_TYPES, cell_at, value_at
@@ -111,7 +112,7 @@ def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
     return DeviceVolume(array, volume, device)
 
 
-def _narrowed(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _narrowed(values: AnyArray) -> AnyArray:
     """Return 64-bit integers in the first type of int32, uint32, float64 that holds their range."""
     low, high = int(values.min()), int(values.max())
     for dtype in (np.int32, np.uint32):

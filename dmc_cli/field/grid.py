@@ -32,6 +32,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import Float64Array
+
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 CORNERS = tuple((c & 1, c >> 1 & 1, c >> 2) for c in range(8))
@@ -95,7 +97,7 @@ def grid_of(volume_shape: tuple[int, int, int], border: int) -> GridShape:
     return GridShape(nx, ny, nz, border)
 
 
-def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any, Any]:
+def grid_affine(affine: Float64Array, grid: GridShape) -> Float64Array:
     """Return the affine, (4, 4), of the grid's node indices, virtual layers counted, from the volume's."""
     shifted = np.array(affine, dtype=np.float64)
     if grid.border:
@@ -103,12 +105,12 @@ def grid_affine(affine: np.ndarray[Any, Any], grid: GridShape) -> np.ndarray[Any
     return shifted
 
 
-def kernel_matrix(affine: np.ndarray[Any, Any]) -> Any:
+def kernel_matrix(affine: Float64Array) -> Any:
     """Return an affine, (4, 4), as kernels take it, mat44d."""
     return wp.mat44d(*affine.ravel().tolist())
 
 
-def is_mirrored(affine: np.ndarray[Any, Any]) -> bool:
+def is_mirrored(affine: Float64Array) -> bool:
     """Return whether an affine, (4, 4), mirrors: its determinant is negative."""
     (a, b, c), (d, e, f), (g, h, i) = affine[:3, :3].tolist()
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)

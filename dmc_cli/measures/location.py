@@ -1,15 +1,14 @@
 """Locate positions in a grid: their cells, and their coordinates there."""
 
-from typing import Any
-
 import numpy as np
 
+from dmc_cli.array_types import Float32Array, Float64Array, FloatArray, Int64Array
 from dmc_cli.field import GridShape
 
-Array = np.ndarray[Any, np.dtype[Any]]
 
-
-def locate(points: Array, affine: Array, grid: GridShape, depths: Array) -> tuple[Array, Array, int]:
+def locate(
+    points: FloatArray, affine: Float64Array, grid: GridShape, depths: Float64Array
+) -> tuple[Int64Array, Float32Array, int]:
     """Return each point's cell, its place there, and how many points are outside the grid.
 
     Args:

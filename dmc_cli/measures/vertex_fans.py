@@ -9,16 +9,14 @@ have it; it is counted at its lower vertex.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import BoolArray, Int32Array
 from dmc_cli.mesh import Mesh, connect, next_halfedge, next_outgoing_of_any, previous_halfedge
 
 wp.set_module_options({"enable_backward": False})
-
-IntArray = np.ndarray[Any, np.dtype[Any]]
 
 ON_BOUNDARY = wp.constant(wp.uint32(0x80000000))
 """Added to the corner that a walk starts from, if it starts at a boundary: such corners win the maximum."""
@@ -203,7 +201,7 @@ class VertexFans:
         corner_count: Corners of all faces together.
     """
 
-    valences: IntArray
+    valences: Int32Array
     nonmanifold_edges: int
     split_vertices: int
     misoriented_edges: int
@@ -245,7 +243,7 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
     )
 
 
-def _sort_out(faces: IntArray, wanted: IntArray) -> tuple[IntArray, int, int]:
+def _sort_out(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, int]:
     """Return the wanted vertices' valences, and their non-manifold and misoriented edges to higher ones."""
     vertex_count = wanted.shape[0]
     faces = faces[wanted[faces].any(axis=1)].astype(np.int64)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import BoolArray
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.check_halfedges import check_halfedges, pieces
 from dmc_cli.mesh.mesh import Mesh
@@ -17,8 +18,6 @@ UNIT_TOLERANCE = 1e-4
 
 DEVIATION_TOLERANCE = 1e-5
 """Largest deviation of a vertex from the trilinear surface, as a share of the value range."""
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def check_mesh(
@@ -90,7 +89,7 @@ def _check_geometry(
                 )
 
 
-def _require(message: str, holds: Array, rows: slice = slice(0, None)) -> None:
+def _require(message: str, holds: BoolArray, rows: slice = slice(0, None)) -> None:
     """Raise with the index of the first item for which the condition does not hold; `rows` are the items."""
     if not holds.all():
         raise MeshInvariantError(message.format(rows.start + int(np.argmin(holds))) + "; please report this")

@@ -5,21 +5,21 @@ agree with the faces by construction; what is stored can be wrong: twins and the
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import BoolArray, Int32Array, IntArray
 from dmc_cli.errors import MeshInvariantError
 from dmc_cli.mesh.halfedges import NO_TWIN
 from dmc_cli.mesh_io import NO_CORNER, next_halfedges, previous_halfedges
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 PIECE = 1 << 17
 """Halfedges or vertices that are looked at together."""
 
 
-def check_halfedges(faces: Array, twin: Array, vertex_halfedge: Array, *, one_fan: bool = True) -> None:
+def check_halfedges(
+    faces: Int32Array, twin: Int32Array, vertex_halfedge: Int32Array, *, one_fan: bool = True
+) -> None:
     """Raise MeshInvariantError with the first offender unless a halfedge structure is one.
 
     Args:
@@ -43,7 +43,7 @@ def pieces(count: int) -> Iterator[slice]:
         yield slice(start, min(start + PIECE, count))
 
 
-def _check_twins(origin: Array, twin: Array) -> None:
+def _check_twins(origin: Int32Array, twin: Int32Array) -> None:
     """Raise unless twins are an involution without fixed points whose pairs run opposite ways."""
     count = len(origin)
     if len(twin) != count:
@@ -58,14 +58,14 @@ def _check_twins(origin: Array, twin: Array) -> None:
             check(origin, twin, halfedges, twin[halfedges])
 
 
-def _refuse_own_twins(_: Array, __: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_own_twins(_: Int32Array, __: Int32Array, halfedges: IntArray, twins: Int32Array) -> None:
     """Raise on the first halfedge that is its own twin."""
     own = twins == halfedges
     if own.any():
         raise _broken(f"halfedge {halfedges[np.argmax(own)]} is its own twin")
 
 
-def _refuse_one_sided(_: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_one_sided(_: Int32Array, twin: Int32Array, halfedges: IntArray, twins: Int32Array) -> None:
     """Raise on the first halfedge that is not its twin's twin."""
     one_sided = twin[twins] != halfedges
     if one_sided.any():
@@ -73,7 +73,7 @@ def _refuse_one_sided(_: Array, twin: Array, halfedges: Array, twins: Array) -> 
         raise _broken(f"halfedge {h} has twin {twin[h]}, whose twin is {twin[twin[h]]}")
 
 
-def _refuse_misaligned(origin: Array, twin: Array, halfedges: Array, twins: Array) -> None:
+def _refuse_misaligned(origin: Int32Array, twin: Int32Array, halfedges: IntArray, twins: Int32Array) -> None:
     """Raise on the first halfedge that does not run opposite to its twin."""
     heads, ends = origin[next_halfedges(origin, halfedges)], origin[next_halfedges(origin, twins)]
     misaligned = (origin[halfedges] != ends) | (heads != origin[twins])
@@ -86,7 +86,7 @@ def _refuse_misaligned(origin: Array, twin: Array, halfedges: Array, twins: Arra
         )
 
 
-def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
+def _check_starts(origin: Int32Array, twin: Int32Array, vertex_halfedge: Int32Array) -> None:
     """Raise unless each vertex has a halfedge that starts there, on a boundary one without a twin."""
     count, vertices = len(origin), len(vertex_halfedge)
     if count and origin.max() >= vertices:
@@ -113,7 +113,7 @@ def _check_starts(origin: Array, twin: Array, vertex_halfedge: Array) -> None:
             )
 
 
-def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
+def count_fans(faces: Int32Array, twin: Int32Array, vertex_halfedge: Int32Array) -> Int32Array:
     """Return how many rings and fans the halfedges of each vertex form, (V,).
 
     All vertices walk at once, from twin to next: what the first walk from a vertex's own halfedge does not
@@ -123,7 +123,7 @@ def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
     origin = faces.ravel()
     visited = origin == NO_CORNER
     fans = np.zeros(len(vertex_halfedge), np.int32)
-    starts = vertex_halfedge
+    starts: IntArray = vertex_halfedge
     while len(starts):
         for piece in pieces(len(starts)):
             fans[origin[starts[piece]]] += 1
@@ -136,7 +136,7 @@ def count_fans(faces: Array, twin: Array, vertex_halfedge: Array) -> Array:
     return fans
 
 
-def _walk(origin: Array, starts: Array, twin: Array, visited: Array) -> None:
+def _walk(origin: Int32Array, starts: IntArray, twin: Int32Array, visited: BoolArray) -> None:
     """Mark the halfedges met from each start by twin-of-previous, until home or a boundary."""
     visited[starts] = True
     home, here = starts, starts

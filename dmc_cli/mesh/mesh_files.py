@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import CallError
 from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh, require_mesh
 from dmc_cli.mesh_io import MeshFile
 from dmc_cli.runtime import Device
 from dmc_cli.volume import Space
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def mesh_of_file(file: MeshFile, device: Device) -> Mesh:
@@ -66,7 +65,7 @@ def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") 
     )
 
 
-def _on_device(values: Mapping[str, Array], device: Device) -> dict[str, Any]:
+def _on_device(values: Mapping[str, AnyArray], device: Device) -> dict[str, Any]:
     """Return values as arrays of scalars or, where an item has several numbers, of vectors."""
     found = {}
     for name, array in values.items():
@@ -77,6 +76,6 @@ def _on_device(values: Mapping[str, Array], device: Device) -> dict[str, Any]:
     return found
 
 
-def _on_host(values: Mapping[str, Any]) -> dict[str, Array]:
+def _on_host(values: Mapping[str, Any]) -> dict[str, AnyArray]:
     """Return values as NumPy arrays, without those that stages keep for each other."""
     return {name: array.numpy() for name, array in values.items() if not name.startswith(OWN_PREFIX)}

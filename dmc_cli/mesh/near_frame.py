@@ -8,10 +8,10 @@ frame that was given.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.mesh.mesh import Mesh
 from dmc_cli.mesh.placement import Placement
 
@@ -40,7 +40,7 @@ def in_near_frame(mesh: Mesh, placement: Placement) -> tuple[Mesh, Placement]:
     return in_frame_of(near, mesh, placement)
 
 
-def in_frame_of(affine: np.ndarray[Any, Any], mesh: Mesh, placement: Placement) -> tuple[Mesh, Placement]:
+def in_frame_of(affine: Float64Array, mesh: Mesh, placement: Placement) -> tuple[Mesh, Placement]:
     """Return a mesh with positions in the frame that `affine`, shape (4, 4), maps node indices to."""
     if placement.frame.affine is affine:
         return mesh, placement

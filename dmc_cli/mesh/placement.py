@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import Float32Array, Float64Array
 from dmc_cli.errors import CallError, MeshInvariantError
 from dmc_cli.field import GridShape, kernel_matrix, map_vertices
 from dmc_cli.mesh.array_checks import check_array
@@ -27,7 +28,7 @@ class SurfaceFrame:
 
     field: Any
     grid: GridShape
-    affine: np.ndarray[Any, np.dtype[np.float64]]
+    affine: Float64Array
     depths: Any
     sense: float
     device: Device
@@ -66,7 +67,7 @@ class Placement:
         matrix = kernel_matrix(frame.affine)
         return map_vertices(self.cell, self.local, frame.depths, frame.grid, matrix, frame.device)
 
-    def in_frame(self, affine: np.ndarray[Any, np.dtype[np.float64]]) -> "Placement":
+    def in_frame(self, affine: Float64Array) -> "Placement":
         """Return the same places with another map from the grid to the output space."""
         return replace(self, frame=replace(self.frame, affine=affine))
 
@@ -81,7 +82,7 @@ def require_placement(placement: Placement) -> Placement:
     return placement
 
 
-def refuse_lost(local: np.ndarray[Any, Any]) -> None:
+def refuse_lost(local: Float32Array) -> None:
     """Raise MeshInvariantError with the first vertex whose local coordinates, (V, 3), are not in [0, 1]."""
     is_lost = ~((local >= 0) & (local <= 1)).all(axis=1)
     if is_lost.any():

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import BoolArray, Int32Array, Int64Array, IntArray
 from dmc_cli.mesh.halfedges import NO_TWIN, next_halfedge
 from dmc_cli.mesh.mesh import flat_corners
 from dmc_cli.runtime import Device
 
 wp.set_module_options({"enable_backward": False})
-
-IntArray = np.ndarray[Any, np.dtype[Any]]
 
 LONGEST_LIST = 1024
 """Halfedges at a lower vertex up to which lists are searched; the time grows with the square."""
@@ -135,7 +134,7 @@ def find_twins(device: Device, faces: Any, vertex_count: int) -> Any:
     return twins
 
 
-def pair_halfedges(faces: IntArray) -> IntArray:
+def pair_halfedges(faces: Int32Array) -> Int32Array:
     """Return the twin of each halfedge, (4F,) int32, -1 where there is none.
 
     Args:
@@ -167,7 +166,7 @@ def pair_halfedges(faces: IntArray) -> IntArray:
     return twins
 
 
-def _pair_nonmanifold(twins: IntArray, pairs: IntArray, halfedges: IntArray, is_up: IntArray) -> None:
+def _pair_nonmanifold(twins: Int32Array, pairs: Int64Array, halfedges: IntArray, is_up: BoolArray) -> None:
     """Pair the i-th halfedge up with the i-th down of each vertex pair, in the order of their numbers."""
     order = np.lexsort((halfedges, is_up, pairs))
     pairs, halfedges, is_up = pairs[order], halfedges[order], is_up[order]

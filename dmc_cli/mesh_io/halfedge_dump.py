@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, ByteArray, Float32Array, Int32Array
 from dmc_cli.errors import SettingsError
 from dmc_cli.files import open_output, write_output
 from dmc_cli.mesh_io.halfedge_numbers import next_halfedges, next_in_quads
 from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
 from dmc_cli.settings import STREAM
 from dmc_cli.stop import check_stop
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest time that a zip archive can hold, which stands for none."""
@@ -41,9 +40,9 @@ class Table:
     name: str
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
-    rows: Callable[[int, int], Array]
+    rows: Callable[[int, int], AnyArray]
 
-    def pieces(self) -> Iterator[Array]:
+    def pieces(self) -> Iterator[AnyArray]:
         """Yield all rows, some at a time, contiguous; none of an empty table."""
         for start in range(0, self.shape[0], CHUNK_ROWS):
             yield np.ascontiguousarray(self.rows(start, min(start + CHUNK_ROWS, self.shape[0])))
@@ -65,14 +64,14 @@ class HalfedgeDump:
         vertex_color: The colours of the vertices' cells, 0 to 7, (V,) uint8.
     """
 
-    vertices: Array
-    normals: Array
-    quads: Array
-    twin: Array
-    vertex_halfedge: Array
-    face_color: Array
-    face_color24: Array
-    vertex_color: Array
+    vertices: Float32Array
+    normals: Float32Array
+    quads: Int32Array
+    twin: Int32Array
+    vertex_halfedge: Int32Array
+    face_color: ByteArray
+    face_color24: ByteArray
+    vertex_color: ByteArray
 
     def tables(self) -> Iterator[Table]:
         """Yield the tables in their order."""
@@ -84,10 +83,10 @@ class HalfedgeDump:
 
     def _stored(self, name: str) -> Table:
         """Return a table that lies in memory as it is written."""
-        array: Array = getattr(self, name)
+        array: AnyArray = getattr(self, name)
         return Table(name, array.shape, array.dtype, lambda start, stop: array[start:stop])
 
-    def _halfedges(self, start: int, stop: int) -> Array:
+    def _halfedges(self, start: int, stop: int) -> Int32Array:
         """Return origin, face, next and twin of halfedges, int32."""
         corners = self.quads.reshape(-1)
         h = np.arange(start, stop, dtype=np.int32)
@@ -102,7 +101,7 @@ class HalfedgeDump:
         return bool((self.quads[:, 3] < 0).any())
 
 
-def _face_halfedges(start: int, stop: int) -> Array:
+def _face_halfedges(start: int, stop: int) -> Int32Array:
     """Return the first halfedge of faces, int32."""
     return np.arange(4 * start, 4 * stop, 4, dtype=np.int32)
 

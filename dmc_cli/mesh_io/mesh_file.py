@@ -10,13 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, BoolArray, Float32Array, Float64Array, FloatArray, Int32Array
 from dmc_cli.errors import CallError
 from dmc_cli.volume import Space
-
-Array = np.ndarray[Any, np.dtype[Any]]
-FloatArray = np.ndarray[Any, np.dtype[np.float32]] | np.ndarray[Any, np.dtype[np.float64]]
-Float32Array = np.ndarray[Any, np.dtype[np.float32]]
-Int32Array = np.ndarray[Any, np.dtype[np.int32]]
 
 NO_CORNER = -1
 """The fourth corner of a triangle."""
@@ -49,12 +45,12 @@ class MeshFile:
         CallError: The arrays are no mesh, or no format could hold them.
     """
 
-    points: FloatArray
+    points: Float32Array | Float64Array
     faces: Int32Array
     normals: Float32Array | None = None
     space: Space = "none"
-    vertex_values: Mapping[str, Array] = field(default_factory=dict)
-    face_values: Mapping[str, Array] = field(default_factory=dict)
+    vertex_values: Mapping[str, AnyArray] = field(default_factory=dict)
+    face_values: Mapping[str, AnyArray] = field(default_factory=dict)
     triangle_count: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -81,7 +77,7 @@ class MeshFile:
         return len(self.faces) - self.triangle_count
 
 
-def _check_rows(name: str, array: Array, columns: int, *dtypes: type[np.generic]) -> None:
+def _check_rows(name: str, array: AnyArray, columns: int, *dtypes: type[np.generic]) -> None:
     """Raise unless the array is a table of so many columns of one of these types."""
     _check_is_array(name, array)
     if array.ndim != 2 or array.shape[1] != columns or array.dtype not in dtypes:
@@ -100,7 +96,7 @@ def _check_is_array(name: str, array: Any) -> None:
         )
 
 
-def fits_float32(array: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def fits_float32(array: AnyArray) -> BoolArray:
     """Return which numbers are finite once they are rounded to float32."""
     with np.errstate(over="ignore", invalid="ignore"):  # a NaN may signal
         return np.isfinite(array.astype(np.float32, copy=False))
@@ -136,7 +132,7 @@ def count_triangles(faces: Int32Array, count: int) -> int:
     return int(np.count_nonzero(is_triangle))
 
 
-def _check_values(kind: str, values: Mapping[str, Array], count: int) -> None:
+def _check_values(kind: str, values: Mapping[str, AnyArray], count: int) -> None:
     """Raise unless values have names that files can hold, a row an item, and a type that PLY has."""
     for name, array in values.items():
         if not name.isascii() or name.split() != [name]:

@@ -2,13 +2,11 @@
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, ByteArray, Float64Array, IntArray
 from dmc_cli.errors import MeshFileError
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 SPACE, TAB, NEWLINE = 32, 9, 10
 
@@ -22,16 +20,16 @@ class NumberLines:
         counts: Numbers of each line, int64.
     """
 
-    values: Array
-    counts: Array
+    values: Float64Array
+    counts: IntArray
 
     @property
-    def starts(self) -> Array:
+    def starts(self) -> IntArray:
         """Return the index in `values` of each line's first number."""
         return np.cumsum(self.counts) - self.counts
 
 
-def parse_numbers(path: str, text: bytes) -> Array:
+def parse_numbers(path: str, text: bytes) -> Float64Array:
     """Return the numbers of a text that has nothing else, float64.
 
     Raises:
@@ -49,7 +47,7 @@ def parse_numbers(path: str, text: bytes) -> Array:
         raise MeshFileError(f"{path}: {shown!r} was found where a number was expected") from None
 
 
-def parse_lines(path: str, text: Array) -> NumberLines:
+def parse_lines(path: str, text: ByteArray) -> NumberLines:
     """Return the numbers of a text line by line.
 
     Args:
@@ -69,7 +67,7 @@ def parse_lines(path: str, text: Array) -> NumberLines:
     return NumberLines(values, counts[counts > 0])
 
 
-def whole_numbers(path: str, values: Array) -> Array:
+def whole_numbers(path: str, values: AnyArray) -> AnyArray:
     """Return numbers of a file that have to be whole, as integers.
 
     Raises:

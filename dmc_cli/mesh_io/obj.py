@@ -7,17 +7,15 @@ of its vertex.
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
 from dmc_cli.mesh_io.parsed import find_space, make_mesh
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 CHUNK = 1 << 24
 """Characters of face lines that are cleaned at a time: the work takes sixteen times as much memory."""
@@ -67,28 +65,28 @@ def read_obj(path: Path) -> MeshFile:
     return make_mesh(str(path), points, faces.counts, corners, find_space(data[:1024]))
 
 
-def _split_lines(data: bytes) -> tuple[Array, Array]:
+def _split_lines(data: bytes) -> tuple[ByteArray, IntArray]:
     """Return the characters, uint8, and where each line starts; the last character is a newline."""
     text = np.frombuffer(data + b"\n", dtype=np.uint8)
     return text, np.concatenate([[0], np.flatnonzero(text[:-1] == NEWLINE) + 1])
 
 
-def _starts_with(text: Array, starts: Array, letter: bytes) -> Array:
+def _starts_with(text: ByteArray, starts: IntArray, letter: bytes) -> BoolArray:
     """Return which lines start with the word `letter`."""
     second = np.minimum(starts + 1, len(text) - 1)
-    found: Array = (text[starts] == letter[0]) & (text[second] <= SPACE)
+    found: BoolArray = (text[starts] == letter[0]) & (text[second] <= SPACE)
     return found
 
 
-def _lines(text: Array, starts: Array, ends: Array, wanted: Array) -> Array:
+def _lines(text: ByteArray, starts: IntArray, ends: IntArray, wanted: BoolArray) -> ByteArray:
     """Return the wanted lines without their first word, which is one letter."""
     kept = text.copy()
     kept[starts[wanted]] = SPACE
-    chosen: Array = kept[np.repeat(wanted, ends - starts)]
+    chosen: ByteArray = kept[np.repeat(wanted, ends - starts)]
     return chosen
 
 
-def _without_references(text: Array) -> Array:
+def _without_references(text: ByteArray) -> ByteArray:
     """Return face lines with `/texture/normal` behind each vertex blanked out."""
     slash = ord("/")
     if not (text == slash).any():

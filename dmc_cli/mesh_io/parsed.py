@@ -4,16 +4,15 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Int32Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.volume import FARTHEST_MM, Space
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
 
 def make_mesh(
-    path: str, points: Array, counts: Array, corners: Array, space: Space = "none", **more: Any
+    path: str, points: AnyArray, counts: AnyArray, corners: AnyArray, space: Space = "none", **more: Any
 ) -> MeshFile:
     """Return a mesh after checking it.
 
@@ -59,7 +58,7 @@ def find_space(comments: bytes) -> Space:
     return "LPS" if b"SPACE=LPS" in comments else "none"
 
 
-def _rows_of_four(counts: Array, corners: Array) -> Array:
+def _rows_of_four(counts: AnyArray, corners: AnyArray) -> Int32Array:
     """Return the faces as rows of four, `NO_CORNER` after the corners of a triangle."""
     if (counts == 4).all():
         return corners.astype(np.int32).reshape(-1, 4)

@@ -7,14 +7,11 @@ each vertex that is near and then gathered, because every vertex stands in about
 
 from collections.abc import Iterator, Sequence
 from itertools import chain, zip_longest
-from typing import Any
 
 import numpy as np
 import orjson
 
-from dmc_cli.mesh_io.mesh_file import Float32Array, Int32Array
-
-Array = np.ndarray[Any, np.dtype[Any]]
+from dmc_cli.array_types import AnyArray, Float32Array, Int32Array, IntArray
 
 CHUNK_ROWS = 1 << 15
 """Rows turned to text at once: some MB of text; larger gains nothing and takes more memory."""
@@ -27,7 +24,7 @@ _PADDING = 0
 """A byte that no text holds; it fills the tokens of shorter numbers and is deleted at the end."""
 
 
-def chunks_of(array: Array, dtype: type[np.generic] | None = None) -> Iterator[Array]:
+def chunks_of(array: AnyArray, dtype: type[np.generic] | None = None) -> Iterator[AnyArray]:
     """Yield the rows of an array in contiguous chunks of this type or its own, none for an empty array."""
     for start in range(0, len(array), CHUNK_ROWS):
         yield np.ascontiguousarray(array[start : start + CHUNK_ROWS], dtype=dtype)
@@ -45,7 +42,7 @@ def float_lines(rows: Float32Array, prefix: bytes = b"") -> bytes:
     return b"".join((prefix, text, b"\n"))
 
 
-def number_lines(rows: Array) -> bytes:
+def number_lines(rows: AnyArray) -> bytes:
     """Write each row as a line, of numbers of any type; no number and infinity are nan, inf and -inf.
 
     Args:
@@ -109,7 +106,7 @@ def face_lines(faces: Int32Array, prefix: bytes | None = None, *, first: int = 0
     return lines.tobytes().replace(bytes([_PADDING]), b"")
 
 
-def _index_tokens(indices: np.ndarray[Any, np.dtype[np.int64]], repeat: int) -> np.ndarray[Any, Any]:
+def _index_tokens(indices: IntArray, repeat: int) -> AnyArray:
     """Write each of ascending indices as ` 17` or ` 17//17`, padded to one width."""
     longest = len(str(indices[-1]))
     tokens = np.full((len(indices), 1 + repeat * longest + 2 * (repeat - 1)), _PADDING, np.uint8)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float32Array, Int64Array, IntArray
 from dmc_cli.measures import (
     choose_diagonals,
     inspect_vertices,
@@ -19,8 +20,6 @@ from dmc_cli.measures import (
 from dmc_cli.mesh import REGULAR, REGULAR_OF_TRIANGLES, Mesh
 from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
 from dmc_cli.volume_io import FIELDS
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 CHUNK = 1 << 20
 """Vertices at which a formula is evaluated at a time: temporaries of 8 MiB each."""
@@ -43,8 +42,8 @@ class SyntheticMesh:
 
     data: DataSet
     mesh: Mesh
-    cells: Array
-    locals: Array
+    cells: Int64Array
+    locals: Float32Array
     unused_vertices: int
 
 
@@ -153,7 +152,7 @@ def _columns(data: str, mesh: str, quantity: str, paper: str, found: str, differ
     return f"  {data:<14} {mesh:<15} {quantity:<27} {paper:>10} {found:>12} {difference:>11}"
 
 
-def _diagonal_ends(mesh: Mesh) -> Array:
+def _diagonal_ends(mesh: Mesh) -> IntArray:
     """Return how many diagonals of the MaxMin-angle split end at each vertex."""
     quads, diagonals = mesh.faces.numpy(), choose_diagonals(mesh).numpy() == 1
     ends = np.concatenate(

@@ -6,8 +6,9 @@ Warp documents neither that an array keeps what `_source` names, nor that the it
 from functools import cache
 from typing import Any
 
-import numpy as np
 import warp as wp
+
+from dmc_cli.array_types import AnyArray
 
 
 def view(array: Any, dtype: Any, shape: int | tuple[int, ...], skipped: int = 0, step: int = 0) -> Any:
@@ -25,7 +26,7 @@ def view(array: Any, dtype: Any, shape: int | tuple[int, ...], skipped: int = 0,
     return array_over((array.ptr or 0) + skipped, array, dtype, shape, strides, array.device)
 
 
-def adopt(values: np.ndarray[Any, Any], dtype: Any) -> Any:
+def adopt(values: AnyArray, dtype: Any) -> Any:
     """Return an array in the memory of contiguous NumPy values, which may be read-only; on CPU alone."""
     return array_over(values.ctypes.data, values, dtype, values.shape)
 

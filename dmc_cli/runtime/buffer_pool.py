@@ -12,9 +12,10 @@ import os
 from collections import deque
 from contextlib import suppress
 from threading import Lock
-from typing import Any
 
 import numpy as np
+
+from dmc_cli.array_types import ByteArray
 
 SMALLEST_KEPT = 1 << 12
 """Bytes below which the C library's own lists are as good."""
@@ -134,7 +135,7 @@ class HostMemory:
                 del self._kept[size]
 
 
-def mapped(size: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
+def mapped(size: int) -> ByteArray:
     """Return new bytes, all 0, which the system has back as soon as nobody holds them.
 
     Raises:

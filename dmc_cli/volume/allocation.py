@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.memory_limits import available_memory
 
@@ -33,9 +34,7 @@ def available_bytes() -> int | None:
     return None if found is None else found.size
 
 
-def allocate_values(
-    name: str, shape: tuple[int, int, int], dtype: np.dtype[Any] | type
-) -> np.ndarray[Any, np.dtype[Any]]:
+def allocate_values(name: str, shape: tuple[int, int, int], dtype: np.dtype[Any] | type) -> AnyArray:
     """Return an unset array in native byte order, shape (nz, ny, nx).
 
     Args:

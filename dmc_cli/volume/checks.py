@@ -4,11 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.setting_types import as_real, is_whole
-
-_Array = np.ndarray[Any, np.dtype[Any]]
-_Float64 = np.ndarray[Any, np.dtype[np.float64]]
 
 WIDENED = {"e": "f4", "?": "u1"}
 """Type characters that are widened: half floats and truth values."""
@@ -33,7 +31,7 @@ def check_shape(name: str, shape: tuple[int, ...]) -> None:
         )
 
 
-def check_affine(name: str, affine: _Float64) -> None:
+def check_affine(name: str, affine: Float64Array) -> None:
     """Raise DamagedVolumeError unless the affine is finite and its three axes span the space."""
     if not np.isfinite(affine).all():
         raise DamagedVolumeError(
@@ -69,7 +67,7 @@ def widened_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
     return np.dtype(WIDENED.get(dtype.char, dtype))
 
 
-def checked_values(name: str, values: Any) -> _Array:
+def checked_values(name: str, values: Any) -> AnyArray:
     """Return a read-only view of an array [k, j, i] that a volume can hold, or else a converted copy.
 
     Copied are values in foreign byte order, not contiguous or not aligned, and half floats, which become
@@ -90,7 +88,7 @@ def checked_values(name: str, values: Any) -> _Array:
     return held
 
 
-def _float64(given: Any) -> _Float64:
+def _float64(given: Any) -> Float64Array:
     """Return a copy in double precision; ValueError unless all of it are real numbers, and there."""
     if isinstance(given, np.ma.MaskedArray):
         raise ValueError("a masked array may lack some")
@@ -100,7 +98,7 @@ def _float64(given: Any) -> _Float64:
     return found.astype(np.float64)
 
 
-def checked_affine(name: str, affine: Any) -> _Float64:
+def checked_affine(name: str, affine: Any) -> Float64Array:
     """Return a copy of a map from node indices to millimetres, shape (4, 4).
 
     Raises:
@@ -123,7 +121,7 @@ def checked_affine(name: str, affine: Any) -> _Float64:
     return held
 
 
-def checked_positions(name: str, positions: Any, slices: int, step: float) -> _Float64:
+def checked_positions(name: str, positions: Any, slices: int, step: float) -> Float64Array:
     """Return a copy of the positions of uneven slices, from 0 and increasing; `step` is the affine's.
 
     Raises:

@@ -20,9 +20,8 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 _KNOWS_HANDLERS = sys.platform == "linux" and platform.machine() in ("x86_64", "aarch64")
 """Whether the structures below are the system's."""
@@ -126,7 +125,7 @@ def map_file(file: BinaryIO) -> MappedFile | None:
     return mapping
 
 
-def mapped_file(values: _Array) -> mmap.mmap | None:
+def mapped_file(values: AnyArray) -> mmap.mmap | None:
     """Return the mapping that values lie in, ours or a caller's, behind whatever views there are of it."""
     owner: Any = values
     while isinstance(owner, (np.ndarray, memoryview)):
@@ -135,7 +134,7 @@ def mapped_file(values: _Array) -> mmap.mmap | None:
 
 
 @contextmanager
-def intact(values: _Array, name: str) -> Iterator[None]:
+def intact(values: AnyArray, name: str) -> Iterator[None]:
     """Raise at the end, whatever else went wrong, if the values' file did not stay as it was.
 
     Args:

@@ -1,9 +1,8 @@
 """Choose the space of the output: where grid indices go, and what its axes are called."""
 
-from typing import Any
-
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import SettingsError
 from dmc_cli.settings import OutputSpace
 from dmc_cli.volume.volume import Space, Volume
@@ -12,7 +11,7 @@ RAS_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 """RAS to LPS and back: x and y change their sign, which keeps the handedness."""
 
 
-def output_affine(volume: Volume, space: OutputSpace) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space]:
+def output_affine(volume: Volume, space: OutputSpace) -> tuple[Float64Array, Space]:
     """Return the map from node indices to the output space, shape (4, 4), and that space's name.
 
     Raises:

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import VolumeError
 from dmc_cli.volume.checks import (
     checked_affine,
@@ -71,13 +72,13 @@ class Volume:
         warnings: Sentences for the user, for example on a missing orientation.
     """
 
-    values: np.ndarray[Any, np.dtype[Any]]
-    affine: np.ndarray[Any, np.dtype[np.float64]]
+    values: AnyArray
+    affine: Float64Array
     space: Space
     slope: float = 1.0
     intercept: float = 0.0
     padding: tuple[float, float] | None = None
-    slice_positions: np.ndarray[Any, np.dtype[np.float64]] | None = None
+    slice_positions: Float64Array | None = None
     path: str = ""
     files: tuple[Path, ...] = ()
     format: str = ""
@@ -129,9 +130,7 @@ class Volume:
         return ends[0], ends[1]
 
 
-def _stored_range(
-    values: np.ndarray[Any, np.dtype[Any]], padding: tuple[float, float] | None
-) -> tuple[float | None, float | None]:
+def _stored_range(values: AnyArray, padding: tuple[float, float] | None) -> tuple[float | None, float | None]:
     """Return the smallest and largest stored value that is data, slice by slice to keep memory small."""
     low: float | None = None
     high: float | None = None

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import (
     AmbiguousVolumeError,
     DamagedVolumeError,
@@ -81,7 +82,7 @@ class Layout:
     name: str
     shape: tuple[int, int, int]
     dtype: np.dtype[Any]
-    affine: np.ndarray[Any, np.dtype[np.float64]]
+    affine: Float64Array
     space: Space
     files: tuple[Path, ...]
     format: str
@@ -202,7 +203,7 @@ def without_effect(option: str, settings: ReadSettings, what: str = "the file") 
     return (f"--{option} has no effect: {what} tells its own",)
 
 
-def scale_affine(spacing: Triple, origin: Triple) -> np.ndarray[Any, np.dtype[np.float64]]:
+def scale_affine(spacing: Triple, origin: Triple) -> Float64Array:
     """Return the affine, shape (4, 4), of a grid along the world's axes; lengths in millimetres."""
     affine = np.diag([*spacing, 1.0]).astype(np.float64)
     affine[:3, 3] = origin

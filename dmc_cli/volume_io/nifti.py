@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space, check_shape
@@ -20,8 +21,6 @@ from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
-
-Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
 HEADER_BYTES = 348, 540
 """Sizes of the headers of NIfTI-1 and NIfTI-2, which are their first numbers, too."""
@@ -128,7 +127,7 @@ def _offset(header: Any, name: str) -> int:
     return max(int(offset), header.single_vox_offset if header.is_single else 0)
 
 
-def _affine(header: Any, name: str) -> tuple[Matrix, Space, tuple[str, ...]]:
+def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[str, ...]]:
     """Return the affine in millimetres, its space, and warnings."""
     unit = int(header["xyzt_units"]) & 7
     notes: tuple[str, ...] = ()
@@ -153,7 +152,7 @@ def _spacing(header: Any) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _qform(header: Any, name: str) -> Matrix:
+def _qform(header: Any, name: str) -> Float64Array:
     """Return the affine of the qform's quaternion, spacing, qfac and offset.
 
     Raises:

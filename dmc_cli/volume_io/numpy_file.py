@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, Literal
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -29,8 +30,6 @@ from dmc_cli.volume import (
 )
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
 from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 MAX_HEADER = 10_000
 """Longest header text that is parsed; real ones have a hundred bytes."""
@@ -109,7 +108,7 @@ def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtyp
     return shape, fortran, dtype
 
 
-def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
+def _from_npy(path: Path, name: str, settings: ReadSettings) -> AnyArray:
     with path.open("rb") as file:
         shape, fortran, dtype = _header(file, name)
         start = file.tell()
@@ -123,14 +122,14 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> _Array:
             "the file is cut short; get it again"
         )
     stored = _stored(path, start, shape, fortran, dtype)
-    chosen: _Array = stored[index] if len(shape) == 4 else stored
+    chosen: AnyArray = stored[index] if len(shape) == 4 else stored
     if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in WIDENED:
         return chosen
     with intact(stored, name):
         return _copied(chosen, name)
 
 
-def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> _Array:
+def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> AnyArray:
     """Return the array as the file has it: mapped, or read where it cannot be mapped."""
     order: Literal["C", "F"] = "F" if fortran else "C"
     with path.open("rb") as file:
@@ -140,7 +139,7 @@ def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype
     return np.ndarray(shape, dtype, mapping, start, order=order)
 
 
-def _copied(stored: _Array, name: str) -> _Array:
+def _copied(stored: AnyArray, name: str) -> AnyArray:
     """Return the values in native byte order, x fastest, in a type that a volume holds."""
     nz, ny, nx = stored.shape
     values = allocate_values(name, (nx, ny, nz), widened_type(stored.dtype))
@@ -148,7 +147,7 @@ def _copied(stored: _Array, name: str) -> _Array:
     return values
 
 
-def _from_npz(path: Path, name: str, settings: ReadSettings) -> _Array:
+def _from_npz(path: Path, name: str, settings: ReadSettings) -> AnyArray:
     with zipfile.ZipFile(path) as archive:
         entries = archive.infolist()
         if len(entries) > MAX_ENTRIES:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float64Array, IntArray
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -38,8 +39,6 @@ LABELS = (
     "echo number",
 )
 """What all slices of a volume share, as far as the version has it."""
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def parrec_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -144,7 +143,7 @@ def _grid(header: Any, name: str) -> tuple[tuple[int, int, int], int]:
     return (nx, ny, nz), volumes
 
 
-def _check_slices(slices: Any, shape: tuple[int, int, int], affine: _Array, name: str) -> None:
+def _check_slices(slices: Any, shape: tuple[int, int, int], affine: Float64Array, name: str) -> None:
     """Refuse slices that differ in a label, or lie where the affine does not put them."""
     for label in LABELS:
         if label in slices.dtype.names and len(found := np.unique(slices[label])) > 1:
@@ -166,9 +165,9 @@ def _check_slices(slices: Any, shape: tuple[int, int, int], affine: _Array, name
         )
 
 
-def _records(slices: Any, name: str) -> _Array:
+def _records(slices: Any, name: str) -> IntArray:
     """Return for each line of the header the number of its slice in the data file."""
-    records: _Array = slices["index in REC file"]
+    records: IntArray = slices["index in REC file"]
     if not np.array_equal(np.sort(records), np.arange(len(records))):
         raise DamagedVolumeError(
             f"{name}: slices at {np.unique(records).size} places of the data file found for {len(records)} "
@@ -177,7 +176,7 @@ def _records(slices: Any, name: str) -> _Array:
     return records
 
 
-def _scales(slices: Any, name: str) -> _Array:
+def _scales(slices: Any, name: str) -> Float64Array:
     """Return slope and intercept of each slice, shape (n, 2)."""
     scales = np.column_stack((slices["rescale slope"], slices["rescale intercept"]))
     if not scales[:, 0].all():
@@ -189,7 +188,7 @@ def _scales(slices: Any, name: str) -> _Array:
     return scales
 
 
-def _planes(path: Path, records: list[int], plane: _Array, name: str) -> Iterator[_Array]:
+def _planes(path: Path, records: list[int], plane: AnyArray, name: str) -> Iterator[AnyArray]:
     """Yield slices of the data file, each in `plane`, shape (1, ny, nx)."""
     with path.open("rb") as file:
         for record in records:

@@ -5,21 +5,20 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.volume import allocate_values, storable_type
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def stack_slices(
     name: str,
     shape: tuple[int, int, int],
     dtype: np.dtype[Any],
-    scales: np.ndarray[Any, np.dtype[np.float64]],
-    slabs: Iterable[_Array],
+    scales: Float64Array,
+    slabs: Iterable[AnyArray],
     progress: Progress,
-) -> tuple[_Array, float, float]:
+) -> tuple[AnyArray, float, float]:
     """Return values, shape (nz, ny, nx), and the slope and intercept of them all.
 
     Where all slices have the same of both, values stay in the type that they are stored in. Else they become

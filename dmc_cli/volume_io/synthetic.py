@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import SettingsError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -119,7 +120,7 @@ def synthetic_volume(name: str, settings: ReadSettings, progress: Progress = SIL
 
 
 def _fill_formula(
-    values: np.ndarray[Any, np.dtype[Any]],
+    values: AnyArray,
     formula: Callable[[Array, Array, Array], Array],
     progress: Progress,
 ) -> None:
@@ -132,7 +133,7 @@ def _fill_formula(
         progress.advance(min(1.0, (k + planes) / count))
 
 
-def _fill_noise(values: np.ndarray[Any, np.dtype[Any]], seed: int, sigma: float, progress: Progress) -> None:
+def _fill_noise(values: AnyArray, seed: int, sigma: float, progress: Progress) -> None:
     """Draw plane by plane; with a sigma keep only the planes that the filter along z still needs."""
     count = len(values)
     draws = np.random.default_rng(seed)

@@ -9,10 +9,11 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.volume import Volume, allocate_values, check_affine, check_shape, map_file, storable_type
@@ -136,7 +137,7 @@ def _start(layout: Layout, file: BinaryIO) -> int:
     return file.seek(0, 2) - _share(layout)
 
 
-def _mapped(layout: Layout) -> np.ndarray[Any, np.dtype[Any]] | None:
+def _mapped(layout: Layout) -> AnyArray | None:
     """Return a read-only view of the file, shape (nz, ny, nx), or None where it would need a change."""
     if (
         layout.encoding != "raw"
@@ -160,7 +161,7 @@ def _mapped(layout: Layout) -> np.ndarray[Any, np.dtype[Any]] | None:
     return values.reshape(layout.shape[::-1])
 
 
-def _copied(layout: Layout, progress: Progress) -> np.ndarray[Any, np.dtype[Any]]:
+def _copied(layout: Layout, progress: Progress) -> AnyArray:
     """Return the values decoded into a new array of native byte order, shape (nz, ny, nx)."""
     values = allocate_values(layout.name, layout.shape, layout.dtype)
     stored = values.view(layout.dtype) if layout.components == 1 else values
@@ -179,7 +180,7 @@ def _copied(layout: Layout, progress: Progress) -> np.ndarray[Any, np.dtype[Any]
     return values
 
 
-def _pieces(layout: Layout, stored: np.ndarray[Any, np.dtype[Any]]) -> list[np.ndarray[Any, np.dtype[Any]]]:
+def _pieces(layout: Layout, stored: AnyArray) -> list[AnyArray]:
     """Return the part of the array that each file of the chosen volume fills, flat, in order."""
     count = len(_files_of_volume(layout))
     flat = stored.reshape(-1)
@@ -237,7 +238,7 @@ def _fill_component(
     layout: Layout,
     path: Path,
     stream: DecodedStream,
-    target: np.ndarray[Any, np.dtype[Any]],
+    target: AnyArray,
     progress: Progress,
 ) -> None:
     """Fill the flat `target` with one of several values a node."""

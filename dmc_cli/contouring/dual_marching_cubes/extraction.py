@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells, find_cells, words_near_quads
 from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits, find_inside
 from dmc_cli.contouring.dual_marching_cubes.numbering import Numbering
@@ -37,7 +38,7 @@ from dmc_cli.volume import FARTHEST_MM
 def extract(
     volume: DeviceVolume,
     settings: SurfaceSettings,
-    affine: np.ndarray[Any, Any] | None,
+    affine: Float64Array | None,
     even_slices: bool,
     reserve: Reserve | None,
 ) -> Surface:
@@ -105,7 +106,7 @@ def _counts(
     )
 
 
-def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridShape, depths: Any) -> None:
+def _refuse_infinite(position: Any, to_output: Float64Array, grid: GridShape, depths: Any) -> None:
     """Raise VolumeError if a position is beyond float32; positions are only looked at where one may be."""
     rows = to_output[:3].tolist()
     deepest = np.abs(depths.numpy()).max(initial=grid.nz)
@@ -119,7 +120,7 @@ def _refuse_infinite(position: Any, to_output: np.ndarray[Any, Any], grid: GridS
     )
 
 
-def _is_reversed(settings: SurfaceSettings, affine: np.ndarray[Any, Any]) -> bool:
+def _is_reversed(settings: SurfaceSettings, affine: Float64Array) -> bool:
     """Return whether quads made for a right-handed grid, normals towards lower values, must be reversed."""
     towards_higher = settings.orientation == "gradient" or settings.inside == "below"
     return towards_higher != is_mirrored(affine)

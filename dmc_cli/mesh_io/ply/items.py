@@ -11,10 +11,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.ply.header import LENGTH, Element
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 WINDOW = 64
 """Items that are looked at first for how many of one length follow each other; doubled while they do."""
@@ -42,7 +41,7 @@ class Body:
         """Bytes between the places where an item may start."""
         return 1 if self.order else 8
 
-    def at_every_place(self, start: int, dtype: np.dtype[Any]) -> Array:
+    def at_every_place(self, start: int, dtype: np.dtype[Any]) -> AnyArray:
         """Return what stands at `start`, and a unit later, and so on, as values of a type."""
         count = max(0, (len(self.data) - start - dtype.itemsize) // self.unit + 1)
         return np.ndarray((count,), dtype, self.data, start if count else 0, (self.unit,))
@@ -60,9 +59,9 @@ class Items:
     """
 
     end: int
-    columns: dict[str, Array] = field(default_factory=dict)
-    lengths: Array = field(default_factory=lambda: np.zeros(0, np.int64))
-    entries: Array = field(default_factory=lambda: np.zeros(0, np.int64))
+    columns: dict[str, AnyArray] = field(default_factory=dict)
+    lengths: AnyArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    entries: AnyArray = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 def read_items(body: Body, element: Element, position: int) -> Items:
@@ -163,7 +162,7 @@ def _of_any_length(body: Body, element: Element, position: int, most: int) -> It
     )
 
 
-def _follow(following: Array, most: int) -> Array:
+def _follow(following: IntArray, most: int) -> IntArray:
     """Return place 0, the one that follows it, and so on, none at or beyond the end.
 
     Args:

@@ -3,11 +3,9 @@
 A value of one number an item is a property of its name; one of several is name_0, name_1 and so on.
 """
 
-from typing import Any
-
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[Any]]
+from dmc_cli.array_types import AnyArray
 
 POINT = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
@@ -21,25 +19,25 @@ TYPES = {
 """NumPy's letters for PLY's types."""
 
 
-def type_name(array: Array) -> str:
+def type_name(array: AnyArray) -> str:
     """Return PLY's oldest word for the type of an array, which all readers know."""
     letters = f"{array.dtype.kind}{array.dtype.itemsize}"
     return next(name for name, known in TYPES.items() if known == letters)
 
 
-def property_names(name: str, array: Array) -> list[str]:
+def property_names(name: str, array: AnyArray) -> list[str]:
     """Return the properties that a value becomes, one a column."""
     return [name] if array.ndim == 1 else [f"{name}_{column}" for column in range(array.shape[1])]
 
 
-def as_values(columns: dict[str, Array]) -> dict[str, Array]:
+def as_values(columns: dict[str, AnyArray]) -> dict[str, AnyArray]:
     """Return properties as values: name_0, name_1 ... of one type that follow each other as one vector.
 
     Args:
         columns: Properties in the file's order.
     """
     names = list(columns)
-    values: dict[str, Array] = {}
+    values: dict[str, AnyArray] = {}
     start = 0
     while start < len(names):
         stem, end = names[start].removesuffix("_0"), start

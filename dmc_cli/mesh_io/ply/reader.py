@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float32Array, Float64Array
 from dmc_cli.errors import MeshFileError
-from dmc_cli.mesh_io.mesh_file import Float32Array, MeshFile, fits_float32
+from dmc_cli.mesh_io.mesh_file import MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import parse_numbers
 from dmc_cli.mesh_io.parsed import find_space, make_mesh
 from dmc_cli.mesh_io.ply.header import Element, parse_header
 from dmc_cli.mesh_io.ply.items import Body, Items, read_items
 from dmc_cli.mesh_io.ply.properties import NORMAL, POINT, as_values
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def read_ply(path: Path) -> MeshFile:
@@ -68,14 +67,14 @@ def _read_elements(body: Body, elements: list[Element]) -> dict[str, tuple[Eleme
     return found
 
 
-def _coordinate(path: Path, columns: dict[str, Array], axis: str) -> Array:
+def _coordinate(path: Path, columns: dict[str, AnyArray], axis: str) -> Float64Array:
     """Return a coordinate of the vertices as float64."""
     if axis not in columns:
         raise MeshFileError(f"{path}: the vertices have no property {axis}; expected x, y and z")
     return _converted(columns[axis], np.dtype(np.float64))
 
 
-def _normals(columns: dict[str, Array]) -> Float32Array | None:
+def _normals(columns: dict[str, AnyArray]) -> Float32Array | None:
     """Return the normals if there are any and all are finite; others stay values."""
     if not set(NORMAL) <= set(columns):
         return None
@@ -83,7 +82,7 @@ def _normals(columns: dict[str, Array]) -> Float32Array | None:
     return normals if fits_float32(normals).all() else None
 
 
-def _values(element: Element, items: Items, taken: tuple[str, ...] = ()) -> dict[str, Array]:
+def _values(element: Element, items: Items, taken: tuple[str, ...] = ()) -> dict[str, AnyArray]:
     """Return the properties of an element, but those that are taken, as values."""
     return as_values(
         {
@@ -94,13 +93,13 @@ def _values(element: Element, items: Items, taken: tuple[str, ...] = ()) -> dict
     )
 
 
-def _typed(column: Array, dtype: np.dtype[Any]) -> Array:
+def _typed(column: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
     """Return a property as its type, contiguous; numbers of a text that are none of it stay doubles."""
     typed = _converted(column, dtype)
     return typed if dtype.kind == "f" or (typed == column).all() else np.array(column)
 
 
-def _converted(column: Array, dtype: np.dtype[Any]) -> Array:
+def _converted(column: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
     """Return a property as another type, contiguous, without a word on NaN and overflow."""
     with np.errstate(invalid="ignore", over="ignore"):
         return column.astype(dtype)

@@ -6,16 +6,14 @@ further properties. The space stands in the comment that 3D Slicer reads.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float32Array, Int32Array
 from dmc_cli.errors import CallError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.ply.properties import CORNERS, NORMAL, POINT, property_names, type_name
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, join_lines, number_lines
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
@@ -51,7 +49,7 @@ def _header(mesh: MeshFile, encoding: str) -> bytes:
     return "\n".join(lines).encode("ascii")
 
 
-def _properties(properties: list[tuple[str, str]], values: Mapping[str, Array]) -> list[str]:
+def _properties(properties: list[tuple[str, str]], values: Mapping[str, AnyArray]) -> list[str]:
     """Return the lines of an element's properties: types and names that are given, then those of values."""
     properties = properties + [
         (type_name(array), name) for value, array in values.items() for name in property_names(value, array)
@@ -65,7 +63,7 @@ def _properties(properties: list[tuple[str, str]], values: Mapping[str, Array]) 
     return [f"property {kind} {name}" for kind, name in properties]
 
 
-def _places(mesh: MeshFile) -> Iterator[Array]:
+def _places(mesh: MeshFile) -> Iterator[Float32Array]:
     """Yield position and normal side by side, in chunks, float32."""
     points = chunks_of(mesh.points, np.float32)
     if mesh.normals is None:
@@ -73,12 +71,12 @@ def _places(mesh: MeshFile) -> Iterator[Array]:
     return map(np.hstack, zip(points, chunks_of(mesh.normals), strict=True))
 
 
-def _fields(columns: list[Array]) -> list[tuple[str, str, tuple[int, ...]]]:
+def _fields(columns: list[AnyArray]) -> list[tuple[str, str, tuple[int, ...]]]:
     """Return the layout of columns, little endian, packed."""
     return [(str(i), c.dtype.newbyteorder("<").str, c.shape[1:]) for i, c in enumerate(columns)]
 
 
-def _vertex_rows(places: Array, values: list[Array]) -> bytes:
+def _vertex_rows(places: Float32Array, values: list[AnyArray]) -> bytes:
     """Return what belongs to each vertex side by side."""
     if not values:
         return places.astype("<f4", copy=False).tobytes()
@@ -89,7 +87,7 @@ def _vertex_rows(places: Array, values: list[Array]) -> bytes:
     return rows.tobytes()
 
 
-def _face_rows(faces: Array, values: list[Array], has_triangles: bool) -> bytes:
+def _face_rows(faces: Int32Array, values: list[AnyArray], has_triangles: bool) -> bytes:
     """Return how many corners each face has, the corners, without the fourth of triangles, and the values."""
     rows = np.empty(len(faces), [("count", "u1"), ("corners", "<i4", 4), *_fields(values)])
     rows["count"] = 4

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.volume_io.dicom.codestream import image_size, lacks_end
 from dmc_cli.volume_io.dicom.effort import PiecewiseStream
@@ -20,8 +21,6 @@ from dmc_cli.volume_io.dicom.elements import (
     Header,
 )
 from dmc_cli.volume_io.dicom.frames import Frame, Pixels
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that states a size of its own: uncompressed ones, and RLE."""
@@ -58,7 +57,7 @@ TABLE_BYTES = 1024
 """Bytes of tables beside that in each frame, which may have fewer values."""
 
 
-def decode(task: list[tuple[int, Frame]]) -> Iterator[_Array]:
+def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
     """Decode compressed or otherwise unusual slices by pydicom and its plugins."""
     from pydicom.pixels import get_decoder  # type: ignore[attr-defined]
 

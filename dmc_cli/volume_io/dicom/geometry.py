@@ -6,10 +6,10 @@ in one place is a question to the user, not to a tolerance.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom.frames import Frame
@@ -26,8 +26,6 @@ DRIFT_TOLD = 0.05
 DRIFT_REFUSED = 0.5
 """Sideways distance of a slice from the line through the first and the last, in pixels."""
 
-_Array = np.ndarray[Any, np.dtype[np.float64]]
-
 
 @dataclass(frozen=True, eq=False)
 class SliceGeometry:
@@ -41,8 +39,8 @@ class SliceGeometry:
     """
 
     frames: list[Frame]
-    affine: _Array
-    slice_positions: _Array | None
+    affine: Float64Array
+    slice_positions: Float64Array | None
     warnings: tuple[str, ...]
 
 
@@ -75,14 +73,14 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
     return SliceGeometry(frames, affine, table, tuple(notes))
 
 
-def _told(frames: list[Frame], distances: _Array, n: int) -> str:
+def _told(frames: list[Frame], distances: Float64Array, n: int) -> str:
     """Return a text with distance n and the files that it lies between."""
     return f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}"
 
 
 def _without_duplicates(
     stack: Stack, settings: ReadSettings, name: str
-) -> tuple[list[Frame], _Array, list[str]]:
+) -> tuple[list[Frame], Float64Array, list[str]]:
     """Return the frames and their places, one frame a place, and sentences on those dropped."""
     frames, places = stack.frames, stack.places()
     kept = [0]
@@ -103,7 +101,7 @@ def _without_duplicates(
     return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
 
 
-def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: str) -> list[str]:
+def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, name: str) -> list[str]:
     """Refuse distances that look like a missing slice, or return sentences on them, as the settings say."""
     gaps = [
         n
@@ -124,7 +122,7 @@ def _gaps(frames: list[Frame], distances: _Array, settings: ReadSettings, name: 
     return [f"slices are missing: {told}"]
 
 
-def _drift(frames: list[Frame], sideways: _Array, name: str) -> list[str]:
+def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[str]:
     """Refuse slices far beside the line through the first and the last; return sentences on nearer ones."""
     pixel = min(frames[0].spacing)
     worst = int(sideways.argmax())

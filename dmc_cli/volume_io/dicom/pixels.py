@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float32Array
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.system import usable_cores
@@ -28,8 +29,6 @@ from dmc_cli.volume_io.dicom.elements import (
 )
 from dmc_cli.volume_io.dicom.frames import Frame, Pixels
 
-_Array = np.ndarray[Any, np.dtype[Any]]
-
 LARGE_FRAME = 1 << 26
 LARGEST_RATIO = 5000
 """A frame beyond LARGE_FRAME bytes must have a stored byte for every LARGEST_RATIO of them: a damaged size
@@ -43,7 +42,7 @@ LEAST_RLE_RATIO = 64
 class SliceValues:
     """Stored values [k, j, i] and what they mean."""
 
-    values: _Array
+    values: AnyArray
     slope: float
     intercept: float
     padding: tuple[float, float] | None
@@ -134,7 +133,7 @@ def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int,
             yield slices[begin : begin + step]
 
 
-def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> int:
+def _read_task(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool) -> int:
     """Read the slices of one file; returns how many."""
     header, pixels = task[0][1].header, task[0][1].pixels
     direct = header.syntax in (IMPLICIT, EXPLICIT) and sys.byteorder == "little"
@@ -155,7 +154,7 @@ def _read_task(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> 
     return len(task)
 
 
-def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -> Iterator[_Array]:
+def _read_direct(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool) -> Iterator[AnyArray]:
     """Read uncompressed slices, into their place in the volume where their type is kept."""
     header, pixels = task[0][1].header, task[0][1].pixels
     with header.file.open((header.pixel_start or 0) + 12 + pixels.frames * pixels.frame_bytes) as file:
@@ -181,7 +180,7 @@ def _read_direct(task: list[tuple[int, Frame]], values: _Array, uniform: bool) -
             yield plane
 
 
-def _clear_unused_bits(plane: _Array, pixels: Pixels, below: int) -> None:
+def _clear_unused_bits(plane: AnyArray, pixels: Pixels, below: int) -> None:
     """Drop the bits below the stored ones, make those above copies of the sign, or zero."""
     unused = pixels.dtype.itemsize * 8 - pixels.bits_stored
     if unused and plane.dtype.kind in "iu":
@@ -189,7 +188,7 @@ def _clear_unused_bits(plane: _Array, pixels: Pixels, below: int) -> None:
         np.right_shift(plane, unused, out=plane)
 
 
-def _physical(plane: _Array, frame: Frame) -> _Array:
+def _physical(plane: AnyArray, frame: Frame) -> Float32Array:
     """Return the physical values in float32, padding as NaN."""
     values = (plane * frame.slope + frame.intercept).astype(np.float32)
     if frame.padding is not None:

@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
 from dmc_cli.volume_io.minc.image import MincImage
 from dmc_cli.volume_io.unpacked_size import SLACK, passes
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[minc]" or pip install h5py'
 
@@ -109,7 +108,7 @@ def _check_size(image: Any, size: int, name: str) -> None:
         )
 
 
-def _slabs(image: Any, place: tuple[int, ...], name: str) -> Iterator[_Array]:
+def _slabs(image: Any, place: tuple[int, ...], name: str) -> Iterator[AnyArray]:
     """Yield a volume's slices, as many at a time as lie in a chunk."""
     nz = image.shape[-3]
     depth = 1 if image.chunks is None else image.chunks[-3]

@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume import check_shape
-
-_Array = np.ndarray[Any, np.dtype[Any]]
-_Float64 = np.ndarray[Any, np.dtype[np.float64]]
 
 SPACE = {"xspace", "yspace", "zspace"}
 
@@ -41,11 +39,11 @@ class MincImage:
     axes: tuple[str, ...]
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
-    affine: _Float64
+    affine: Float64Array
     valid: Sequence[float] | None
-    ends: tuple[_Array, _Array]
+    ends: tuple[AnyArray, AnyArray]
     ends_axes: tuple[str, ...]
-    slabs: Callable[[tuple[int, ...]], Iterator[_Array]]
+    slabs: Callable[[tuple[int, ...]], Iterator[AnyArray]]
 
     @property
     def volumes(self) -> tuple[int, ...]:
@@ -69,11 +67,11 @@ class MincImage:
         check_shape(self.name, (nx, ny, nz))
         return nx, ny, nz
 
-    def world(self) -> _Float64:
+    def world(self) -> Float64Array:
         """Return the affine of indices whose first one is the fastest, shape (4, 4), in mm."""
         return self.affine[:, [2, 1, 0, 3]]
 
-    def scales(self, place: tuple[int, ...]) -> _Float64:
+    def scales(self, place: tuple[int, ...]) -> Float64Array:
         """Return slope and intercept of each slice of a volume, shape (nz, 2).
 
         Raises:
@@ -115,7 +113,7 @@ class MincImage:
             )
         return low, high
 
-    def clipped(self, slabs: Iterator[_Array]) -> Iterator[_Array]:
+    def clipped(self, slabs: Iterator[AnyArray]) -> Iterator[AnyArray]:
         """Yield slices with what is outside the valid range put to its ends, as nibabel does."""
         if self.dtype.kind == "f":
             yield from slabs

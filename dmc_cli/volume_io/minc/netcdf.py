@@ -9,10 +9,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.volume import intact, map_file
 from dmc_cli.volume_io.minc.image import MincImage
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 LONGEST_HEADER = 1 << 22
 """Bytes that the header is read for: more than any history of processing, and read within seconds."""
@@ -68,7 +67,7 @@ def open_netcdf(path: Path, name: str) -> MincImage:
     with intact(values, name):
         ranges = (np.array(least.data), np.array(most.data))
 
-    def slabs(place: tuple[int, ...]) -> Iterator[_Array]:
+    def slabs(place: tuple[int, ...]) -> Iterator[AnyArray]:
         with intact(values, name):
             for plane in values[place]:
                 yield plane[None]

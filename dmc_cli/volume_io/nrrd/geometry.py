@@ -6,10 +6,10 @@ with space none.
 
 import math
 import re
-from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space
@@ -39,7 +39,7 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
 
 def nrrd_geometry(
     fields: dict[str, str], spatial: tuple[int, int, int], settings: ReadSettings, name: str
-) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Space, tuple[str, ...]]:
+) -> tuple[Float64Array, Space, tuple[str, ...]]:
     """Return the affine in millimetres, its space, and warnings; `spatial` are the axes of space.
 
     Raises:
@@ -94,7 +94,7 @@ def _unoriented(
     settings: ReadSettings,
     name: str,
     notes: list[str],
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+) -> Float64Array:
     """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings."""
     sizes = numbers(fields, "sizes", name, int)
     units = per_axis(fields.get("units", ""))

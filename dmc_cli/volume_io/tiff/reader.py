@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -30,8 +31,6 @@ from dmc_cli.volume_io.layout import (
 from dmc_cli.volume_io.tiff.ome import check_ome, ome_spacing
 from dmc_cli.volume_io.unpacked_size import passes
 from dmc_cli.volume_io.within import REMEDY, Bounds, check_beside
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 SUFFIXES = (".tif", ".tiff")
 
@@ -157,7 +156,7 @@ def check_pages(path: Path, name: str) -> None:
 
 def _stack(
     tifffile: Any, path: Path, name: str, settings: ReadSettings
-) -> tuple[_Array, tuple[float, float, float] | None]:
+) -> tuple[AnyArray, tuple[float, float, float] | None]:
     """Return the values and spacing of a file with many pages."""
     with tifffile.TiffFile(path) as tiff:
         if tiff.is_ome and tiff.ome_metadata:
@@ -185,13 +184,13 @@ def _stack(
         whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
         series.asarray(out=whole.reshape(shape))
         spacing = _spacing(tiff)
-    values: _Array = whole.reshape(count, nodes[2], nodes[1], nodes[0])[index]
+    values: AnyArray = whole.reshape(count, nodes[2], nodes[1], nodes[0])[index]
     return values, spacing
 
 
-def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> _Array:
+def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> AnyArray:
     """Return the values of a folder of single pages."""
-    values: _Array | None = None
+    values: AnyArray | None = None
     for k, path in enumerate(files):
         with tifffile.TiffFile(path) as tiff:
             page = tiff.pages[0]

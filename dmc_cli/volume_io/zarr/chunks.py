@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, VolumeError
 from dmc_cli.progress import Progress
 from dmc_cli.system import usable_cores
@@ -19,8 +20,6 @@ from dmc_cli.threads import each_in_threads
 from dmc_cli.volume_io.unpacked_size import SLACK
 from dmc_cli.volume_io.within import Bounds, Walk
 from dmc_cli.volume_io.zarr.metadata import Sharding, ZarrArray
-
-_Array = np.ndarray[Any, np.dtype[Any]]
 
 LEAST_FILES = 1 / 1000
 """Files a promised chunk, at least: chunks that hold nothing but the fill value may be left out."""
@@ -108,7 +107,7 @@ class ChunkReader:
     folder: Path
     array: ZarrArray
     where: tuple[int, ...]
-    values: _Array
+    values: AnyArray
     name: str
 
     def read(self, files: list[ChunkFile], threads: int | None, progress: Progress) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.unpacked_size import Buffer, told_size, unpacked
 
@@ -68,7 +69,7 @@ class Packing:
         if len(self.steps) > MOST_STEPS:
             raise ValueError(f"{len(self.steps)} codecs one after the other; expected {MOST_STEPS} at most")
 
-    def unpack(self, content: Buffer, chunk: tuple[int, ...]) -> np.ndarray[Any, np.dtype[Any]]:
+    def unpack(self, content: Buffer, chunk: tuple[int, ...]) -> AnyArray:
         """Return the values of a chunk of so many nodes along each axis.
 
         Raises:
@@ -137,7 +138,7 @@ def _by_numcodecs(codec: str, told: dict[str, Any]) -> Step:
     return lambda content, most: decode(_flat(content))  # type: ignore[no-any-return]
 
 
-def _flat(content: Buffer) -> np.ndarray[Any, np.dtype[Any]]:
+def _flat(content: Buffer) -> AnyArray:
     return np.frombuffer(memoryview(content).cast("B"), np.uint8)
 
 

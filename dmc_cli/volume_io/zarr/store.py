@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -149,7 +150,7 @@ def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
     return (x, y, z), (p, q, r)
 
 
-def _last_three(numbers: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _last_three(numbers: Any) -> Float64Array:
     """Return the last three numbers of a list, x first; ValueError where there are fewer."""
     x, y, z = (float(number) for number in numbers[:-4:-1])
     return np.array([x, y, z])
