@@ -1,5 +1,6 @@
 """`make` finds a Python that is new enough, or says what is missing; what is supported is told the same."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -16,7 +17,18 @@ needs_make = pytest.mark.skipif(shutil.which("make") is None, reason="make is no
 def make(*words, **variables):
     assigned = [f"{name}={value}" for name, value in variables.items()]
     command = [shutil.which("make"), "--no-print-directory", "-C", str(ROOT), *words, *assigned]
-    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=60)
+    outer = (
+        "MAKEFLAGS",
+        "MFLAGS",
+        "MAKEOVERRIDES",
+        "LOCKED",
+        "VENV",
+        "PYTHON",
+    )  # of the make that runs the tests
+    environment = {name: value for name, value in os.environ.items() if name not in outer}
+    return subprocess.run(
+        command, env=environment, capture_output=True, encoding="utf-8", check=False, timeout=60
+    )
 
 
 @needs_make
