@@ -10,7 +10,11 @@ from .contouring import (
 )
 from .errors import CallError as CallError, DmcError as DmcError
 from .field import upload_volume as upload_volume
-from .measures import measure_quality as measure_quality, measure_topology as measure_topology
+from .measures import (
+    locate_mesh as locate_mesh,
+    measure_quality as measure_quality,
+    measure_topology as measure_topology,
+)
 from .mesh import (
     Mesh as Mesh,
     Placement as Placement,

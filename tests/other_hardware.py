@@ -12,7 +12,7 @@ from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh.mesh import COLOR, COLOR24
-from dmc_cli.processing.remeshing.rounds import remesh
+from dmc_cli.processing.remeshing import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.report.report import measured_sections
 from dmc_cli.runtime.device import Device, select_device

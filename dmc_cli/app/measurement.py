@@ -8,22 +8,21 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-import warp as wp
 
-from dmc_cli.array_types import Float32Array, Int64Array
-from dmc_cli.field import grid_affine, grid_of, make_field, nodata_value, slice_depths, upload_volume
+from dmc_cli.field import upload_volume
 from dmc_cli.measures import (
     Deviation,
     file_rounding,
+    frame_of_volume,
     kernel_modules,
-    locate,
+    locate_points,
     measure_deviation,
     measure_quality,
     measure_topology,
     plain,
     rounding_warning,
 )
-from dmc_cli.mesh import Placement, SurfaceFrame, connect, mesh_of_file
+from dmc_cli.mesh import connect, mesh_of_file
 from dmc_cli.mesh_io import MeshFile, read_mesh
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
@@ -108,59 +107,21 @@ def measure_mesh(
 
 
 def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[str]]:
-    """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told."""
+    """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told.
+
+    It is held against the grid with a closed border: vertices of an open one never touch the virtual layer,
+    nor nodes without data, which lie outside the object under a closed border.
+    """
     told = []
-    cells, locals, outside = locate_points(mesh, reference.volume)
-    if outside:
+    volume = reference.volume
+    settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
+    frame = frame_of_volume(upload_volume(volume, device), settings)
+    turned = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
+    placement, beyond = locate_points(mesh.points * (-1.0, -1.0, 1.0) if turned else mesh.points, frame)
+    if outside := int(np.count_nonzero(beyond)):
         told.append(f"{outside} vertices lie outside the volume; they are measured at its border")
-    rounding = file_rounding(mesh.points, reference.volume)
+    rounding = file_rounding(mesh.points, volume)
     if warning := rounding_warning(rounding):
         told.append(warning)
-    deviation = _deviation(device, reference, cells, locals)
+    deviation = measure_deviation(placement, volume, volume.value_range())
     return replace(deviation, rounding_mm=rounding.mm, rounding_relative=rounding.relative), told
-
-
-def locate_points(mesh: MeshFile, volume: Volume) -> tuple[Int64Array, Float32Array, int]:
-    """Return each point's cell in the grid with a closed border, its place there, and how many are outside.
-
-    Returns:
-        Linear numbers of the cells' lowest nodes, (V,) int64; coordinates in the cells, (V, 3) float32,
-        clamped to [0, 1]; the number of points outside the grid, over a spacing outside the volume.
-    """
-    points = mesh.points
-    if "none" not in (mesh.space, volume.space) and mesh.space != volume.space:
-        points = points * (-1.0, -1.0, 1.0)
-    grid = grid_of(volume.shape, border=1)
-    depths = slice_depths(volume, grid, Device("cpu")).numpy()
-    return locate(points, grid_affine(volume.affine, grid), grid, depths)
-
-
-def _deviation(
-    device: Device, reference: VolumeReference, cells: Int64Array, locals: Float32Array
-) -> Deviation:
-    """Measure against the grid with a closed border: an open one's vertices never touch its virtual layer.
-
-    Nor do they touch nodes without data, which lie outside the object under a closed border.
-    """
-    volume = reference.volume
-    uploaded = upload_volume(volume, device)
-    settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
-    field = make_field(uploaded, settings)
-    field.has_nodata = int(_lacks_data(volume))
-    field.nodata = nodata_value(volume, field)
-    grid = grid_of(volume.shape, border=1)
-    depths = slice_depths(volume, grid, device)
-    frame = SurfaceFrame(field, grid, grid_affine(volume.affine, grid), depths, 1.0, device)
-    placement = Placement(
-        wp.array(cells, dtype=wp.int64, device=device.name),
-        wp.array(locals, dtype=wp.vec3f, device=device.name),
-        frame,
-    )
-    return measure_deviation(placement, volume, volume.value_range())
-
-
-def _lacks_data(volume: Volume) -> bool:
-    """Return whether nodes of a volume may be without data, slice by slice to keep memory small."""
-    if volume.padding is not None:
-        return True
-    return volume.values.dtype.kind == "f" and not all(np.isfinite(plane).all() for plane in volume.values)

@@ -244,13 +244,13 @@ def compute_normals_kernel(
     to_output: wp.mat33,
     depths: wp.array(dtype=wp.float64),
     cells: wp.array(dtype=wp.int64),
-    locals: wp.array(dtype=wp.vec3),
+    local: wp.array(dtype=wp.vec3),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
 ) -> None:
     """Compute the normals. One thread a vertex."""
     v = first + wp.tid()
-    normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], locals[v])
+    normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], local[v])
 
 
 @wp.kernel
@@ -262,7 +262,7 @@ def normal_block_kernel(
     to_output: wp.mat33,
     depths: wp.array(dtype=wp.float64),
     cells: wp.array(dtype=wp.int64),
-    locals: wp.array(dtype=wp.vec3),
+    local: wp.array(dtype=wp.vec3),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
     left_out: wp.array(dtype=wp.int32),
@@ -271,7 +271,7 @@ def normal_block_kernel(
     start = (first + wp.tid()) * LANES
     size = wp.min(LANES, cells.shape[0] - start)
     block = find_block_cells(grid, cells, start, size)
-    points = load_points(locals, start, size)
+    points = load_points(local, start, size)
     u = FloatLanes()
     v = FloatLanes()
     w = FloatLanes()
@@ -322,7 +322,7 @@ def normals_left_kernel(
     to_output: wp.mat33,
     depths: wp.array(dtype=wp.float64),
     cells: wp.array(dtype=wp.int64),
-    locals: wp.array(dtype=wp.vec3),
+    local: wp.array(dtype=wp.vec3),
     left: wp.array(dtype=wp.int32),
     # Out:
     normals_out: wp.array(dtype=wp.vec3),
@@ -333,4 +333,4 @@ def normals_left_kernel(
     for lane in range(wp.where(bits == 0, 0, wp.min(LANES, cells.shape[0] - start))):
         if ((bits >> lane) & 1) == 1:
             v = start + lane
-            normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], locals[v])
+            normals_out[v] = normal_at(field, grid, to_output, depths, cells[v], local[v])

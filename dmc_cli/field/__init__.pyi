@@ -49,6 +49,7 @@ from .grid import (
     kernel_matrix as kernel_matrix,
     node_cell as node_cell,
     node_position as node_position,
+    row_place as row_place,
     world_coordinate as world_coordinate,
     world_position as world_position,
 )

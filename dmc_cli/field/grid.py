@@ -79,6 +79,11 @@ class GridShape:
         """Return the words of bits per layer of rows."""
         return self.ny * self.words
 
+    def lowest_nodes(self, cells: Any) -> tuple[Any, Any, Any]:
+        """Return i, j and k of the lowest nodes of cells by their numbers, on the host, int64 (V,) each."""
+        rows = cells // self.nx
+        return cells % self.nx, rows % self.ny, rows // self.ny
+
     def struct(self) -> Any:
         """Return the grid as kernels take it, a `Grid`."""
         return self._struct
@@ -136,11 +141,19 @@ def world_position(m: wp.mat44d, x: wp.vec3d) -> wp.vec3:
 
 
 @wp.func
+def row_place(grid: Grid, row: wp.int32) -> wp.vec2i:
+    """Return j and k of a row."""
+    k = row / grid.ny
+    return wp.vec2i(row - k * grid.ny, k)
+
+
+@wp.func
 def cell_node(grid: Grid, cell: wp.int64) -> wp.vec3i:
     """Return the lowest node of a cell by its number."""
     row = wp.int32(cell / wp.int64(grid.nx))
     i = wp.int32(cell - wp.int64(row) * wp.int64(grid.nx))
-    return wp.vec3i(i, row % grid.ny, row / grid.ny)
+    place = row_place(grid, row)
+    return wp.vec3i(i, place[0], place[1])
 
 
 @wp.func

@@ -11,7 +11,7 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import LANES, Words
-from dmc_cli.field.grid import Grid, GridShape
+from dmc_cli.field.grid import Grid, GridShape, row_place
 from dmc_cli.runtime import Device, view
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -68,8 +68,8 @@ def before_line(grid: Grid) -> wp.int32:
 def position_of(grid: Grid, n: wp.int32) -> wp.vec3i:
     """Return w, j and k of word n of the line."""
     row = n / grid.words
-    k = row / grid.ny
-    return wp.vec3i(n - row * grid.words, row - k * grid.ny, k)
+    place = row_place(grid, row)
+    return wp.vec3i(n - row * grid.words, place[0], place[1])
 
 
 @wp.func

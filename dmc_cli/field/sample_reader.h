@@ -78,7 +78,8 @@ wp::vec_t<16 * LENGTH, double> read_rows(wp::array_t<wp::uint8> values, int kind
                     parts_t parts = __builtin_convertvector(shifted, parts_t);
                     doubles_t numbers =
                         __builtin_convertvector(__builtin_bit_cast(values_t, parts), doubles_t);
-                    __builtin_memcpy((double*)&lanes + 16 * (begin + n), &numbers, sizeof(numbers));
+                    __builtin_memcpy(RUN(COMPONENTS(double, lanes) + 16 * (begin + n), 16), &numbers,
+                                     sizeof(numbers));
                 }
             }
         };

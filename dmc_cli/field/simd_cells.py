@@ -61,7 +61,10 @@ def whole_part(a: wp.float64, inverse: wp.float64) -> wp.int32:
 def find_block_cells(
     grid: Grid, cells: wp.array(dtype=wp.int64), start: wp.int32, size: wp.int32
 ) -> BlockCells:
-    """Return the cells of the `size` vertices from `start` on; lanes that remain have the last one's."""
+    """Return the cells of the `size` vertices from `start` on; lanes that remain have the last one's.
+
+    What `cell_node` does of one cell is here once more on purpose: divisions of integers have no vectors.
+    """
     found = BlockCells()
     b = grid.border
     nx = grid.nx - 2 * b

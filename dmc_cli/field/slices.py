@@ -33,20 +33,20 @@ def slice_depths(volume: Volume | None, grid: GridShape, device: Device) -> Any:
     return wp.array(depths, dtype=wp.float64, device=device.name)
 
 
-def map_vertices(cells: Any, locals_: Any, depths: Any, grid: GridShape, matrix: Any, device: Device) -> Any:
+def map_vertices(cell: Any, local: Any, depths: Any, grid: GridShape, matrix: Any, device: Device) -> Any:
     """Return the positions of vertices given by cell and local coordinates, float32 vec3 (V,).
 
     Args:
-        cells: int64 (V,), linear number of the cell's lowest node in the grid.
-        locals_: float32 vec3 (V,), coordinates in the cell.
+        cell: int64 (V,), linear number of the cell's lowest node in the grid.
+        local: float32 vec3 (V,), coordinates in the cell.
         depths: As `slice_depths` returns them.
         grid: The grid over the volume.
         matrix: The kernels' map of the grid's node index, slices even, to the output space.
         device: Where the arrays are.
     """
-    positions = device.empty(cells.shape[0], wp.vec3)
-    inputs = [grid.struct(), matrix, depths, cells, locals_]
-    device.launch(map_vertices_kernel, cells.shape[0], inputs, [positions])
+    positions = device.empty(cell.shape[0], wp.vec3)
+    inputs = [grid.struct(), matrix, depths, cell, local]
+    device.launch(map_vertices_kernel, cell.shape[0], inputs, [positions])
     return positions
 
 
@@ -104,11 +104,11 @@ def map_vertices_kernel(
     grid: Grid,
     matrix: wp.mat44d,
     depths: wp.array(dtype=wp.float64),
-    cells: wp.array(dtype=wp.int64),
-    locals: wp.array(dtype=wp.vec3),
+    cell: wp.array(dtype=wp.int64),
+    local: wp.array(dtype=wp.vec3),
     # Out:
     position_out: wp.array(dtype=wp.vec3),
 ) -> None:
     """Map vertices to the output space. One thread a vertex."""
     v = first + wp.tid()
-    position_out[v] = output_position(matrix, depths, cell_node(grid, cells[v]), locals[v])
+    position_out[v] = output_position(matrix, depths, cell_node(grid, cell[v]), local[v])

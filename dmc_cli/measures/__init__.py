@@ -5,8 +5,8 @@ components        connected components
 vertex_fans       the fans of faces round vertices
 shape             areas, angles, how square
 quality           the measures of the papers
-location          the cell that a point lies in
 deviation         how far vertices are from the surface
+location          the cell of its volume that each vertex lies in
 rounding          what writing in float32 costs
 rounding_kernels  its kernels
 plain_values      numbers as JSON has them

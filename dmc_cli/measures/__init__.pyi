@@ -2,7 +2,11 @@
 
 from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
 from .kernels import kernel_modules as kernel_modules
-from .location import locate as locate
+from .location import (
+    frame_of_volume as frame_of_volume,
+    locate_mesh as locate_mesh,
+    locate_points as locate_points,
+)
 from .plain_values import plain as plain
 from .quality import (
     Quality as Quality,

@@ -75,7 +75,7 @@ def measure_deviation_kernel(
     to_world: wp.mat33d,
     depths: wp.array[wp.float64],
     cells: wp.array[wp.int64],
-    locals: wp.array[wp.vec3f],
+    local: wp.array[wp.vec3f],
     unit: wp.float64,
     # Out:
     sums_out: wp.array2d[wp.float64],
@@ -92,7 +92,7 @@ def measure_deviation_kernel(
     for vertex in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
         node = cell_node(grid, cells[vertex])
         f = cell_values(field, grid, node[0], node[1], node[2]) / unit
-        p = locals[vertex]
+        p = local[vertex]
         u = wp.float64(p[0])
         v = wp.float64(p[1])
         w = wp.float64(p[2])

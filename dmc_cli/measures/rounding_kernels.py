@@ -47,7 +47,7 @@ def measure_rounding_kernel(
     to_mm: wp.mat33d,
     depths: wp.array(dtype=wp.float64),
     cells: wp.array(dtype=wp.int64),
-    locals: wp.array(dtype=wp.vec3),
+    local: wp.array(dtype=wp.vec3),
     positions: wp.array(dtype=wp.vec3),
     # Out:
     peaks_out: wp.array2d(dtype=wp.float64),
@@ -55,13 +55,14 @@ def measure_rounding_kernel(
     """Find the largest rounding in a block of vertices. One thread a block.
 
     `to_grid` and `to_mm` turn a way in the output space into one in cells and one in millimetres. The origin
-    is taken away first, which leaves exact what is left.
+    is taken away first, which leaves exact what is left. So this cannot be `world_position`, which adds the
+    origin and rounds.
     """
     block = first + wp.tid()
     peaks = wp.vec2d()
     for v in range(block * BLOCK, wp.min((block + 1) * BLOCK, cells.shape[0])):
         node = cell_node(grid, cells[v])
-        x = depth_position(depths, node, locals[v])
+        x = depth_position(depths, node, local[v])
         way = wp.vec3d()
         for axis in range(3):
             written = wp.float64(positions[v][axis]) - affine[axis, 3]

@@ -29,7 +29,8 @@ class Halfedges:
         twin: int32 (4F,), -1 on a boundary and at a triangle's fourth place.
         vertex_halfedge: int32 (V,), a halfedge that starts at the vertex; on a boundary the one without a
             twin, so that `next_outgoing` walks the whole fan; -1 for a vertex of no face.
-        valence: int32 (V,), mesh edges at the vertex: one an outgoing halfedge, one a twinless incoming one.
+        valence: int32 (V,), mesh edges at the vertex: one per outgoing halfedge, plus one per incoming
+            one without a twin.
     """
 
     twin: Any

@@ -10,17 +10,16 @@ def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool 
         from dmc_cli.bits import selection_kernels
         from dmc_cli.mesh import changing_kernels
         from dmc_cli.processing import color_repair
-        from dmc_cli.processing.patterns import masks, removal_3x3y, simplify_3x3y, simplify_3333
+        from dmc_cli.processing.patterns import pattern_kernels
 
-        modules += [color_repair, masks, simplify_3x3y, removal_3x3y, simplify_3333]
-        modules += [*selection_kernels(), *changing_kernels()]
+        modules += [color_repair, *pattern_kernels(), *selection_kernels(), *changing_kernels()]
     if remesh:
         from dmc_cli.processing import distance_guard
-        from dmc_cli.processing.remeshing import inheritance, mend, regions, sweep
+        from dmc_cli.processing.remeshing import remeshing_kernels
 
-        modules += [distance_guard, regions, sweep, mend, inheritance]
+        modules += [distance_guard, *remeshing_kernels()]
     if relax or remesh:
-        from dmc_cli.processing.relaxation import relax as relaxation, relax_checks
+        from dmc_cli.processing.relaxation import relaxation_kernels
 
-        modules += [relaxation, relax_checks]
+        modules += relaxation_kernels()
     return modules

@@ -11,6 +11,16 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 
 @wp.func
+def quad_area(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
+    """Return a quad's normal, as long as twice its area."""
+    a = position[corners[4 * q]]
+    b = position[corners[4 * q + 1]]
+    c = position[corners[4 * q + 2]]
+    d = position[corners[4 * q + 3]]
+    return wp.cross(c - a, d - b)
+
+
+@wp.func
 def corner_shape(before: wp.vec3, after: wp.vec3, normal: wp.vec3) -> wp.float32:
     """Return the shape at a corner between the edge into it and the edge out of it."""
     squares = wp.dot(before, before) + wp.dot(after, after)

@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import warp as wp
 
 from dmc_cli.measures import (
     Deviation,
-    locate,
+    locate_points,
     measure_deviation,
     measure_quality,
     measure_rounding,
@@ -29,16 +28,9 @@ def measure_surface(mesh: Mesh, placement: Placement, volume: Volume) -> Measure
 
 def _deviation(mesh: Mesh, placement: Placement, volume: Volume) -> Deviation:
     """Measure the deviation, of the positions as they are written where their rounding counts."""
-    device, frame = mesh.device, placement.frame
     rounding = measure_rounding(mesh, placement, volume)
     if rounding is not None and rounding.relative > COARSE:
-        points = mesh.positions.numpy().astype(np.float64)
-        cells, local, _ = locate(points, frame.affine, frame.grid, frame.depths.numpy())
-        placement = Placement(
-            wp.array(cells, dtype=wp.int64, device=device.name),
-            wp.array(local, dtype=wp.vec3f, device=device.name),
-            frame,
-        )
+        placement, _ = locate_points(mesh.positions.numpy().astype(np.float64), placement.frame)
     deviation = measure_deviation(placement, volume, volume.value_range())
     if rounding is None:
         return deviation

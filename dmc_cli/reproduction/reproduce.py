@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.array_types import Float32Array, Int64Array, IntArray
+from dmc_cli.array_types import IntArray
 from dmc_cli.measures import (
     choose_diagonals,
     inspect_vertices,
     measure_quality,
 )
-from dmc_cli.mesh import REGULAR, REGULAR_OF_TRIANGLES, Mesh
+from dmc_cli.mesh import REGULAR, REGULAR_OF_TRIANGLES, Mesh, Placement
 from dmc_cli.reproduction.paper_tables import PAPER_VALUES, DataSet, MeshKind, PaperValue
 from dmc_cli.volume_io import FIELDS
 
@@ -35,15 +35,13 @@ class SyntheticMesh:
     Attributes:
         data: The field and its nodes.
         mesh: Its positions on [-1, 1]^3, quads and halfedges.
-        cells: Linear number of each vertex's cell, (V,) int64, on the host.
-        locals: Place of each vertex in its cell, (V, 3) float32, on the host.
+        placement: Where its vertices lie.
         unused_vertices: Polygons whose vertex no quad uses; 0 after simplification.
     """
 
     data: DataSet
     mesh: Mesh
-    cells: Int64Array
-    locals: Float32Array
+    placement: Placement
     unused_vertices: int
 
 
@@ -85,14 +83,14 @@ def mean_field_value(mesh: SyntheticMesh) -> float:
     """Return the mean of |f| over the vertices, f the field's formula: equation 7 at isovalue 0."""
     formula, nodes = FIELDS[mesh.data.field], mesh.data.nodes
     step = 2.0 / (nodes - 1)
+    all_cells, all_local = mesh.placement.cell.numpy(), mesh.placement.local.numpy()
     sums = []
-    for start in range(0, len(mesh.cells), CHUNK):
-        cells = mesh.cells[start : start + CHUNK]
-        lowest = (cells % nodes, cells // nodes % nodes, cells // (nodes * nodes))
-        local = mesh.locals[start : start + CHUNK].astype(np.float64)
+    for start in range(0, len(all_cells), CHUNK):
+        lowest = mesh.placement.frame.grid.lowest_nodes(all_cells[start : start + CHUNK])
+        local = all_local[start : start + CHUNK].astype(np.float64)
         x, y, z = (step * (lowest[a] + local[:, a]) - 1.0 for a in range(3))
         sums.append(np.abs(formula(x, y, z)).sum())
-    return float(np.sum(sums)) / len(mesh.cells)
+    return float(np.sum(sums)) / len(all_cells)
 
 
 def compare_tables(found: Found, values: Iterable[PaperValue] = PAPER_VALUES) -> list[Row]:

@@ -133,7 +133,6 @@ def _synthetic(data: DataSet, mesh: Mesh, placement: Placement, unused_vertices:
     return SyntheticMesh(
         data=data,
         mesh=mesh,
-        cells=placement.cell.numpy(),
-        locals=placement.local.numpy(),
+        placement=placement,
         unused_vertices=unused_vertices,
     )

@@ -81,6 +81,12 @@ Pointer<T> row(const Array& array, long long row, const char* name, const char* 
     return Pointer<T>(begin, begin, begin + size, name, function);
 }
 
+template <typename T, typename Vector>
+Pointer<T> components(Vector& vector, const char* name, const char* function) {
+    T* begin = (T*)&vector;
+    return Pointer<T>(begin, begin, begin + sizeof(vector) / sizeof(T), name, function);
+}
+
 template <typename T>
 T* run(const Pointer<T>& pointer, long long count) {
     return pointer.run(0, count);

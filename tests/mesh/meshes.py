@@ -10,8 +10,8 @@ from dmc_cli.contouring import Surface, color_faces, connect_faces
 from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.mesh import COLOR, Mesh
 from dmc_cli.mesh.placement import Placement
-from dmc_cli.processing.patterns.simplify import Simplified, simplify
-from dmc_cli.processing.relaxation.relax import relax
+from dmc_cli.processing.patterns import Simplified, simplify
+from dmc_cli.processing.relaxation import relax
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import MeshSettings
 from tests.oracle.simplify import (

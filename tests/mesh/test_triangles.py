@@ -21,9 +21,9 @@ from dmc_cli.mesh.placement import Placement
 from dmc_cli.mesh.working import working_mesh
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
-from dmc_cli.processing.patterns.simplify import simplify
-from dmc_cli.processing.relaxation.relax import relax
-from dmc_cli.processing.remeshing.rounds import remesh
+from dmc_cli.processing.patterns import simplify
+from dmc_cli.processing.relaxation import relax
+from dmc_cli.processing.remeshing import remesh
 from dmc_cli.report.measures import measure_surface
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, SurfaceSettings

@@ -167,9 +167,9 @@ def recorded(name, seconds, function):
 RECORDED = {
     "tests/mesh/test_other.py": {
         "tests": recorded(
-            "tests/mesh/test_other.py::slow", 50.0, "processing/patterns/simplify.py::_safe_3x3y"
+            "tests/mesh/test_other.py::slow", 50.0, "processing/patterns/simplification.py::_safe_3x3y"
         )
-        | recorded("tests/mesh/test_other.py::fast", 1.0, "processing/patterns/simplify.py::_safe_3x3y")
+        | recorded("tests/mesh/test_other.py::fast", 1.0, "processing/patterns/simplification.py::_safe_3x3y")
         | recorded("tests/mesh/test_other.py::elsewhere", 0.1, "mesh/check.py::check_mesh")
     },
     "tests/processing/patterns/test_simplify.py": {
@@ -187,9 +187,9 @@ def test_a_fault_in_a_kernel_is_shown_to_the_tests_that_launch_it():
     chosen, seconds = choice.tests_for("processing/patterns/simplify_3x3y.py", "safe_cut", [], 60)
     assert chosen == ["tests/processing/patterns/test_simplify.py::same_name"]
     assert seconds == 5
-    chosen, _ = choice.tests_for("processing/patterns/simplify.py", "_safe_3x3y", [], 60)
+    chosen, _ = choice.tests_for("processing/patterns/simplification.py", "_safe_3x3y", [], 60)
     assert [c.split("::")[1] for c in chosen] == ["fast", "slow"]
-    assert choice.tests_for("processing/patterns/simplify.py", "_safe_3x3y", [], 2)[1] == 1
+    assert choice.tests_for("processing/patterns/simplification.py", "_safe_3x3y", [], 2)[1] == 1
 
 
 def test_a_fault_in_a_constant_is_shown_to_the_tests_that_read_its_module():

@@ -1,6 +1,7 @@
 """Undocumented parts of Warp are used in `dmc_cli/runtime` alone, and kernels are launched there alone."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,9 @@ def private_uses(source: str) -> set[str]:
 LAUNCHES = {f"{warp}.{name}" for warp in ("wp", "warp") for name in ("launch", "launch_tiled")}
 """What launches a kernel by Warp."""
 
+LAYOUT = re.compile(r"\*\)\s*\(*&|\breinterpret_cast\b|\.data\b|\.strides\b|\.c\b")
+"""What a header does that takes for granted how Warp's arrays and vectors lie in memory."""
+
 SOURCES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.parent.name != "runtime"]
 
 
@@ -79,6 +83,33 @@ def test_the_rest_of_the_package_uses_what_warp_documents():
 )
 def test_a_private_use_is_found(source, expected):
     assert private_uses(source) == expected
+
+
+def test_headers_leave_the_layout_of_arrays_and_vectors_to_runtime():
+    headers = sorted(PACKAGE.rglob("*.h"))
+    found = {path.relative_to(PACKAGE) for path in headers if LAYOUT.search(path.read_text("utf-8"))}
+    assert len(headers) > 15
+    assert {str(path) for path in found if path.parent.name != "runtime"} == set()
+    assert "pointers.h" in {path.name for path in found}
+
+
+@pytest.mark.parametrize(
+    ("line", "is_private"),
+    [
+        ("(double*)&lanes + 16", True),
+        ("(float*)(&lanes)", True),
+        ("(const int *) &lanes", True),
+        ("reinterpret_cast<float*>(values)", True),
+        ("(char*)values.data", True),
+        ("values.strides[0]", True),
+        ("lanes.c[3]", True),
+        ("*(const values_t*)RUN(nodes + done, 32)", False),
+        ("COMPONENTS(double, lanes) + 16", False),
+        ("load(&word, values.shape[0])", False),
+    ],
+)
+def test_a_use_of_the_layout_is_found(line, is_private):
+    assert bool(LAYOUT.search(line)) == is_private
 
 
 def test_warp_launches_in_one_place():

@@ -23,6 +23,7 @@ from dmc_cli.field import (
     make_plane,
     node_of_volume,
     padding_range,
+    row_place,
     stored_isovalue,
 )
 from dmc_cli.settings import SurfaceSettings
@@ -229,8 +230,9 @@ def find_inside_kernel(
 ) -> None:
     """Find the inside bits and count the nodes without data if asked to. One thread a row of the grid."""
     row = first + wp.tid()
-    j = row % grid.ny
-    k = row // grid.ny
+    place = row_place(grid, row)
+    j = place[0]
+    k = place[1]
     b = grid.border
     if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
         fill_row(inside_out, grid, row, levels.outside)

@@ -19,7 +19,7 @@ from dmc_cli.contouring.dual_marching_cubes.color_words import color_row, reduce
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
 from dmc_cli.contouring.dual_marching_cubes.numbering import numbering_of
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field import Grid
+from dmc_cli.field import Grid, row_place
 from dmc_cli.mesh import COLOR, COLOR24
 
 wp.set_module_options(
@@ -68,7 +68,8 @@ def reduce_colors(surface: Surface, colors: Any) -> Any:
 @wp.func
 def group_of_row(grid: Grid, row: wp.int32) -> wp.int32:
     """Return (j & 1) | (k & 1) << 1 of a row."""
-    return ((row % grid.ny) & 1) | (((row / grid.ny) & 1) << 1)
+    place = row_place(grid, row)
+    return (place[0] & 1) | ((place[1] & 1) << 1)
 
 
 @wp.func

@@ -23,7 +23,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     is_active,
 )
 from dmc_cli.contouring.dual_marching_cubes.tracing import FACE_EDGES, is_ambiguous, label_of, trace_cell
-from dmc_cli.field import Grid
+from dmc_cli.field import Grid, row_place
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -127,8 +127,9 @@ def bad_neighbour(
 ) -> wp.int32:
     """Return the special cell behind the high face on `axis` of s if it is of the class and bad, else -1."""
     i = special.i[s]
-    j = special.row[s] % grid.ny
-    k = special.row[s] // grid.ny
+    place = row_place(grid, special.row[s])
+    j = place[0]
+    k = place[1]
     plane = wp.where(axis == 0, i, wp.where(axis == 1, j, k)) + 1
     ni = i + wp.where(axis == 0, 1, 0)
     nj = j + wp.where(axis == 1, 1, 0)

@@ -22,7 +22,7 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     next_edge,
     with_label,
 )
-from dmc_cli.field import ALL_EDGES, Grid
+from dmc_cli.field import ALL_EDGES, Grid, row_place
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -162,8 +162,9 @@ def number_vertices(
     has_nodata: wp.int32,
 ) -> CellVertices:
     """Turn the polygons of a special cell into vertices: none for a polygon without quads, one a fan."""
-    j = row % grid.ny
-    k = row // grid.ny
+    place = row_place(grid, row)
+    j = place[0]
+    k = place[1]
     crossed = wp.uint32(ALL_EDGES) & ~edges_labelled(labels, NO_LABEL)
     bare = crossed & border_edges(grid, i, j, k)
     if has_nodata == 1:

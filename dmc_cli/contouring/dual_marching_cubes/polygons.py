@@ -28,7 +28,7 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     label_all,
     trace_cell,
 )
-from dmc_cli.field import CornerValues64, Field, Grid, GridShape, cell_values
+from dmc_cli.field import CornerValues64, Field, Grid, GridShape, cell_values, row_place
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device, mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -139,8 +139,9 @@ def trace_polygons_kernel(
     s = first + wp.tid()
     row = special.row[s]
     i = special.i[s]
-    j = row % grid.ny
-    k = row // grid.ny
+    place = row_place(grid, row)
+    j = place[0]
+    k = place[1]
     case = cell_case(grid, bits.inside, row, i)
     labels = wp.uint64(0)
     joined = wp.uint32(0)

@@ -1,7 +1,7 @@
 """Reduce irregular vertices by local edge rotations, quad collapses and splits, by simulated annealing.
 
 work        a mesh in regions, with a journal of changes
-operations  rotate an edge, collapse a diagonal, open a quad
+operations  rotate an edge, collapse a quad, split a vertex
 checks      what an operation must leave, and what it is worth
 chains      rotations that follow an operation until there is a gain
 moves       how the vertices that it touches move
@@ -11,4 +11,9 @@ regions     the parts of the mesh that threads work on in a round
 sweep       operations tried at irregular vertices
 mend        high quads made lower, the worst better
 rounds      the rounds in order
+kernels     the modules with kernels
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

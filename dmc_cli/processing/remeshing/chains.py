@@ -19,7 +19,7 @@ DEPTH = wp.constant(10)
 """Rotations of a chain at most."""
 
 ASCENT = 2
-"""What a chain may cost on its way: a pair that comes, next to one that glides, say."""
+"""Cost that a chain may reach before it gains: as of a pair that comes beside one that glides."""
 
 UNKNOWN, OFF_REGION = wp.constant(98), wp.constant(99)
 """Costs of a rotation that leaves a doublet, and of one off the region."""

@@ -2,19 +2,19 @@
 
 Sound is a vertex with 3 to 8 quads in one ring whose vertices are all different: then no two quads are the
 same or have two sides in common, no edge has more than two quads, and the mesh stays a manifold of the same
-kind, since merging and splitting vertices along quads changes neither Euler characteristic nor components
-as long as no two vertices of a ring become one.
+kind, since collapsing quads and splitting vertices change neither Euler characteristic nor components as
+long as no two vertices of a ring become one.
 """
 
 import warp as wp
 
 from dmc_cli.field import index_position
 from dmc_cli.mesh import next_outgoing, quad_corner
-from dmc_cli.processing.quad_square import quad_shape
+from dmc_cli.processing.quad_square import quad_area, quad_shape
 from dmc_cli.processing.remeshing.work import (
+    HAS_SPLIT,
     LONGEST_RING,
     MOST_VALENCE,
-    OPENED,
     PATCH,
     PATCHED,
     TOUCHED,
@@ -98,7 +98,7 @@ def irregularity_change(work: Work, b: wp.int32) -> wp.int32:
 @wp.func
 def quads_removed(work: Work, b: wp.int32) -> wp.int32:
     """Return how many quads, and as many vertices, an operation takes away."""
-    gone = -work.tally[b, OPENED]
+    gone = -work.tally[b, HAS_SPLIT]
     for n in range(work.tally[b, TOUCHED]):
         gone += wp.int32(work.mesh.vertex_gone[work.core[b, n]])
     return gone
@@ -129,21 +129,11 @@ def gather_patch(work: Work, b: wp.int32) -> None:
 
 
 @wp.func
-def quad_area(work: Work, q: wp.int32) -> wp.vec3:
-    """Return a quad's normal, as long as twice its area."""
-    a = work.mesh.position[work.mesh.corners[4 * q]]
-    b = work.mesh.position[work.mesh.corners[4 * q + 1]]
-    c = work.mesh.position[work.mesh.corners[4 * q + 2]]
-    d = work.mesh.position[work.mesh.corners[4 * q + 3]]
-    return wp.cross(c - a, d - b)
-
-
-@wp.func
 def is_inverted(work: Work, q: wp.int32) -> wp.bool:
     """Return whether a quad faces away from the mean of the surface's normals at its corners."""
     up = work.normal[work.mesh.corners[4 * q]] + work.normal[work.mesh.corners[4 * q + 1]]
     up += work.normal[work.mesh.corners[4 * q + 2]] + work.normal[work.mesh.corners[4 * q + 3]]
-    return work.sense * wp.dot(quad_area(work, q), up) <= 0.0
+    return work.sense * wp.dot(quad_area(work.mesh.corners, work.mesh.position, q), up) <= 0.0
 
 
 @wp.func
@@ -175,13 +165,21 @@ def folded_sides(work: Work, b: wp.int32) -> wp.int32:
     result = int(0)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
-        area = quad_area(work, q)
+        area = quad_area(work.mesh.corners, work.mesh.position, q)
         is_inner = is_own(work, b, work.mesh.corners[4 * q + 3])
         for c in range(4):
             was_inner = is_inner
             is_inner = is_own(work, b, work.mesh.corners[4 * q + c])
             if is_inner or was_inner:
-                if wp.dot(area, quad_area(work, work.mesh.twin[4 * q + ((c + 3) & 3)] >> 2)) < 0.0:
+                if (
+                    wp.dot(
+                        area,
+                        quad_area(
+                            work.mesh.corners, work.mesh.position, work.mesh.twin[4 * q + ((c + 3) & 3)] >> 2
+                        ),
+                    )
+                    < 0.0
+                ):
                     result += 1
             else:
                 fail(work, b)

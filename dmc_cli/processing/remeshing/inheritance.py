@@ -1,4 +1,4 @@
-"""Give new quads and vertices the values of what they were opened beside: labels above all."""
+"""Give new quads and vertices the values of what they were split from: labels above all."""
 
 import warp as wp
 

@@ -16,14 +16,14 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.mesh import WorkingMesh, next_outgoing, quad_corner
-from dmc_cli.processing.relaxation.relax_checks import SLIVER
+from dmc_cli.processing.quad_square import quad_area
+from dmc_cli.processing.relaxation import SLIVER
 from dmc_cli.processing.remeshing.checks import (
     excess_of_patch,
     folded_sides,
     gather_patch,
     highest_of_patch,
     measure_patch,
-    quad_area,
 )
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core
 from dmc_cli.processing.remeshing.tracked_points import assign_points
@@ -43,8 +43,8 @@ DIRECTIONS, LENGTHS = 8, 3
 """Steps that are tried at a vertex: of 0.4 of the mean length of its sides, and a third of that twice."""
 
 
-EIGHTH = wp.constant(0.70710678)
-"""Half the root of 2: of a direction, and of it turned by a right angle, for one turned by half of that."""
+COS_45 = wp.constant(0.70710678)
+"""cos 45°, which is sin 45°: what a direction turned by 45° has of it, and of it turned by 90°."""
 
 
 @wp.struct
@@ -67,11 +67,11 @@ class Limits:
     may_fold: wp.int32
 
 
-def mark_high(mesh: WorkingMesh, context: Any) -> Any:
-    """Return a mark for each vertex, uint8 (V,): 1 if one of its quads is high."""
+def flag_high(mesh: WorkingMesh, context: Any) -> Any:
+    """Return a flag for each vertex, uint8 (V,): 1 if one of its quads is high."""
     high, arrays = mesh.device.zeros(mesh.vertex_count, wp.uint8), mesh.arrays
     inputs = [context, arrays.corners, arrays.cell, arrays.local]
-    mesh.device.launch(mark_high_kernel, mesh.face_count, inputs, [high])
+    mesh.device.launch(flag_high_kernel, mesh.face_count, inputs, [high])
     return high
 
 
@@ -94,7 +94,7 @@ def upward(work: Work, v: wp.int32) -> wp.vec3:
     if wp.length_sq(up) == 0.0:
         h = work.mesh.vertex_halfedge[v]
         for _n in range(work.mesh.valence[v]):
-            up += quad_area(work, h >> 2)
+            up += quad_area(work.mesh.corners, work.mesh.position, h >> 2)
             h = next_outgoing(work.mesh.twin, h)
     return wp.normalize(up)
 
@@ -169,7 +169,7 @@ def try_steps(
     before = measure_ring(context, work, b)
     for n in range(planes * LENGTHS * DIRECTIONS):
         before = try_step(context, work, b, v, length * way, before, limits)
-        way = EIGHTH * (way + wp.cross(normal, way))
+        way = COS_45 * (way + wp.cross(normal, way))
         if n % DIRECTIONS == DIRECTIONS - 1:
             length = length / 3.0
         if n % (LENGTHS * DIRECTIONS) == LENGTHS * DIRECTIONS - 1:
@@ -193,7 +193,7 @@ def mend_vertex(
 
 
 @wp.kernel
-def mark_high_kernel(
+def flag_high_kernel(
     # In:
     first: wp.int32,
     context: SurfaceContext,
@@ -203,7 +203,7 @@ def mark_high_kernel(
     # Out:
     high_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Mark the vertices of a high quad; threads that mark one vertex write the same. One thread a quad."""
+    """Flag the vertices of a high quad; threads that flag one vertex write the same. One thread a quad."""
     q = first + wp.tid()
     if excess_height(context, corners, cell, local, q) > 0.0:
         for c in range(4):

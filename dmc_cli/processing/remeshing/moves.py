@@ -6,7 +6,7 @@ from dmc_cli.field import index_position, node_cell, output_position, project_po
 from dmc_cli.mesh import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import nearest_square_corner
 from dmc_cli.processing.remeshing.work import (
-    MERGED,
+    KEPT,
     REMOVED,
     TOUCHED,
     Work,
@@ -26,14 +26,14 @@ FARTHEST = wp.constant(wp.float64(1.25))
 
 @wp.func
 def keep_places(work: Work, b: wp.int32) -> None:
-    """Note where the touched vertices are, and put a merged one midway."""
+    """Note where the touched vertices are, and put the one that a collapse keeps midway."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
         work.core_position[b, n] = work.mesh.position[v]
         work.core_cell[b, n] = work.mesh.cell[v]
         work.core_local[b, n] = work.mesh.local[v]
         work.core_normal[b, n] = work.normal[v]
-    kept = work.tally[b, MERGED]
+    kept = work.tally[b, KEPT]
     if kept >= 0:
         gone = work.tally[b, REMOVED]
         work.mesh.position[kept] = 0.5 * (work.mesh.position[kept] + work.mesh.position[gone])

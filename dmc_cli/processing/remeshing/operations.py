@@ -1,4 +1,4 @@
-"""Change the mesh by the operations of remeshing: rotate an edge, collapse a diagonal, open a quad.
+"""Change the mesh by the operations of remeshing: rotate an edge, collapse a quad, split a vertex.
 
 Each takes a halfedge, touches the vertices whose rings it changes, and changes the connectivity through the
 journal. Whether the mesh may stay like that is judged afterwards (`checks.py`). A doublet, two quads
@@ -11,8 +11,8 @@ from dmc_cli.mesh import next_in_quad, next_outgoing, opposite_in_quad, previous
 from dmc_cli.processing.remeshing.work import (
     CORNER,
     FACE_GONE,
+    HAS_SPLIT,
     LONGEST_RING,
-    OPENED,
     SPARE_QUAD,
     SPARE_VERTEX,
     START,
@@ -29,7 +29,7 @@ from dmc_cli.processing.remeshing.work import (
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 DOUBLETS = 4
-"""Doublets that one operation may leave behind and take up: more come of no operation that is any use."""
+"""Doublets that may be removed after one operation; operations that leave more are of no use."""
 
 
 @wp.func
@@ -99,8 +99,8 @@ def rotate_edge(work: Work, b: wp.int32, h: wp.int32, forward: wp.bool) -> None:
 
 
 @wp.func
-def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32) -> None:
-    """Remove the quad of halfedge h by merging the vertex where h starts into the one opposite."""
+def collapse_quad(work: Work, b: wp.int32, h: wp.int32) -> None:
+    """Remove the quad of halfedge h: along its diagonal the vertex where h starts joins the one opposite."""
     gone = quad_corner(work.mesh.corners, h, 0)
     side = quad_corner(work.mesh.corners, h, 1)
     kept = quad_corner(work.mesh.corners, h, 2)
@@ -138,7 +138,7 @@ def collapse_diagonal(work: Work, b: wp.int32, h: wp.int32) -> None:
 
 
 @wp.func
-def open_quad(
+def split_vertex(
     work: Work, b: wp.int32, h: wp.int32, steps: wp.int32, last_vertex: wp.int32, last_quad: wp.int32
 ) -> None:
     """Split the vertex where h starts, along h and the halfedge `steps` onward, and put a quad between.
@@ -178,7 +178,7 @@ def open_quad(
             add_valence(work, b, other, 1)
             put(work, b, FACE_GONE, q, 0)
             put(work, b, VERTEX_GONE, fresh, 0)
-            work.tally[b, OPENED] = 1
+            work.tally[b, HAS_SPLIT] = 1
 
 
 @wp.func

@@ -20,7 +20,7 @@ SIDE = 32
 """Cells along a box's side: an operation needs some six cells; the more boxes, the more threads."""
 
 SPARE_SHARE = 32
-"""A region may open one quad for so many own vertices in a round, and one more."""
+"""A region may split one vertex for so many of its own in a round, and one more."""
 
 FROZEN = OWN_PREFIX + "frozen"
 """The value of the working mesh's vertices that tells which must stay: uint8, 1 for those."""

@@ -29,9 +29,9 @@ from dmc_cli.mesh import (
 )
 from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
-from dmc_cli.processing.relaxation.relax import find_normals, measure_shapes, relax
+from dmc_cli.processing.relaxation import find_normals, measure_shapes, relax
 from dmc_cli.processing.remeshing.inheritance import inherit_values
-from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, mark_high, mend_kernel
+from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, flag_high, mend_kernel
 from dmc_cli.processing.remeshing.regions import (
     FROZEN,
     Regions,
@@ -124,7 +124,7 @@ class Rounds:
             if (n + 1) % RELAX_EVERY == 0 or n + 1 == rounds:
                 self._relax(1 if n + 1 < rounds else RELAXED_LAST)
         for n in range(MOST_MENDINGS):
-            high = mark_high(self._mesh, self._context)
+            high = flag_high(self._mesh, self._context)
             if n >= MENDINGS and self._device.total(high) == 0:
                 break
             self._mend(high, n)
@@ -163,7 +163,7 @@ class Rounds:
         return done
 
     def _mend(self, high: Any, number: int) -> None:
-        """Mend the worst quads and those at vertices marked `high`."""
+        """Mend the worst quads and those at vertices flagged `high`."""
         shape = measure_shapes(self._mesh.as_mesh()[0]).numpy()
         limits = Limits()
         limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0

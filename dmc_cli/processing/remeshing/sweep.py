@@ -32,16 +32,16 @@ from dmc_cli.processing.remeshing.checks import (
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core, smooth_core
 from dmc_cli.processing.remeshing.operations import (
     DOUBLETS,
-    collapse_diagonal,
+    collapse_quad,
     doublet_of,
-    open_quad,
     rotate_edge,
+    split_vertex,
 )
 from dmc_cli.processing.remeshing.tracked_points import assign_points
 from dmc_cli.processing.remeshing.work import (
     CHANGES,
-    MERGED,
-    OPENED,
+    HAS_SPLIT,
+    KEPT,
     REMOVED,
     SPARE_QUAD,
     SPARE_VERTEX,
@@ -72,11 +72,11 @@ GEOMETRY_CAN_GIVE = wp.constant(0.6)
 CHAINED = 160
 """Of 256 operations tried, those that are followed by a chain if they gain nothing."""
 
-NOTHING, ROTATE, COLLAPSE, OPEN = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+NOTHING, ROTATE, COLLAPSE, SPLIT = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
 """Kinds of operations."""
 
 ROTATIONS, COLLAPSES = 8, 4
-"""Of 16 operations tried; the others open a quad."""
+"""Of 16 operations tried; the others split a vertex."""
 
 
 PASSES = 4
@@ -118,13 +118,13 @@ def first_action(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32, most: 
         side = (h & ~3) | ((h + choice(number, 16, 2)) & 3)
         if float(collapse_cost(work, side)) <= most:
             work.tally[b, REMOVED] = quad_corner(work.mesh.corners, side, 0)
-            work.tally[b, MERGED] = quad_corner(work.mesh.corners, side, 2)
+            work.tally[b, KEPT] = quad_corner(work.mesh.corners, side, 2)
             action = wp.vec3i(COLLAPSE, side, 0)
     else:
         side = (h & ~3) | ((h + choice(number, 16, 4) / 3) & 3)
         if is_own(work, b, work.mesh.corners[side]):
             steps = 2 + choice(number, 24, wp.max(work.mesh.valence[work.mesh.corners[side]] - 3, 1))
-            action = wp.vec3i(OPEN, side, steps)
+            action = wp.vec3i(SPLIT, side, steps)
     return action
 
 
@@ -165,9 +165,9 @@ def propose(
                 link(work, b, action[1])
             rotate_edge(work, b, action[1], action[2] == 1)
         elif action[0] == COLLAPSE:
-            collapse_diagonal(work, b, action[1])
+            collapse_quad(work, b, action[1])
         else:
-            open_quad(work, b, action[1], action[2], last[0], last[1])
+            split_vertex(work, b, action[1], action[2], last[0], last[1])
         done += 1
         action = wp.vec3i(NOTHING, 0, 0)
         if not has_failed(work, b):
@@ -175,8 +175,8 @@ def propose(
 
 
 @wp.func
-def begin_opened(work: Work, b: wp.int32, fresh: wp.int32) -> None:
-    """Place a new vertex of an opened quad where the vertex is that it was split from."""
+def begin_split(work: Work, b: wp.int32, fresh: wp.int32) -> None:
+    """Place the new vertex of a split where the vertex is that it was split from."""
     of = work.core[b, 0]
     work.mesh.position[fresh] = work.mesh.position[of]
     work.mesh.cell[fresh] = work.mesh.cell[of]
@@ -185,8 +185,8 @@ def begin_opened(work: Work, b: wp.int32, fresh: wp.int32) -> None:
 
 
 @wp.func
-def spread_opened(work: Work, fresh: wp.int32) -> None:
-    """Move the new vertex of an opened quad 0.4 of the way to the mean of its neighbours."""
+def spread_split(work: Work, fresh: wp.int32) -> None:
+    """Move the new vertex of a split 0.4 of the way to the mean of its neighbours."""
     h = work.mesh.vertex_halfedge[fresh]
     mean = wp.vec3(0.0, 0.0, 0.0)
     size = work.mesh.valence[fresh]
@@ -212,8 +212,8 @@ def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.floa
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
     fresh = work.tally[b, SPARE_VERTEX]
-    if work.tally[b, OPENED] == 1:
-        spread_opened(work, fresh)
+    if work.tally[b, HAS_SPLIT] == 1:
+        spread_split(work, fresh)
     smooth_core(work, b)
     gather_patch(work, b)
     for stage in range(2):
@@ -255,8 +255,8 @@ def attempt(
         undo(work, b)
     else:
         work.tally[b, CHANGES] = work.tally[b, CHANGES] + 1
-        work.tally[b, SPARE_VERTEX] = work.tally[b, SPARE_VERTEX] + work.tally[b, OPENED]
-        work.tally[b, SPARE_QUAD] = work.tally[b, SPARE_QUAD] + work.tally[b, OPENED]
+        work.tally[b, SPARE_VERTEX] = work.tally[b, SPARE_VERTEX] + work.tally[b, HAS_SPLIT]
+        work.tally[b, SPARE_QUAD] = work.tally[b, SPARE_QUAD] + work.tally[b, HAS_SPLIT]
 
 
 @wp.func
@@ -264,8 +264,8 @@ def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.fl
     """Fail unless the shapes round an operation cost no more than `budget`, against before."""
     before = measure_before(work, b)
     whole = budget + SHAPE_WEIGHT * before[0]
-    if work.tally[b, OPENED] == 1:
-        begin_opened(work, b, work.tally[b, SPARE_VERTEX])
+    if work.tally[b, HAS_SPLIT] == 1:
+        begin_split(work, b, work.tally[b, SPARE_VERTEX])
     if whole < 0.0:
         fail(work, b)
     if not has_failed(work, b):

@@ -32,8 +32,8 @@ LINKS = 12
 """Rotations that one operation may be followed by at most."""
 
 JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
-MERGED, REMOVED, OPENED, LINKED, CHANGES, TALLIES = range(6, 12)
-"""What a region tallies, such as the vertices that a collapse keeps and removes; the last is their number."""
+KEPT, REMOVED, HAS_SPLIT, LINKED, CHANGES, TALLIES = range(6, 12)
+"""What a region tallies: the vertices that a collapse keeps and removes, say; the last is their number."""
 
 MOST_VALENCE = 8
 """Largest valence that an operation may leave."""
@@ -46,9 +46,28 @@ LONGEST_RING = 32
 class Work:
     """A mesh and the benches of its regions.
 
-    Of vertices normal and vertex_region (-1: no region's own); of quads first_point; of tracked points
-    tracked_point, nearest_quad and next_point; of regions and places on the bench the others. `sense` is 1 if
-    quads face along the gradient of F, else -1.
+    Attributes:
+        mesh: The mesh, with room for what is new.
+        normal: (V,), the surface's unit normal at each vertex.
+        vertex_region: (V,), the region that each vertex is the own of; -1 for none.
+        first_point: (Q,), the first tracked point of each quad; -1 for none.
+        tracked_point: (G,), each tracked point, in node indices.
+        nearest_quad: (G,), the quad that it is assigned to.
+        next_point: (G,), the next point of the same quad; -1 after the last.
+        journal_place: (R, JOURNAL), which entry of which array each change was made to.
+        journal_value: (R, JOURNAL), what stood there before, or after `undo` what stands there again.
+        core: (R, CORE), the vertices that the operation touches.
+        chain: (R, LINKS), the halfedges that the links of its chain rotate.
+        core_valence: (R, CORE), the touched vertices' valences before.
+        core_position: (R, CORE), their positions before.
+        core_cell: (R, CORE), their cells before.
+        core_local: (R, CORE), their local coordinates before.
+        core_normal: (R, CORE), the normals there before.
+        patch: (R, PATCH), the quads round the touched vertices.
+        listed: (R, TRACKED), the tracked points of these quads.
+        new_nearest: (R, TRACKED), the quads that they are to be assigned to.
+        tally: (R, TALLIES), what the region tallies.
+        sense: 1 if quads face along the gradient of F, else -1.
     """
 
     mesh: MeshArrays
@@ -81,9 +100,9 @@ def begin(work: Work, b: wp.int32) -> None:
     work.tally[b, TOUCHED] = 0
     work.tally[b, PATCHED] = 0
     work.tally[b, FAILED] = 0
-    work.tally[b, MERGED] = -1
+    work.tally[b, KEPT] = -1
     work.tally[b, REMOVED] = -1
-    work.tally[b, OPENED] = 0
+    work.tally[b, HAS_SPLIT] = 0
     work.tally[b, LINKED] = 0
 
 

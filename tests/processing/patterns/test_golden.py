@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from dmc_cli.mesh.mesh import COLOR, COLOR24
-from dmc_cli.processing.remeshing.rounds import remesh
+from dmc_cli.processing.remeshing import remesh
 from dmc_cli.settings import SurfaceSettings
 from tests.contouring.dual_marching_cubes.agreement import as_arrays, extract_on
 from tests.fields import smooth_noise, volume_of, white_noise

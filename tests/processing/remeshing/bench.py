@@ -21,7 +21,7 @@ from dmc_cli.processing.remeshing.checks import (
     quads_removed,
 )
 from dmc_cli.processing.remeshing.mend import Limits, Measures, is_better
-from dmc_cli.processing.remeshing.operations import collapse_diagonal, doublet_of, open_quad, rotate_edge
+from dmc_cli.processing.remeshing.operations import collapse_quad, doublet_of, rotate_edge, split_vertex
 from dmc_cli.processing.remeshing.sweep import choice, is_worse
 from dmc_cli.processing.remeshing.work import (
     CORE,
@@ -46,7 +46,7 @@ from tests.mesh.hand_made import working
 wp.set_module_options({"enable_backward": False, "max_unroll": 0})
 
 SPARE = 2
-ROTATE, COLLAPSE, OPEN = 0, 1, 2
+ROTATE, COLLAPSE, SPLIT = 0, 1, 2
 
 
 class Bench:
@@ -136,9 +136,9 @@ def operate_kernel(
     if kind == ROTATE:
         rotate_edge(work, 0, h, detail == 1)
     elif kind == COLLAPSE:
-        collapse_diagonal(work, 0, h)
+        collapse_quad(work, 0, h)
     else:
-        open_quad(work, 0, h, detail, last[0], last[1])
+        split_vertex(work, 0, h, detail, last[0], last[1])
     if work.tally[0, FAILED] != 0:
         undo(work, 0)
     else:

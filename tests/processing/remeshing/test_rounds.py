@@ -15,8 +15,7 @@ from dmc_cli.mesh.check_halfedges import NO_TWIN, check_halfedges
 from dmc_cli.mesh.mesh import COLOR, COLOR24, Mesh
 from dmc_cli.mesh.valences import irregular_percent
 from dmc_cli.processing.distance_guard import FARTHEST, track_vertices
-from dmc_cli.processing.remeshing import rounds
-from dmc_cli.processing.remeshing.rounds import remesh
+from dmc_cli.processing.remeshing import remesh, rounds
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import MeshSettings, ReadSettings, SurfaceSettings
 from dmc_cli.volume_io.read import read_volume
@@ -255,13 +254,13 @@ def test_high_quads_may_fold_only_when_they_are_still_there_after_three_mendings
     mend_once, launch_once = rounds.Rounds._mend, Device.launch
     monkeypatch.setattr(rounds.Rounds, "_mend", mend)
     monkeypatch.setattr(Device, "launch", launch)
-    monkeypatch.setattr(rounds, "mark_high", lambda mesh, context: wp.full(mesh.vertex_count, 1, wp.uint8))
+    monkeypatch.setattr(rounds, "flag_high", lambda mesh, context: wp.full(mesh.vertex_count, 1, wp.uint8))
     remeshed(by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == list(range(8))
     assert told[1::2] == [("may fold", int(turn >= 3), 0.35) for turn in range(8)]
     told.clear()
     monkeypatch.setattr(
-        rounds, "mark_high", lambda mesh, context: mesh.device.zeros(mesh.vertex_count, wp.uint8)
+        rounds, "flag_high", lambda mesh, context: mesh.device.zeros(mesh.vertex_count, wp.uint8)
     )
     remeshed(by_patterns(extract_on("cpu", one_inside_node(), SurfaceSettings(isovalue=0.0))), 0)
     assert told[::2] == [0, 1, 2]

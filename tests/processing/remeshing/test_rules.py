@@ -11,8 +11,8 @@ from tests import shapes
 from tests.mesh.meshes import euler_and_components
 from tests.processing.remeshing.bench import (
     COLLAPSE,
-    OPEN,
     ROTATE,
+    SPLIT,
     Bench,
     better_kernel,
     chance_kernel,
@@ -45,7 +45,7 @@ OPERATIONS = [
     (ROTATE, 0, 0),
     (ROTATE, 0, 1),
     (COLLAPSE, 0, 0),
-    (OPEN, 0, 2),
+    (SPLIT, 0, 2),
 ]
 
 
@@ -61,8 +61,8 @@ def test_an_operation_leaves_a_whole_mesh_and_can_be_taken_back(kind, _, detail,
     assert sound
     assert euler_and_components(quads, twin) == euler_and_components(*mesh[:2])
     assert change == irregularity(valence) - irregularity(mesh[2])
-    assert taken == len(mesh[0]) - len(quads) == {ROTATE: 0, COLLAPSE: 1, OPEN: -1}[kind]
-    if kind != OPEN:
+    assert taken == len(mesh[0]) - len(quads) == {ROTATE: 0, COLLAPSE: 1, SPLIT: -1}[kind]
+    if kind != SPLIT:
         assert change == cost
     bench.again(back=True)
     for name, array in before.items():
@@ -88,7 +88,7 @@ def test_rotating_takes_the_edge_from_its_ends_to_their_neighbors(forward):
     assert edge == set(gained)
 
 
-def test_collapsing_merges_the_ends_of_the_diagonal():
+def test_collapsing_joins_the_ends_of_the_diagonal():
     bench = Bench(shapes.torus())
     corners = bench.arrays()["corners"][4 * 27 : 4 * 27 + 4]
     bench.do(COLLAPSE, 4 * 27 + 1)
@@ -98,11 +98,11 @@ def test_collapsing_merges_the_ends_of_the_diagonal():
     assert found["valence"][corners].tolist() == [3, 4, 3, 6]
 
 
-def test_opening_splits_the_vertex():
+def test_splitting_makes_two_vertices_of_one():
     bench = Bench(shapes.torus())
     h = 4 * 27 + 1
     v, side = bench.arrays()["corners"][[h, 4 * 27 + 2]]
-    bench.do(OPEN, h, 2)
+    bench.do(SPLIT, h, 2)
     found = bench.arrays()
     assert found["vertex_gone"][bench.vertices] == found["face_gone"][bench.quads] == 0
     assert found["valence"][[v, bench.vertices, side]].tolist() == [3, 3, 5]
@@ -110,12 +110,12 @@ def test_opening_splits_the_vertex():
 
 @pytest.mark.parametrize(("steps", "is_done"), [(1, False), (2, True), (3, False)])
 def test_a_vertex_is_split_with_two_quads_on_either_side_at_least(steps, is_done):
-    assert (Bench(shapes.torus()).do(OPEN, 8, steps) is not None) == is_done
+    assert (Bench(shapes.torus()).do(SPLIT, 8, steps) is not None) == is_done
 
 
 @pytest.mark.parametrize(("spare", "is_done"), [(0, False), (1, True)])
-def test_no_quad_is_opened_without_a_spare(spare, is_done):
-    assert (Bench(shapes.torus()).do(OPEN, 8, 2, spare) is not None) == is_done
+def test_no_vertex_is_split_without_a_spare(spare, is_done):
+    assert (Bench(shapes.torus()).do(SPLIT, 8, 2, spare) is not None) == is_done
 
 
 @pytest.mark.parametrize(("kind", "_", "detail"), OPERATIONS)
@@ -126,7 +126,7 @@ def test_nothing_is_done_off_the_region(kind, _, detail):
         v = before["corners"][4 * 27 + away]
         bench.work.vertex_region.numpy()[v] = -1
         done = bench.do(kind, 4 * 27, detail)
-        if kind != OPEN or away < 2:
+        if kind != SPLIT or away < 2:
             assert done is None
             for name, array in before.items():
                 np.testing.assert_array_equal(bench.arrays()[name], array, err_msg=name)

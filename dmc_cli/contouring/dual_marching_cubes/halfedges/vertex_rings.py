@@ -19,7 +19,7 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_HIGH, EDGE_LOW, edges_labelled
 from dmc_cli.contouring.surface import Surface
-from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count
+from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count, row_place
 from dmc_cli.mesh import previous_in_quad
 
 wp.set_module_options(
@@ -137,8 +137,8 @@ def ring_special_kernel(
 ) -> None:
     """Find a halfedge and the valence of the special cells' vertices. One thread a special cell."""
     s = first + wp.tid()
-    row = special.row[s]
-    cell = wp.vec3i(special.i[s], row % grid.ny, row // grid.ny)
+    place = row_place(grid, special.row[s])
+    cell = wp.vec3i(special.i[s], place[0], place[1])
     start = ordinary_count + wp.int32(special.first_vertex[s])
     count = wp.int32(special.first_vertex[s + 1] - special.first_vertex[s])
     for n in range(count):

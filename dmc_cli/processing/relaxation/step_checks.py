@@ -1,9 +1,9 @@
-"""Check quad by quad whether a step of smoothing may be taken (`relax.py`)."""
+"""Check quad by quad whether a step of smoothing may be taken (`steps.py`)."""
 
 import warp as wp
 
 from dmc_cli.mesh import MeshArrays, quad_corner
-from dmc_cli.processing.quad_square import quad_shape
+from dmc_cli.processing.quad_square import quad_area, quad_shape
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.processing.tangent_step import SurfaceContext
 
@@ -35,15 +35,6 @@ def faces_surface(corners: wp.array(dtype=wp.int32), spots: Spots, h: wp.int32, 
 
 
 @wp.func
-def area_of(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
-    """Return a quad's normal, as long as twice its area."""
-    across = position[quad_corner(corners, 4 * q, 2)] - position[quad_corner(corners, 4 * q, 0)]
-    return wp.cross(
-        across, position[quad_corner(corners, 4 * q, 3)] - position[quad_corner(corners, 4 * q, 1)]
-    )
-
-
-@wp.func
 def folds_anew(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
@@ -54,15 +45,18 @@ def folds_anew(
 ) -> wp.bool:
     """Return whether the moves turn a quad and one across a side, both not slivers, over 90 degrees apart."""
     result = bool(False)
-    area = area_of(corners, then.position, q)
+    area = quad_area(corners, then.position, q)
     for c in range(4):
         t = twin[4 * q + c]
         if t >= 0:
             if (
                 wp.min(shape[q], shape[t >> 2]) > SLIVER
-                and wp.dot(area, area_of(corners, then.position, t >> 2)) < 0.0
+                and wp.dot(area, quad_area(corners, then.position, t >> 2)) < 0.0
             ):
-                if wp.dot(area_of(corners, now.position, q), area_of(corners, now.position, t >> 2)) >= 0.0:
+                if (
+                    wp.dot(quad_area(corners, now.position, q), quad_area(corners, now.position, t >> 2))
+                    >= 0.0
+                ):
                     result = bool(True)
     return result
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.processing.relaxation.relax_checks import Spots, check_kernel
+from dmc_cli.processing.relaxation.step_checks import Spots, check_kernel
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings

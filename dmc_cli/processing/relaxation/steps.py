@@ -37,7 +37,7 @@ from dmc_cli.mesh import (
 )
 from dmc_cli.processing.distance_guard import TrackedPoints, keep_points_near
 from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
-from dmc_cli.processing.relaxation.relax_checks import Spots, check_kernel
+from dmc_cli.processing.relaxation.step_checks import Spots, check_kernel
 from dmc_cli.processing.tangent_step import SurfaceContext, glide, make_context, surface_normal
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime import Device
