@@ -45,7 +45,7 @@ REFUSED = [
     (ReadSettings, {"spacing": "123"}, "a tuple"),
     (ReadSettings, {"spacing": 1.0}, "a tuple"),
     (ReadSettings, {"series": 3}, "a text"),
-    (ReadSettings, {"input_format": "jpeg"}, "one of raw, nifti"),
+    (ReadSettings, {"input_format": "jpeg"}, "one of dicom, nrrd, nifti"),
     (OutputSettings, {"path": "a", "require": "closed"}, "a tuple"),
     (OutputSettings, {"path": "a", "require": ("shut",)}, "one of manifold, closed"),
     (OutputSettings, {"path": None}, "a text"),

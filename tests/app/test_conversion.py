@@ -226,10 +226,10 @@ def test_kernels_of_several_runs_are_loaded_at_once_and_a_missing_device_left_to
             {
                 "simplify_3x3y",
                 "sweep",
-                "relax",
+                "steps",
             },
         ),
-        (MeshSettings(relax=2), {}, {"relax"}),
+        (MeshSettings(relax=2), {}, {"steps"}),
         (MeshSettings(), {"report": "a.json"}, {"quality", "deviation"}),
     ],
 )
