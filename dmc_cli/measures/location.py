@@ -83,13 +83,14 @@ def locate_points(points: FloatArray, frame: SurfaceFrame) -> tuple[Placement, F
         at[:, 2] = np.interp(at[:, 2], depths, np.arange(len(depths))) + past
     lowest = np.nan_to_num(np.clip(np.floor(at), 0, np.array((grid.nx, grid.ny, grid.nz)) - 2))
     local = at - lowest
+    inside = np.clip(local, 0, 1)
     i, j, k = lowest.astype(np.int64).T
     placement = Placement(
         wp.array(i + grid.nx * (j + grid.ny * k), dtype=wp.int64, device=device.name),
-        wp.array(np.clip(local, 0, 1).astype(np.float32), dtype=wp.vec3f, device=device.name),
+        wp.array(inside.astype(np.float32), dtype=wp.vec3f, device=device.name),
         frame,
     )
-    return placement, np.abs(local - np.clip(local, 0, 1)).max(axis=1)
+    return placement, np.abs(local - inside).max(axis=1)
 
 
 def _refuse_far(placement: Placement, volume: Volume) -> None:

@@ -1,8 +1,7 @@
 """Check the arrays of a mesh that a program hands over, before a kernel reads them.
 
 Types and lengths cost nothing to check, and are checked whenever a mesh is made. The vertices that faces name
-are checked when the faces are connected, or measured without: contouring, which connects the meshes of
-`dmc convert`, has made their faces itself.
+are checked when the faces are connected, or measured without; `MeshFile` checks those that go to a file.
 """
 
 from collections.abc import Mapping
@@ -70,10 +69,14 @@ def check_corners(faces: Any, vertex_count: int, triangle_count: int) -> None:
         vertex_count: Vertices.
         triangle_count: Faces with three corners, as the mesh tells.
     """
-    found = count_triangles(faces.numpy(), vertex_count)
-    if found != triangle_count:
+    check_triangle_count(triangle_count, count_triangles(faces.numpy(), vertex_count))
+
+
+def check_triangle_count(told: int, found: int) -> None:
+    """Raise CallError unless as many faces are triangles as the mesh tells."""
+    if told != found:
         raise CallError(
-            f"triangle_count is {triangle_count}; expected {found}, the faces with -1 as their fourth corner;"
+            f"triangle_count is {told}; expected {found}, the faces with -1 as their fourth corner;"
             " pass that number, or leave the counting to mesh_of_file"
         )
 

@@ -106,12 +106,17 @@ class Mesh:
 
 def require_mesh(mesh: Mesh) -> Mesh:
     """Return the mesh; raise CallError if it is none, or if its faces name vertices that it does not have."""
+    refuse_other(mesh)
+    return mesh.require_sound()
+
+
+def refuse_other(mesh: Mesh) -> None:
+    """Raise CallError if it is no mesh."""
     if not isinstance(mesh, Mesh):
         raise CallError(
             f"a {type(mesh).__name__} was found; expected a Mesh; take the mesh of a Surface, and call"
             " mesh_of_file for one of a file first"
         )
-    return mesh.require_sound()
 
 
 def require_quads(mesh: Mesh, stage: str) -> Mesh:

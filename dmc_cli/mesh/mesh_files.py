@@ -12,7 +12,8 @@ import warp as wp
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import CallError
-from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh, require_mesh
+from dmc_cli.mesh.array_checks import check_triangle_count
+from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh, refuse_other
 from dmc_cli.mesh_io import MeshFile
 from dmc_cli.runtime import Device
 from dmc_cli.volume import Space
@@ -51,11 +52,11 @@ def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") 
         space: The axes that its coordinates are in.
 
     Raises:
-        CallError: It is no mesh, a value has a type or a name that files cannot hold, or a coordinate is not
-            finite.
+        CallError: It is no mesh, its faces name vertices that it does not have, a value has a type or a name
+            that files cannot hold, or a coordinate is not finite.
     """
-    require_mesh(mesh)
-    return MeshFile(
+    refuse_other(mesh)
+    file = MeshFile(
         points=mesh.positions.numpy(),
         faces=mesh.faces.numpy(),
         normals=None if normals is None else normals.numpy() if isinstance(normals, wp.array) else normals,
@@ -63,6 +64,8 @@ def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") 
         vertex_values=_on_host(mesh.vertex_values),
         face_values=_on_host(mesh.face_values),
     )
+    check_triangle_count(mesh.triangle_count, file.triangle_count)
+    return file
 
 
 def _on_device(values: Mapping[str, AnyArray], device: Device) -> dict[str, Any]:

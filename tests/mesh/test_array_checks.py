@@ -11,6 +11,7 @@ from dmc_cli.measures import measure_quality, measure_topology
 from dmc_cli.mesh.connectivity import connect
 from dmc_cli.mesh.halfedges import Halfedges
 from dmc_cli.mesh.mesh import Mesh
+from dmc_cli.mesh.mesh_files import file_of_mesh
 from dmc_cli.mesh.placement import Placement
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
@@ -67,7 +68,7 @@ def spoilt(corner, vertex):
     return Mesh(POSITIONS, wp.array(faces, dtype=wp.vec4i, device="cpu"), DEVICE)
 
 
-@pytest.mark.parametrize("use", [connect, measure_quality, measure_topology])
+@pytest.mark.parametrize("use", [connect, measure_quality, measure_topology, file_of_mesh])
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
@@ -78,7 +79,7 @@ def spoilt(corner, vertex):
         (replace(Mesh(POSITIONS, CORNERS, DEVICE), triangle_count=2), "triangle_count is 2; expected 0"),
     ],
 )
-def test_what_is_in_the_faces_is_checked_before_they_are_connected_or_measured(use, mesh, message):
+def test_what_is_in_the_faces_is_checked_before_they_are_connected_measured_or_written(use, mesh, message):
     with pytest.raises(CallError, match=message):
         use(mesh)
 
