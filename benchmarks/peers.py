@@ -35,7 +35,7 @@ def flying_edges(volume: Volume, level: float, *, normals: bool = False):
 
 def scikit_image(volume: Volume, level: float):
     """scikit-image's marching_cubes (Lewiner), which uses one thread."""
-    values = volume.values
+    values = volume.values.copy()  # it refuses an array that is read-only
 
     def run() -> int:
         return len(marching_cubes(values, level)[1])

@@ -22,7 +22,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     find_special,
     is_active,
 )
-from dmc_cli.contouring.dual_marching_cubes.tracing import FACE_EDGES, is_ambiguous, label_of, trace_cell
+from dmc_cli.contouring.dual_marching_cubes.tracing import FACE_EDGES, is_ambiguous, owner_of, trace_cell
 from dmc_cli.field import Grid, row_place
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device
 
@@ -66,25 +66,25 @@ def flip_faces(inputs: Sequence[Any], traced: Sequence[Any], suspects: Any, devi
 
 
 @wp.func
-def is_one_polygon(labels: wp.uint64, face: wp.int32) -> wp.bool:
+def is_one_polygon(owners: wp.uint64, face: wp.int32) -> wp.bool:
     """Return whether all segments of an ambiguous face are in one polygon."""
-    label = label_of(labels, FACE_EDGES[4 * face])
+    owner = owner_of(owners, FACE_EDGES[4 * face])
     same = bool(True)
     for side in range(1, 4):
-        if label_of(labels, FACE_EDGES[4 * face + side]) != label:
+        if owner_of(owners, FACE_EDGES[4 * face + side]) != owner:
             same = False
     return same
 
 
 @wp.func
-def suspect_faces(case: wp.int32, labels: wp.uint64) -> wp.uint32:
+def suspect_faces(case: wp.int32, owners: wp.uint64) -> wp.uint32:
     """Return a bit for x, y, z: whether a cell's high face there is ambiguous, its segments in one polygon.
 
     Others need no flip, then and later: a polygon that a flip splits is never whole again.
     """
     suspects = wp.uint32(0)
     for axis in range(3):
-        if is_ambiguous(case, 2 * axis + 1) and is_one_polygon(labels, 2 * axis + 1):
+        if is_ambiguous(case, 2 * axis + 1) and is_one_polygon(owners, 2 * axis + 1):
             suspects |= wp.uint32(1) << wp.uint32(axis)
     return suspects
 
@@ -108,10 +108,10 @@ def retrace(
     i = special.i[s]
     case = cell_case(grid, bits.inside, row, i)
     joined = joined_inout[s] ^ (wp.uint32(1) << wp.uint32(face))
-    labels = trace_cell(case, joined)
+    owners = trace_cell(case, joined)
     joined_inout[s] = joined
-    polygons_inout[s] = labels
-    found = number_vertices(grid, bits, row, i, case, joined, labels, True, has_nodata)
+    polygons_inout[s] = owners
+    found = number_vertices(grid, bits, row, i, case, joined, owners, True, has_nodata)
     store_vertices(found, s, vertices_inout, vertex_count_inout, tallies_inout)
 
 

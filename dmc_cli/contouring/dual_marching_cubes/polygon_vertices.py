@@ -14,13 +14,13 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     EDGE_HIGH,
     EDGE_LOW,
     FACE_EDGE_BITS,
-    NO_LABEL,
-    NO_LABELS,
-    edges_labelled,
+    NO_OWNER,
+    NO_OWNERS,
+    edges_owned,
     has_several,
-    label_of,
     next_edge,
-    with_label,
+    owner_of,
+    with_owner,
 )
 from dmc_cli.field import ALL_EDGES, Grid, row_place
 
@@ -73,20 +73,20 @@ def border_edges(grid: Grid, i: wp.int32, j: wp.int32, k: wp.int32) -> wp.uint32
 
 
 @wp.func
-def label_fans(
+def assign_fans(
     case: wp.int32,
     joined: wp.uint32,
-    labels: wp.uint64,
+    owners: wp.uint64,
     start: wp.int32,
     with_quad: wp.uint32,
-    label: wp.int32,
+    owner: wp.int32,
 ) -> wp.uint64:
-    """Give each run of edges with quads round the polygon of edge `start` its own label.
+    """Give each run of edges with quads round the polygon of edge `start` its own owner.
 
-    `start` has no quad; the labels count up from `label`.
+    `start` has no quad; the owners count up from `owner`.
     """
-    result = with_label(labels, start, NO_LABEL)
-    current = int(label - 1)
+    result = with_owner(owners, start, NO_OWNER)
+    current = int(owner - 1)
     previous = int(-1)
     edge = int(start)
     following = next_edge(case, joined, previous, edge)
@@ -94,9 +94,9 @@ def label_fans(
         if has_bit(with_quad, following):
             if not has_bit(with_quad, edge):
                 current += 1
-            result = with_label(result, following, current)
+            result = with_owner(result, following, current)
         else:
-            result = with_label(result, following, NO_LABEL)
+            result = with_owner(result, following, NO_OWNER)
         previous = edge
         edge = following
         following = next_edge(case, joined, previous, edge)
@@ -107,7 +107,7 @@ def label_fans(
 class CellVertices:
     """The vertices of a cell: each edge's, and how many; how many polygons, and how many without a vertex."""
 
-    labels: wp.uint64
+    owners: wp.uint64
     count: wp.int32
     polygons: wp.int32
     unused: wp.int32
@@ -117,33 +117,33 @@ class CellVertices:
 def number_fans(
     case: wp.int32,
     joined: wp.uint32,
-    labels: wp.uint64,
+    owners: wp.uint64,
     polygons: wp.int32,
     with_quad: wp.uint32,
     splits_fans: wp.bool,
 ) -> CellVertices:
     """Return the vertices of a cell with edges that have no quad."""
     found = CellVertices()
-    found.labels = NO_LABELS
+    found.owners = NO_OWNERS
     found.polygons = polygons
     for polygon in range(polygons):
         bare = int(-1)  # an edge without a quad, if there is one
         quads = int(0)
         for edge in range(12):
-            if label_of(labels, edge) == polygon:
+            if owner_of(owners, edge) == polygon:
                 if has_bit(with_quad, edge):
                     quads += 1
-                    found.labels = with_label(found.labels, edge, found.count)
+                    found.owners = with_owner(found.owners, edge, found.count)
                 else:
                     bare = edge
         if quads == 0:
             found.unused += 1
         elif bare >= 0 and splits_fans:
-            found.labels = label_fans(case, joined, found.labels, bare, with_quad, found.count)
+            found.owners = assign_fans(case, joined, found.owners, bare, with_quad, found.count)
             for edge in range(12):
-                label = label_of(found.labels, edge)
-                if label != NO_LABEL:
-                    found.count = wp.max(found.count, label + 1)
+                owner = owner_of(found.owners, edge)
+                if owner != NO_OWNER:
+                    found.count = wp.max(found.count, owner + 1)
         else:
             found.count += 1
     return found
@@ -157,7 +157,7 @@ def number_vertices(
     i: wp.int32,
     case: wp.int32,
     joined: wp.uint32,
-    labels: wp.uint64,
+    owners: wp.uint64,
     splits_fans: wp.bool,
     has_nodata: wp.int32,
 ) -> CellVertices:
@@ -165,24 +165,24 @@ def number_vertices(
     place = row_place(grid, row)
     j = place[0]
     k = place[1]
-    crossed = wp.uint32(ALL_EDGES) & ~edges_labelled(labels, NO_LABEL)
+    crossed = wp.uint32(ALL_EDGES) & ~edges_owned(owners, NO_OWNER)
     bare = crossed & border_edges(grid, i, j, k)
     if has_nodata == 1:
         bare = crossed & ~edges_with_quad(grid, bits, i, j, k, crossed)
     polygons = int(1)
-    if has_several(labels):
+    if has_several(owners):
         for edge in range(12):
-            polygons = wp.max(polygons, (label_of(labels, edge) + 1) & NO_LABEL)
+            polygons = wp.max(polygons, (owner_of(owners, edge) + 1) & NO_OWNER)
     found = CellVertices()
-    found.labels = labels
+    found.owners = owners
     found.count = polygons
     found.polygons = polygons
     if polygons == 1 and has_nodata == 0 and wp.bit_count(bare) == 2:  # one segment in one face: one fan
         for edge in range(12):
             if has_bit(bare, edge):
-                found.labels = with_label(found.labels, edge, NO_LABEL)
+                found.owners = with_owner(found.owners, edge, NO_OWNER)
     elif bare != wp.uint32(0):
-        found = number_fans(case, joined, labels, polygons, crossed & ~bare, splits_fans)
+        found = number_fans(case, joined, owners, polygons, crossed & ~bare, splits_fans)
     return found
 
 
@@ -190,12 +190,12 @@ def number_vertices(
 def store_vertices(
     found: CellVertices,
     s: wp.int32,
-    labels_out: wp.array(dtype=wp.uint64),
+    owners_out: wp.array(dtype=wp.uint64),
     count_out: wp.array(dtype=wp.int64),
     tallies_out: wp.array2d(dtype=wp.uint8),
 ) -> None:
     """Write down the vertices of special cell s."""
-    labels_out[s] = found.labels
+    owners_out[s] = found.owners
     count_out[s] = wp.int64(found.count)
     tallies_out[POLYGONS, s] = wp.uint8(found.polygons)
     tallies_out[UNUSED, s] = wp.uint8(found.unused)

@@ -25,7 +25,7 @@ from dmc_cli.contouring.dual_marching_cubes.tracing import (
     FACE_CORNERS,
     is_ambiguous,
     is_split,
-    label_all,
+    single_owner,
     trace_cell,
 )
 from dmc_cli.field import CornerValues64, Field, Grid, GridShape, cell_values, row_place
@@ -143,7 +143,7 @@ def trace_polygons_kernel(
     j = place[0]
     k = place[1]
     case = cell_case(grid, bits.inside, row, i)
-    labels = wp.uint64(0)
+    owners = wp.uint64(0)
     joined = wp.uint32(0)
     suspects = wp.uint32(0)
     count = int(0)
@@ -163,13 +163,13 @@ def trace_polygons_kernel(
                 )
                 if face % 2 == 1 or not low:
                     count += 1
-        labels = trace_cell(case, joined)
-        suspects = suspect_faces(case, labels)
+        owners = trace_cell(case, joined)
+        suspects = suspect_faces(case, owners)
     else:
-        labels = label_all(case)
+        owners = single_owner(case)
     joined_out[s] = joined
-    polygons_out[s] = labels
+    polygons_out[s] = owners
     suspects_out[s] = wp.uint8(suspects)
     tallies_out[AMBIGUOUS_FACES, s] = wp.uint8(count)
-    found = number_vertices(grid, bits, row, i, case, joined, labels, splits_fans, field.has_nodata)
+    found = number_vertices(grid, bits, row, i, case, joined, owners, splits_fans, field.has_nodata)
     store_vertices(found, s, vertices_out, vertex_count_out, tallies_out)

@@ -27,7 +27,7 @@ from dmc_cli.contouring.dual_marching_cubes.cells import CellBits, Cells
 from dmc_cli.contouring.dual_marching_cubes.plain_quads import QuadEdges, store_plain_quads
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
-from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_LOW, label_of
+from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_LOW, owner_of
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.runtime import Device, native
 
@@ -185,7 +185,7 @@ def vertex_at(
     else:
         before = low_bits(b) & word_at(bits.active_line, ahead + n) & ~ordinary
         s = bits.special_rank[n] + wp.int32(wp.bit_count(before))
-        v = ordinary_count + wp.int32(special.first_vertex[s]) + label_of(special.vertices[s], edge)
+        v = ordinary_count + wp.int32(special.first_vertex[s]) + owner_of(special.vertices[s], edge)
     return v
 
 

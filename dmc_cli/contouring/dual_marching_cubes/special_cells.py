@@ -4,7 +4,7 @@ import warp as wp
 
 from dmc_cli.bits import has_bit, low_bits
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
-from dmc_cli.contouring.dual_marching_cubes.tracing import NO_LABEL, label_of
+from dmc_cli.contouring.dual_marching_cubes.tracing import NO_OWNER, owner_of
 from dmc_cli.field import Grid
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -28,8 +28,8 @@ class SpecialCells:
         row: Row of nodes of corner 0, j + k ny.
         i: Node of corner 0 in that row.
         joined: Bit f is set if face f is ambiguous and its inside corners are joined.
-        polygons: Four bits for each edge: the number of its polygon in the cell, or `NO_LABEL`.
-        vertices: Four bits for each edge: the number of its vertex in the cell, or `NO_LABEL`.
+        polygons: Four bits for each edge: the number of its polygon in the cell, or `NO_OWNER`.
+        vertices: Four bits for each edge: the number of its vertex in the cell, or `NO_OWNER`.
         first_vertex: How many vertices the special cells before this one have.
     """
 
@@ -67,13 +67,13 @@ def special_cell_of(special: SpecialCells, count: wp.int32, n: wp.int64) -> wp.i
 @wp.func
 def polygon_of_vertex(special: SpecialCells, s: wp.int64, n: wp.int32) -> wp.uint32:
     """Return the edges, a bit each, of the polygon that vertex n of special cell s stands for."""
-    polygon = int(NO_LABEL)
+    polygon = int(NO_OWNER)
     for edge in range(12):
-        if label_of(special.vertices[s], edge) == n:
-            polygon = label_of(special.polygons[s], edge)
+        if owner_of(special.vertices[s], edge) == n:
+            polygon = owner_of(special.polygons[s], edge)
     edges = wp.uint32(0)
     for edge in range(12):
-        if label_of(special.polygons[s], edge) == polygon:
+        if owner_of(special.polygons[s], edge) == polygon:
             edges |= wp.uint32(1) << wp.uint32(edge)
     return edges
 

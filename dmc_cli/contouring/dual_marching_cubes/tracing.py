@@ -5,7 +5,8 @@ corners inside, two outside) has two, which cut off the inside corners or, if th
 ones. Following the segments from edge to edge closes the polygons (Grosso & Zint 2021, section 3.1.1). The
 tables here are a cell's own geometry, computed from `grid`.
 
-Conventions: a *case* has bit c set if corner c is inside; *labels* hold four bits an edge.
+Conventions: a *case* has bit c set if corner c is inside; *owners* hold four bits per edge: which polygon,
+or vertex, of the cell the edge belongs to.
 """
 
 import warp as wp
@@ -13,11 +14,11 @@ import warp as wp
 from dmc_cli.bits import has_bit
 from dmc_cli.field import CORNERS, EDGES
 
-NO_LABEL = 15
-"""Label of an edge that belongs to no polygon, or to no vertex."""
+NO_OWNER = 15
+"""Owner of an edge that belongs to no polygon, or to no vertex."""
 
-NO_LABELS = wp.uint64(0xFFFFFFFFFFFF)
-"""Twelve times `NO_LABEL`."""
+NO_OWNERS = wp.uint64(0xFFFFFFFFFFFF)
+"""Twelve times `NO_OWNER`."""
 
 
 def _face_corners() -> list[int]:
@@ -117,32 +118,32 @@ def segment_partner(case: wp.int32, joined: wp.uint32, face: wp.int32, side: wp.
 
 
 @wp.func
-def label_of(labels: wp.uint64, edge: wp.int32) -> wp.int32:
-    """Return the label of an edge."""
-    return wp.int32((labels >> wp.uint64(4 * edge)) & wp.uint64(15))
+def owner_of(owners: wp.uint64, edge: wp.int32) -> wp.int32:
+    """Return the owner of an edge."""
+    return wp.int32((owners >> wp.uint64(4 * edge)) & wp.uint64(15))
 
 
 @wp.func
-def edges_labelled(labels: wp.uint64, label: wp.int32) -> wp.uint32:
-    """Return a bit for each edge with a label, without a branch for each."""
+def edges_owned(owners: wp.uint64, owner: wp.int32) -> wp.uint32:
+    """Return a bit for each edge of an owner, without a branch for each."""
     edges = wp.uint32(0)
     for edge in range(12):
-        is_one = wp.where(label_of(labels, edge) == label, wp.uint32(1), wp.uint32(0))
+        is_one = wp.where(owner_of(owners, edge) == owner, wp.uint32(1), wp.uint32(0))
         edges |= is_one << wp.uint32(edge)
     return edges
 
 
 @wp.func
-def has_several(labels: wp.uint64) -> wp.bool:
-    """Return whether a cell has several polygons: the bits of 0 and of `NO_LABEL` are alike."""
-    return ((labels ^ (labels >> wp.uint64(1))) & wp.uint64(0x777777777777)) != wp.uint64(0)
+def has_several(owners: wp.uint64) -> wp.bool:
+    """Return whether a cell has several polygons: the bits of 0 and of `NO_OWNER` are alike."""
+    return ((owners ^ (owners >> wp.uint64(1))) & wp.uint64(0x777777777777)) != wp.uint64(0)
 
 
 @wp.func
-def with_label(labels: wp.uint64, edge: wp.int32, label: wp.int32) -> wp.uint64:
-    """Return labels with that of one edge replaced."""
+def with_owner(owners: wp.uint64, edge: wp.int32, owner: wp.int32) -> wp.uint64:
+    """Return owners with that of one edge replaced."""
     shift = wp.uint64(4 * edge)
-    return (labels & ~(wp.uint64(15) << shift)) | (wp.uint64(label) << shift)
+    return (owners & ~(wp.uint64(15) << shift)) | (wp.uint64(owner) << shift)
 
 
 @wp.func
@@ -175,31 +176,31 @@ def is_split(case: wp.int32) -> wp.bool:
 
 
 @wp.func
-def label_all(case: wp.int32) -> wp.uint64:
-    """Return the label of each edge of a cell that is not split: 0 for all crossed edges."""
-    labels = wp.uint64(NO_LABELS)
+def single_owner(case: wp.int32) -> wp.uint64:
+    """Return the owner of each edge of a cell that is not split: polygon 0 for all crossed edges."""
+    owners = wp.uint64(NO_OWNERS)
     for edge in range(12):
         crossed = ((case >> EDGE_LOW[edge]) ^ (case >> EDGE_HIGH[edge])) & 1
-        labels -= wp.uint64(NO_LABEL * crossed) << wp.uint64(4 * edge)
-    return labels
+        owners -= wp.uint64(NO_OWNER * crossed) << wp.uint64(4 * edge)
+    return owners
 
 
 @wp.func
 def trace_cell(case: wp.int32, joined: wp.uint32) -> wp.uint64:
-    """Return the label of each edge: the number of its polygon, in the order of their lowest edges."""
-    labels = NO_LABELS
+    """Return the owner of each edge: the number of its polygon, in the order of their lowest edges."""
+    owners = NO_OWNERS
     polygon = int(0)
     for start in range(12):
-        if is_crossed(case, start) and label_of(labels, start) == NO_LABEL:
+        if is_crossed(case, start) and owner_of(owners, start) == NO_OWNER:
             previous = int(-1)
             edge = int(start)
             running = int(1)
             while running == 1:
-                labels = with_label(labels, edge, polygon)
+                owners = with_owner(owners, edge, polygon)
                 following = next_edge(case, joined, previous, edge)
                 previous = edge
                 edge = following
                 if edge == start:
                     running = 0
             polygon += 1
-    return labels
+    return owners
