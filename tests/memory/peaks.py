@@ -16,6 +16,7 @@ import os
 import sys
 import traceback
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 STATUS = Path("/proc/self/status")
@@ -129,13 +130,16 @@ def in_a_process(words: list[str]) -> Peaks:
 
 
 def load() -> None:
-    """Load all kernels, so that a convert takes memory for its arrays alone."""
+    """Load all kernels and what readers import, so that a convert takes memory for its arrays alone."""
     from dmc_cli.app import conversion
+    from dmc_cli.cli.light_nibabel import import_nibabel_lightly
     from dmc_cli.runtime.device import load_kernels, select_device
 
     load_kernels(select_device("cpu"), conversion.every_kernel())
-    import dmc_cli.mesh.check
-    import dmc_cli.report.measures  # noqa: F401
+    import_nibabel_lightly()
+    ours = ("mesh.check", "report.measures", "volume_io.nifti")
+    for name in (*(f"dmc_cli.{name}" for name in ours), "nibabel.nifti1"):
+        import_module(name)
 
 
 def serve() -> None:
