@@ -13,7 +13,7 @@ wp.set_module_options({"enable_backward": False})
 INNER = wp.constant(wp.uint32(0x80000000))
 """Added to a halfedge with a twin where the least is looked for: those without one come first."""
 
-NOWHERE = 0xFFFFFFFF
+NOWHERE = wp.constant(wp.uint32(0xFFFFFFFF))
 """What stands for the halfedge of a vertex of no face."""
 
 
@@ -77,4 +77,4 @@ def choose_halfedges_kernel(
 ) -> None:
     """Read the halfedges from their keys. One thread per vertex."""
     v = first + wp.tid()
-    start_out[v] = wp.where(lowest[v] == wp.uint32(NOWHERE), -1, wp.int32(lowest[v] & ~INNER))
+    start_out[v] = wp.where(lowest[v] == NOWHERE, -1, wp.int32(lowest[v] & ~INNER))

@@ -1,4 +1,5 @@
 import json
+import os
 
 import pytest
 
@@ -29,3 +30,11 @@ def test_kernels_are_compiled_on_request(run, monkeypatch, words, times):
     monkeypatch.setattr("dmc_cli.cli.description.diagnose", lambda: {"a": 1})
     assert json.loads(run("doctor", "--json", *words).stdout) == {"a": 1}
     assert len(calls) == times
+
+
+@pytest.mark.slow
+def test_compiling_all_kernels_says_nothing(run_process, tmp_path):
+    environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path)}
+    result = run_process("doctor", "--warm-up", "--quiet", env=environment)
+    assert result.returncode == 0
+    assert result.stderr == ""
