@@ -121,8 +121,9 @@ bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no d
 cov: $(VENV)/.installed-dev ## coverage of the host code
 	$(TESTS) -m "not slow and not gpu" --cov --cov-report=term
 
-docs: $(VENV)/.installed-dev ## refresh what the README shows of outputs and options
+docs: $(VENV)/.installed-dev ## refresh what the README shows of outputs and options, and the codes in docs/formats.md
 	$(PY) -m tests.docs.readme
+	$(PY) -m tests.docs.formats
 
 smoke: $(VENV)/.installed-dev ## the source archive is complete; the wheel that is made of it works where nothing else is installed
 	rm -rf build/smoke && mkdir -p build/smoke

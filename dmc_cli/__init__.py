@@ -9,6 +9,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     volume_formats  the formats of volumes, what each looks like and takes
     mesh_formats   the formats of meshes, and what each holds
     errors         every error that is raised on purpose
+    notices        every warning's code, and what it means
     progress       who is told how far a run is
     stop           how work in threads is asked to stop
     threads        work in threads, as many as the system gives

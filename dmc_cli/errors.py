@@ -5,7 +5,8 @@ DmcError(Exception)                     the common root; each class knows its ex
 ├─ VolumeError(ValueError)           3  the input cannot be used
 │  ├─ UnsupportedFormatError         3  no reader for this file or this variant of its format
 │  ├─ DamagedVolumeError             3  header and data disagree, or the data end early
-│  └─ AmbiguousVolumeError           4  several series or time points: lists them and the option to choose
+│  └─ AmbiguousVolumeError           4  several series or time points: lists them and the option to choose;
+│                                       with --strict also a file that leaves its meaning open
 ├─ MeshFileError(ValueError)         3  a mesh file that is to be measured is missing or damaged
 ├─ EmptySurfaceError(ValueError)     5  no quad at this isovalue: names the value range
 ├─ RequirementError(ValueError)      6  `--require` asks for what the mesh is not

@@ -88,6 +88,7 @@ class ReadSettings:
     `shape`, `spacing` and `origin` are in the order x, y, z; millimetres; the origin is the centre
     of the first node. Spacing and origin are for files that tell none; without them they are 1 and 0.
     `allow_outside` reads files outside the input's own folder that a header or a link leads to.
+    `strict` refuses files that leave open what they mean: every warning of `notices.ABOUT_MEANING`.
     `seed` and `sigma` belong to the synthetic noise.
     """
 
@@ -103,6 +104,7 @@ class ReadSettings:
     duplicates: Duplicates = "refuse"
     volume_index: int | None = None
     allow_outside: bool = False
+    strict: bool = False
     seed: int = 0
     sigma: float = 0.0
     threads: int | None = None

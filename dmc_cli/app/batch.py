@@ -45,6 +45,7 @@ class Outcome:
     quads: int | None = None
     triangles: int | None = None
     warnings: tuple[str, ...] = ()
+    warning_codes: tuple[str, ...] = ()
 
 
 class _Checking(SilentProgress):
@@ -181,4 +182,5 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
         quads=result.mesh.quad_count,
         triangles=result.mesh.triangle_count,
         warnings=tuple(result.report["warnings"]),
+        warning_codes=tuple(result.report["warning_codes"]),
     )

@@ -41,6 +41,7 @@ from dmc_cli.mesh_io import (
     write_halfedges,
     write_mesh,
 )
+from dmc_cli.notices import warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report import (
@@ -361,7 +362,8 @@ def _finish(
             )
             if output.halfedges is not None and dump is not None:
                 write_halfedges(output.halfedges, dump, force=output.force)
-        report["warnings"] += written.warnings
+        for key, told in warning_keys(written.warnings).items():
+            report[key] += told
     _write_report(output, report, watch)
 
 

@@ -24,6 +24,7 @@ from dmc_cli.measures import (
 )
 from dmc_cli.mesh import connect, mesh_of_file
 from dmc_cli.mesh_io import MeshFile, read_mesh
+from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
 from dmc_cli.runtime import Device, load_kernels, select_device
@@ -78,7 +79,7 @@ def measure_mesh(
     """
     found = connect(mesh_of_file(mesh, device))
     topology, quality = measure_topology(found), measure_quality(found)
-    warnings: list[str] = []
+    warnings: list[Notice] = []
     deviation = None
     if reference is not None:
         warnings += reference.volume.warnings
@@ -87,7 +88,7 @@ def measure_mesh(
     triangles = mesh.triangle_count
     return {
         "schema": SCHEMA,
-        "warnings": warnings,
+        **warning_keys(warnings),
         "mesh": plain(
             {
                 "path": path,
@@ -106,7 +107,7 @@ def measure_mesh(
     }
 
 
-def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[str]]:
+def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[Notice]]:
     """Return the deviation of the mesh with the rounding of its coordinates, and what is to be told.
 
     It is held against the grid with a closed border: vertices of an open one never touch the virtual layer,
@@ -119,7 +120,8 @@ def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tup
     turned = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
     placement, beyond = locate_points(mesh.points * (-1.0, -1.0, 1.0) if turned else mesh.points, frame)
     if outside := int(np.count_nonzero(beyond)):
-        told.append(f"{outside} vertices lie outside the volume; they are measured at its border")
+        sentence = f"{outside} vertices lie outside the volume; they are measured at its border"
+        told.append(Notice("W-OUTSIDE-VOLUME", sentence))
     rounding = file_rounding(mesh.points, volume)
     if warning := rounding_warning(rounding):
         told.append(warning)

@@ -7,6 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from dmc_cli.errors import AmbiguousVolumeError, WriteError
+from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
@@ -54,18 +55,19 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
         "intercept": volume.intercept,
         "value_range": None if ends is None else list(ends),
         "series": series,
-        "warnings": [*notes, *volume.warnings],
+        **warning_keys([*notes, *volume.warnings]),
     }
 
 
-def _first_volume(path: str, settings: ReadSettings, progress: Progress) -> tuple[Volume, list[str]]:
+def _first_volume(path: str, settings: ReadSettings, progress: Progress) -> tuple[Volume, list[Notice]]:
     """Return the volume, of several in one file the first with a note that says so."""
     try:
         return read_volume(path, settings, progress), []
     except AmbiguousVolumeError as error:
         if path == STREAM or settings.volume_index is not None:
             raise
-        return read_volume(path, replace(settings, volume_index=0), progress), [f"{error}; this is volume 0"]
+        told = Notice("W-FIRST-VOLUME", f"{error}; this is volume 0")
+        return read_volume(path, replace(settings, volume_index=0), progress), [told]
 
 
 def diagnose() -> dict[str, Any]:

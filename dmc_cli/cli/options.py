@@ -170,6 +170,13 @@ read_options = stack(
         type=Triple(float),
         help="Centre of the first node in mm, for any file that tells none; 0 without it.",
     ),
+    setting(
+        ReadSettings,
+        "strict",
+        section="Input",
+        is_flag=True,
+        help="Refuse, with status 4, a file that leaves open what it means: unit, spacing, axes, order.",
+    ),
     setting(ReadSettings, "shape", section="Raw input", type=Triple(int), help="Number of nodes."),
     setting(
         ReadSettings,

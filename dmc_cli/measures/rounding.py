@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.mesh import COARSE, HALF_STEP, Mesh, Placement, SurfaceFrame
+from dmc_cli.notices import Notice
 from dmc_cli.runtime import load_kernels
 from dmc_cli.volume import Volume
 
@@ -46,7 +47,7 @@ def file_rounding(points: Any, volume: Volume) -> Rounding:
     return Rounding(mm=float(np.linalg.norm(steps)), relative=float(in_cells.max()))
 
 
-def rounding_warnings(mesh: Mesh, placement: Placement, volume: Volume) -> tuple[str, ...]:
+def rounding_warnings(mesh: Mesh, placement: Placement, volume: Volume) -> tuple[Notice, ...]:
     """Return what is to be told of a mesh's coordinates, if float32 is too coarse for them."""
     if not may_be_coarse(placement.frame):
         return ()
@@ -57,14 +58,15 @@ def rounding_warnings(mesh: Mesh, placement: Placement, volume: Volume) -> tuple
     return () if warning is None else (warning,)
 
 
-def rounding_warning(rounding: Rounding | None) -> str | None:
+def rounding_warning(rounding: Rounding | None) -> Notice | None:
     """Return what a user should know of the rounding, or None if it is not worth a word."""
     if rounding is None or rounding.relative <= COARSE:
         return None
     cause, remedy = cause_and_remedy(rounding.mm)
-    return (
+    return Notice(
+        "W-ROUNDING",
         f"{cause} float32 coordinates are off by up to {rounding.mm:.2g} mm, {rounding.relative:.2g} of the"
-        f" spacing; write grid coordinates with --space voxel, or {remedy}"
+        f" spacing; write grid coordinates with --space voxel, or {remedy}",
     )
 
 

@@ -8,17 +8,18 @@ from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.files import write_output
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.notices import Notice
 from dmc_cli.settings import STREAM
 
 
 @dataclass(frozen=True)
 class WrittenFile:
-    """What was written: the format, the number of bytes, and sentences on what was left out."""
+    """What was written: the format, the number of bytes, and what is told of what was left out."""
 
     path: str
     format: str
     size: int
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
 
 def choose_format(path: str, output_format: str | None = None) -> str:
@@ -74,10 +75,11 @@ def write_mesh(
     return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))
 
 
-def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[str]:
-    """Yield a sentence on each thing that the format cannot hold."""
+def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
+    """Yield a warning of each thing that the format cannot hold."""
     if mesh.normals is not None and not mesh_format.holds_normals:
-        yield f"{mesh_format.title} files hold no normals: they were left out"
+        yield Notice("W-NORMALS-LEFT-OUT", f"{mesh_format.title} files hold no normals: they were left out")
     names = [*mesh.vertex_values, *mesh.face_values]
     if names and not mesh_format.holds_values:
-        yield f"{mesh_format.title} files hold no values of vertices and faces; left out: {', '.join(names)}"
+        told = f"{mesh_format.title} files hold no values of vertices and faces; left out: {', '.join(names)}"
+        yield Notice("W-VALUES-LEFT-OUT", told)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from dmc_cli.contouring import SurfaceCounts
 from dmc_cli.measures import plain
+from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.printable import json_text
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Volume
@@ -49,7 +50,7 @@ class RunFacts:
         triangle_count: Its triangles.
         measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
         simplification: What simplification did, or None if there was none.
-        warnings: Further sentences for the user, after the volume's own.
+        warnings: What else the user is told, after the volume's own.
         timings_ms: Milliseconds by stage.
         memory: As `measure_memory` returns it.
         versions: As `collect_versions` returns it.
@@ -65,7 +66,7 @@ class RunFacts:
     triangle_count: int
     measures: Measures | None
     simplification: Mapping[str, Any] | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
     timings_ms: Mapping[str, float]
     memory: Mapping[str, int | None]
     versions: Mapping[str, str]
@@ -76,7 +77,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
     measures = facts.measures
     report = {
         "schema": SCHEMA,
-        "warnings": [*facts.volume.warnings, *_own_warnings(facts.counts), *facts.warnings],
+        **warning_keys([*facts.volume.warnings, *_own_warnings(facts.counts), *facts.warnings]),
         "input": _input_section(facts.volume, facts.counts.no_data_nodes, with_hash=measures is not None),
         "settings": _settings_section(facts.settings, facts.resolved),
         "surface": _surface_section(facts),
@@ -186,11 +187,9 @@ def _surface_section(facts: RunFacts) -> dict[str, Any]:
     return found | counts
 
 
-def _own_warnings(counts: SurfaceCounts) -> list[str]:
-    """Return the warnings about the surface: sentences, in the order of the report."""
-    warnings = []
-    if counts.no_data_nodes:
-        warnings.append(
-            f"{counts.no_data_nodes} nodes hold no data (NaN, infinity or padding); the surface ends there"
-        )
-    return warnings
+def _own_warnings(counts: SurfaceCounts) -> list[Notice]:
+    """Return the warnings about the surface, in the order of the report."""
+    if not counts.no_data_nodes:
+        return []
+    told = f"{counts.no_data_nodes} nodes hold no data (NaN, infinity or padding); the surface ends there"
+    return [Notice("W-NO-DATA", told)]

@@ -12,6 +12,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import VolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.volume.checks import (
     checked_affine,
     checked_padding,
@@ -69,7 +70,7 @@ class Volume:
         path: The input as the user named it.
         files: The files that were read, in slice order.
         format: The reader's name: nifti, nrrd, meta, dicom, raw, synthetic.
-        warnings: Sentences for the user, for example on a missing orientation.
+        warnings: What the user is told, for example of a missing orientation.
     """
 
     values: AnyArray
@@ -82,7 +83,7 @@ class Volume:
     path: str = ""
     files: tuple[Path, ...] = ()
     format: str = ""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert or refuse, once, at the door.
@@ -120,6 +121,11 @@ class Volume:
         """Return the distance of neighbouring nodes along x, y, z in millimetres."""
         x, y, z = np.linalg.norm(self.affine[:3, :3], axis=0)
         return float(x), float(y), float(z)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Return what the warnings say."""
+        return tuple(notice.sentence for notice in self.warnings)
 
     def value_range(self) -> tuple[float, float] | None:
         """Return the smallest and largest finite physical value that is data, or None where there is none."""

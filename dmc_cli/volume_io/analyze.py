@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.content import first_bytes
@@ -67,5 +68,5 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         slope=slope,
         intercept=intercept,
         format="analyze",
-        warnings=(NO_ORIENTATION,),
+        warnings=(Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),),
     )

@@ -20,6 +20,7 @@ from dmc_cli.errors import (
     SettingsError,
     VolumeError,
 )
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space, VolumeEntry
 
@@ -76,7 +77,7 @@ class Layout:
         intercept: Physical value of stored 0.
         format: The reader's name.
         headers: Files beside `files` that were read.
-        warnings: Sentences for the user.
+        warnings: What the user is told.
     """
 
     name: str
@@ -97,7 +98,7 @@ class Layout:
     slope: float = 1.0
     intercept: float = 0.0
     headers: tuple[Path, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def volume_bytes(self) -> int:
@@ -178,29 +179,29 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
 
 def chosen_spacing(
     told: Triple | None, settings: ReadSettings, what: str = "the file"
-) -> tuple[Triple, tuple[str, ...]]:
+) -> tuple[Triple, tuple[Notice, ...]]:
     """Return the spacing in millimetres, and warnings: what the header told, else the settings', else 1."""
     if told is not None:
         return told, without_effect("spacing", settings, what)
     if settings.spacing is not None:
         return settings.spacing, ()
-    return (1.0, 1.0, 1.0), (f"{what} tells no spacing; --spacing gives it",)
+    return (1.0, 1.0, 1.0), (Notice("W-SPACING-MISSING", f"{what} tells no spacing; --spacing gives it"),)
 
 
 def chosen_origin(
     told: Triple | None, settings: ReadSettings, what: str = "the file"
-) -> tuple[Triple, tuple[str, ...]]:
+) -> tuple[Triple, tuple[Notice, ...]]:
     """Return the origin in millimetres, and warnings: what the header told, else the settings', else 0."""
     if told is not None:
         return told, without_effect("origin", settings, what)
     return settings.origin or (0.0, 0.0, 0.0), ()
 
 
-def without_effect(option: str, settings: ReadSettings, what: str = "the file") -> tuple[str, ...]:
+def without_effect(option: str, settings: ReadSettings, what: str = "the file") -> tuple[Notice, ...]:
     """Return a warning where an option was given for what the file tells itself."""
     if getattr(settings, option) is None:
         return ()
-    return (f"--{option} has no effect: {what} tells its own",)
+    return (Notice("W-OPTION-UNUSED", f"--{option} has no effect: {what} tells its own"),)
 
 
 def scale_affine(spacing: Triple, origin: Triple) -> Float64Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
@@ -176,7 +177,7 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
 
 def _affine(
     fields: dict[str, str], dimension: int, settings: ReadSettings, name: str
-) -> tuple[Float64Array, tuple[str, ...]]:
+) -> tuple[Float64Array, tuple[Notice, ...]]:
     """Return the affine of the first three axes, in millimetres, and warnings."""
     identity = [float(r == c) for r in range(dimension) for c in range(dimension)]
     matrix = _numbers(fields, ("TransformMatrix", "Rotation", "Orientation"), name, identity)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.content import first_bytes
@@ -74,5 +75,5 @@ def mgh_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         volumes=volumes,
         volume=chosen_index(name, volumes, settings.volume_index),
         format="mgh",
-        warnings=() if tells_orientation else (NO_ORIENTATION,),
+        warnings=() if tells_orientation else (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),),
     )

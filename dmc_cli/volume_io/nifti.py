@@ -15,6 +15,7 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space, check_shape
 from dmc_cli.volume_io.content import first_bytes
@@ -127,12 +128,13 @@ def _offset(header: Any, name: str) -> int:
     return max(int(offset), header.single_vox_offset if header.is_single else 0)
 
 
-def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[str, ...]]:
+def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ...]]:
     """Return the affine in millimetres, its space, and warnings."""
     unit = int(header["xyzt_units"]) & 7
-    notes: tuple[str, ...] = ()
+    notes: tuple[Notice, ...] = ()
     if unit not in UNITS:
-        notes = (f"the header's unit of length has the unknown code {unit}; taken as millimetres",)
+        told = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
+        notes = (Notice("W-UNIT-UNKNOWN", told),)
     space: Space = "RAS"
     with np.errstate(all="ignore"):  # what is not finite is refused with the layout
         if header["sform_code"] > 0:
@@ -141,7 +143,7 @@ def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[str, ...
             affine = _qform(header, name)
         else:
             affine, space = scale_affine(_spacing(header), (0.0, 0.0, 0.0)), "none"
-            notes += (NO_ORIENTATION,)
+            notes += (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
         affine[:3] *= UNITS.get(unit, 1.0)
     return affine, space, notes
 

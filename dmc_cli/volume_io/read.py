@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.errors import DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.notices import refuse_uncertain
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
@@ -47,6 +48,7 @@ def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) 
 
     Raises:
         VolumeError: The input cannot be used; its subclasses tell why.
+        AmbiguousVolumeError: Several volumes, or `settings.strict` and a warning about meaning.
         SettingsError: The format needs a setting that is missing or wrong.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
@@ -161,7 +163,13 @@ def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress
 
 
 def _warned(volume: Volume, format_name: str, settings: ReadSettings) -> Volume:
-    """Return the volume with a warning for each option that has no effect on its format."""
+    """Return the volume with a warning for each option that has no effect on its format.
+
+    Raises:
+        AmbiguousVolumeError: `settings.strict`, and a warning is about the meaning of the file.
+    """
+    if settings.strict:
+        refuse_uncertain(volume.warnings, volume.path)
     return replace(volume, warnings=(*unused_options(format_name, settings), *volume.warnings))
 
 

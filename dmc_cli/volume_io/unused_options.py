@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import fields
 
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_formats import formats_with
 from dmc_cli.volume_io.layout import without_effect
 
 
-def unused_options(format_name: str, settings: ReadSettings) -> Iterator[str]:
+def unused_options(format_name: str, settings: ReadSettings) -> Iterator[Notice]:
     """Yield a warning for each option that was given and that a format's reader never looks at."""
     default = ReadSettings()
     for option in (field.name for field in fields(ReadSettings)):
@@ -21,4 +22,5 @@ def unused_options(format_name: str, settings: ReadSettings) -> Iterator[str]:
             yield from without_effect(option, settings, f"the {what}")
         else:
             flag = f"--{option.replace('_', '-')}"
-            yield f"{flag} has no effect on {format_name} input; it is for {', '.join(takers)}"
+            told = f"{flag} has no effect on {format_name} input; it is for {', '.join(takers)}"
+            yield Notice("W-OPTION-UNUSED", told)

@@ -96,7 +96,8 @@ def test_what_a_format_cannot_hold_is_told(tmp_path, suffix, told):
     )
     written = write_mesh(str(tmp_path / f"a.{suffix}"), file_of_mesh(mesh_of_file(file, DEVICE)))
     (warning,) = written.warnings
-    assert warning == f"{told} files hold no values of vertices and faces; left out: quality, labels"
+    assert warning.code == "W-VALUES-LEFT-OUT"
+    assert warning.sentence == f"{told} files hold no values of vertices and faces; left out: quality, labels"
 
 
 @pytest.mark.parametrize("name", [COLOR, COLOR24, DEFECT, FROZEN])

@@ -8,6 +8,7 @@ import pytest
 
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.write import write_mesh
+from dmc_cli.notices import Notice
 
 VERTICES = [f"{x}.0 {y}.0 {z}.0" for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
 NORMALS = [" ".join("-0.57735026" if "-" in x else "0.57735026" for x in v.split()) for v in VERTICES]
@@ -68,7 +69,7 @@ def test_off_says_how_many_and_counts_from_zero(tmp_path, cube):
 
 def test_off_reports_that_normals_are_left_out(tmp_path, cube):
     result = write_mesh(str(tmp_path / "cube.off"), cube)
-    assert result.warnings == ("OFF files hold no normals: they were left out",)
+    assert result.warnings == (Notice("W-NORMALS-LEFT-OUT", "OFF files hold no normals: they were left out"),)
     assert write_mesh(str(tmp_path / "cube.obj"), cube).warnings == ()
 
 

@@ -10,6 +10,7 @@ from hypothesis import given
 from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
+from dmc_cli.notices import Notice
 from tests.mesh_io.mixed import mixed_meshes
 
 LAYOUTS = [
@@ -76,5 +77,8 @@ def test_values_that_a_format_cannot_hold_are_told(tmp_path, cube, name):
     written = write_mesh(str(tmp_path / f"a{FORMATS[name].suffix}"), replace(cube, normals=None, **values))
     title = FORMATS[name].title
     assert written.warnings == (
-        f"{title} files hold no values of vertices and faces; left out: label, labels",
+        Notice(
+            "W-VALUES-LEFT-OUT",
+            f"{title} files hold no values of vertices and faces; left out: label, labels",
+        ),
     )

@@ -18,6 +18,7 @@ from dmc_cli.measures.plain_values import plain
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
 from dmc_cli.mesh.connectivity import connect
+from dmc_cli.notices import Notice
 from dmc_cli.report.memory import measure_memory
 from dmc_cli.report.report import Measures, RunFacts, build_report, report_text
 from dmc_cli.report.requirements import CHECKS, check_requirements
@@ -158,10 +159,13 @@ def test_the_checksum_is_that_of_the_single_file(tmp_path, facts):
 def test_no_data_and_the_volumes_warnings_are_told():
     values = ball()
     values[0, 0, :3] = np.nan
-    report = build_report(run_facts(values, 0.0, border="open", warnings=("no orientation",)))
+    report = build_report(
+        run_facts(values, 0.0, border="open", warnings=(Notice("W-ORIENTATION-MISSING", "no orientation"),))
+    )
     check(report)
     assert report["input"]["no_data_nodes"] == 3
     assert report["warnings"][0] == "no orientation"
+    assert report["warning_codes"] == ["W-ORIENTATION-MISSING", "W-NO-DATA"]
     assert report["warnings"][1].startswith("3 nodes hold no data")
 
 

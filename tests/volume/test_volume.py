@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dmc_cli.errors import UnsupportedFormatError, VolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.volume.volume import Volume
 from tests.volume_io.reading import counting
 
@@ -212,7 +213,7 @@ def test_geometry_is_copied():
 
 def test_a_changed_volume_is_checked_again_and_not_copied():
     made = volume()
-    assert np.shares_memory(replace(made, warnings=("a",)).values, VALUES)
+    assert np.shares_memory(replace(made, warnings=(Notice("W-NO-DATA", "a"),)).values, VALUES)
     with pytest.raises(VolumeError, match=r"^scan\.nii: slope 0"):
         replace(made, path="scan.nii", slope=0.0)
 

@@ -32,7 +32,7 @@ def test_every_type_order_and_packing_agrees_with_nibabel(tmp_path, kind, dtype,
     volume = read(path)
     assert_same_as_nibabel(volume, nib.load(path), 0)
     assert volume.values.dtype == np.dtype(dtype).newbyteorder("=")
-    assert (volume.format, volume.warnings) == ("afni", ())
+    assert (volume.format, volume.sentences) == ("afni", ())
 
 
 @given(

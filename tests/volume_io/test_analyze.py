@@ -24,7 +24,7 @@ def test_every_type_from_either_file(tmp_path, dtype, suffix):
     np.testing.assert_array_equal(volume.values, values)
     np.testing.assert_array_equal(volume.affine, np.diag([2, 3, 4, 1]))
     assert (volume.space, volume.format) == ("none", "analyze")
-    assert "left may be right" in volume.warnings[0]
+    assert "left may be right" in volume.sentences[0]
 
 
 def test_a_real_gzipped_big_endian_pair_agrees_with_nibabel(shared_data):

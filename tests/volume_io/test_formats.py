@@ -43,9 +43,9 @@ def test_an_entry_makes_a_format(toy):
     by_content = read(toy.rename(toy.with_suffix("")))
     assert by_content.format == "toy"
     chosen = read(toy.with_suffix(""), input_format="toy", spacing=(1, 2, 3), origin=(0, 0, 0), series="1")
-    assert not any("--spacing" in told for told in chosen.warnings)
-    assert chosen.warnings[0] == "--origin has no effect: the file tells its own"
-    assert "--series has no effect on toy input; it is for dicom" in chosen.warnings
+    assert not any("--spacing" in told for told in chosen.sentences)
+    assert chosen.sentences[0] == "--origin has no effect: the file tells its own"
+    assert "--series has no effect on toy input; it is for dicom" in chosen.sentences
     toy.with_suffix(".xyz").write_bytes(b"some text")
     with pytest.raises(UnsupportedFormatError, match=r"\.toy, "):
         read(toy.with_suffix(".xyz"))

@@ -59,7 +59,7 @@ def test_without_orientation_it_is_freesurfers_and_told(tmp_path):
     path = changed(write(tmp_path / "a.mgh", counting((3, 4, 5))), 28, b"\0\0")
     volume = read(path)
     assert_same_as_nibabel(volume, loaded(path))
-    assert "goodRASFlag is 0" in volume.warnings[0]
+    assert "goodRASFlag is 0" in volume.sentences[0]
 
 
 def test_the_content_tells_the_format(tmp_path):

@@ -76,7 +76,7 @@ def test_without_orientation_the_grid_has_its_own_axes_and_a_warning(tmp_path):
     volume = read(tmp_path / "a.nii")
     np.testing.assert_array_equal(volume.affine, np.diag([0.5, 2, 3, 1]))
     assert volume.space == "none"
-    assert "no orientation" in volume.warnings[0]
+    assert "no orientation" in volume.sentences[0]
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("meter", 1000), ("mm", 1), ("micron", 0.001), ("unknown", 1)])

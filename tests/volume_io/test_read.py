@@ -97,7 +97,7 @@ def test_an_option_without_effect_is_told(tmp_path, settings, told):
     path = tmp_path / "a.nii"
     write_volume(str(path), read("synth:noise:4"))
     plain, given = read(path), read(path, **settings)
-    assert given.warnings == ((told,) if told else ()) + plain.warnings
+    assert given.sentences == ((told,) if told else ()) + plain.sentences
     np.testing.assert_array_equal(given.affine, plain.affine)
 
 
@@ -112,11 +112,11 @@ def test_an_option_without_effect_is_told(tmp_path, settings, told):
 )
 def test_an_option_without_effect_is_told_of_folders_and_fields_too(monkeypatch, path, settings, told):
     monkeypatch.chdir(Path(__file__).parents[2])
-    assert read(path, **settings).warnings[0].startswith(told)
+    assert read(path, **settings).sentences[0].startswith(told)
 
 
 def test_every_option_of_reading_has_its_formats():
-    elsewhere = {"input_format", "seed", "sigma", "threads"}
+    elsewhere = {"input_format", "seed", "sigma", "strict", "threads"}
     of_formats = {option for known in FORMATS.values() for option in known.options}
     assert of_formats | elsewhere == {field.name for field in fields(ReadSettings)}
     assert not of_formats & elsewhere

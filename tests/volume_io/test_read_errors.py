@@ -104,8 +104,8 @@ def test_a_slice_whose_header_cannot_be_read_is_told_and_the_others_are_kept(ser
     break_file(series / name, good)
     volume = read(series)
     assert volume.shape == (5, 4, 4)
-    assert volume.warnings[0].startswith(f"a file was left out: {name}: ")
-    assert "Input/output error" in volume.warnings[0] or "Permission denied" in volume.warnings[0]
+    assert volume.sentences[0].startswith(f"a file was left out: {name}: ")
+    assert "Input/output error" in volume.sentences[0] or "Permission denied" in volume.sentences[0]
 
 
 def test_a_slice_in_the_middle_that_cannot_be_read_is_told_as_what_may_be_missing(series, break_file):
@@ -136,7 +136,7 @@ def test_a_folder_that_cannot_be_listed_is_told(series, monkeypatch):
     monkeypatch.setattr(os, "scandir", refused)
     volume = read(series)
     assert volume.shape[2] == 5
-    assert volume.warnings == ("1 file or folder (cannot be read (Permission denied)) was left out: more",)
+    assert volume.sentences == ("1 file or folder (cannot be read (Permission denied)) was left out: more",)
 
 
 def test_links_in_a_folder_of_slices(series, tmp_path):
@@ -155,7 +155,7 @@ def test_links_in_a_folder_of_slices(series, tmp_path):
         read(series)
     volume = read(series, allow_outside=True)
     np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(5)])
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 def test_what_is_no_file_in_a_folder_of_slices(series):
@@ -166,7 +166,7 @@ def test_what_is_no_file_in_a_folder_of_slices(series):
     (series / "nowhere").symlink_to("gone")
     volume = read(series, allow_outside=True)
     assert volume.shape[2] == 5
-    assert set(volume.warnings) == {
+    assert set(volume.sentences) == {
         "1 file or folder (cannot be read (No such file or directory)) was left out: nowhere",
         "2 files or folders (cannot be read (Too many levels of symbolic links)) were left out: one, two",
         "2 files or folders (a pipe, a device or a socket) were left out: pipe, zero",
@@ -178,7 +178,7 @@ def test_the_same_file_under_two_names_is_one_slice(series):
     (series / "empty").write_bytes(b"")
     volume = read(series)
     assert volume.shape[2] == 5
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 def test_checking_an_input_tells_errors_too(tmp_path, break_file):

@@ -206,7 +206,7 @@ def test_nifti_units(tmp_path, unit, scale, is_told):
     (tmp_path / "a.nii").write_bytes(content)
     volume = read(tmp_path / "a.nii")
     np.testing.assert_allclose(volume.spacing, [scale] * 3)
-    assert bool(volume.warnings) == is_told
+    assert bool(volume.sentences) == is_told
 
 
 def test_npz_entries_are_named_where_one_is_to_be_chosen(tmp_path):
@@ -281,7 +281,7 @@ def test_slices_beside_the_line(tmp_path, shift):
         with pytest.raises(UnsupportedFormatError, match=r"c lies 0\.260 mm beside the line"):
             read(tmp_path)
         return
-    warnings = read(tmp_path).warnings
+    warnings = read(tmp_path).sentences
     assert [f"{shift:.3f} mm beside" in warning for warning in warnings] == [True] * (shift > 0.025)
 
 

@@ -52,7 +52,7 @@ def test_slices_beside_such_entries_are_read_all_the_same(tmp_path):
             archive.write(save(make_slice(position, k), tmp_path / "in" / f"{k}"), f"s{k}")
     volume = read(path)
     np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(3)])
-    assert "0: the DICOM header cannot be read (it begins with commands" in volume.warnings[0]
+    assert "0: the DICOM header cannot be read (it begins with commands" in volume.sentences[0]
 
 
 @pytest.mark.parametrize("shared", ["all", "one byte"])
@@ -85,7 +85,7 @@ def test_every_packer_of_a_zip(tmp_path, packer):
             archive.write(save(make_slice(position, k), tmp_path / "in" / f"{k}"), f"{k}")
     volume = read(path)
     np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(3)])
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 @pytest.mark.parametrize("packer", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])

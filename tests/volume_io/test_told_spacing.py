@@ -29,13 +29,13 @@ def silent_file(folder, suffix):
 def test_a_file_without_spacing(tmp_path, suffix, space):
     path = silent_file(tmp_path, suffix)
     volume = read(path)
-    assert volume.warnings == ("the file tells no spacing; --spacing gives it",)
+    assert volume.sentences == ("the file tells no spacing; --spacing gives it",)
     np.testing.assert_array_equal(volume.affine, np.eye(4))
     given = read(path, spacing=(1, 2, 3), origin=(4, 5, 6))
-    assert given.warnings == ()
+    assert given.sentences == ()
     np.testing.assert_array_equal(given.affine, [[1, 0, 0, 4], [0, 2, 0, 5], [0, 0, 3, 6], [0, 0, 0, 1]])
     assert volume.space == given.space == space
-    assert read(path, spacing=(1, 1, 1)).warnings == ()
+    assert read(path, spacing=(1, 1, 1)).sentences == ()
 
 
 @pytest.mark.parametrize(
@@ -52,8 +52,8 @@ def test_a_file_s_own_spacing_and_origin_go_before_the_options(tmp_path, suffix,
     path = tmp_path / f"a{suffix}"
     path.write_bytes(header.encode() + VALUES.tobytes())
     volume, given = read(path), read(path, spacing=(1, 1, 1), origin=(0, 0, 0))
-    assert volume.warnings == ()
-    assert given.warnings == tuple(
+    assert volume.sentences == ()
+    assert given.sentences == tuple(
         f"--{option} has no effect: the file tells its own" for option in ("spacing", "origin")
     )
     for found in (volume, given):
@@ -65,5 +65,5 @@ def test_an_origin_may_stand_alone(tmp_path):
     text = nrrd_header(extra="axis mins: 7 8 9\ncenterings: cell node node\n") + "\n"
     path.write_bytes(text.encode() + VALUES.tobytes())
     volume = read(path, spacing=(2, 3, 4))
-    assert volume.warnings == ()
+    assert volume.sentences == ()
     np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 8], [0, 3, 0, 8], [0, 0, 4, 9], [0, 0, 0, 1]])

@@ -11,6 +11,7 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice, notices
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.left_out import left_out
@@ -35,13 +36,13 @@ class SliceGeometry:
         frames: One frame a slice, in order.
         affine: Node index to LPS millimetres, shape (4, 4).
         slice_positions: As `Volume.slice_positions`.
-        warnings: Sentences for the user.
+        warnings: What the user is told.
     """
 
     frames: list[Frame]
     affine: Float64Array
     slice_positions: Float64Array | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
 
 def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeometry:
@@ -69,7 +70,8 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
     table = (places - places[0]) * np.linalg.norm(axis) if uneven else None
     if uneven:
         least, most = (_told(frames, distances, int(n)) for n in (distances.argmin(), distances.argmax()))
-        notes.append(f"slice distances vary from {least} to {most}; every slice is kept where it is")
+        told = f"slice distances vary from {least} to {most}; every slice is kept where it is"
+        notes.append(Notice("W-SLICES-UNEVEN", told))
     return SliceGeometry(frames, affine, table, tuple(notes))
 
 
@@ -80,8 +82,8 @@ def _told(frames: list[Frame], distances: Float64Array, n: int) -> str:
 
 def _without_duplicates(
     stack: Stack, settings: ReadSettings, name: str
-) -> tuple[list[Frame], Float64Array, list[str]]:
-    """Return the frames and their places, one frame a place, and sentences on those dropped."""
+) -> tuple[list[Frame], Float64Array, list[Notice]]:
+    """Return the frames and their places, one frame a place, and warnings of those dropped."""
     frames, places = stack.frames, stack.places()
     kept = [0]
     dropped: list[int] = []
@@ -97,12 +99,12 @@ def _without_duplicates(
             "--duplicates first takes the first of each"
         )
     kinds = (f"{kind} in the place of another one" for kind in ("slice", "slices"))
-    notes = left_out([frames[n].name for n in dropped], *kinds)
+    notes = notices("W-DUPLICATES-DROPPED", left_out([frames[n].name for n in dropped], *kinds))
     return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
 
 
-def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, name: str) -> list[str]:
-    """Refuse distances that look like a missing slice, or return sentences on them, as the settings say."""
+def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, name: str) -> list[Notice]:
+    """Refuse distances that look like a missing slice, or return warnings of them, as the settings say."""
     gaps = [
         n
         for n, distance in enumerate(distances)
@@ -119,11 +121,11 @@ def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, 
             "complete series; "
             "get the missing files, or bridge the gap with --slice-gaps keep"
         )
-    return [f"slices are missing: {told}"]
+    return [Notice("W-SLICES-MISSING", f"slices are missing: {told}")]
 
 
-def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[str]:
-    """Refuse slices far beside the line through the first and the last; return sentences on nearer ones."""
+def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[Notice]:
+    """Refuse slices far beside the line through the first and the last; return warnings of nearer ones."""
     pixel = min(frames[0].spacing)
     worst = int(sideways.argmax())
     told = f"{frames[worst].name} lies {sideways[worst]:.3f} mm beside the line from first to last slice"
@@ -131,4 +133,4 @@ def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[str]:
         raise UnsupportedFormatError(
             f"{name}: {told}; expected slices along one line; choose a series whose slices are not shifted"
         )
-    return [told] if sideways[worst] > DRIFT_TOLD * pixel else []
+    return [Notice("W-SLICES-SHIFTED", told)] if sideways[worst] > DRIFT_TOLD * pixel else []

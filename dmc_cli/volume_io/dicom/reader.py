@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.notices import notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
@@ -60,11 +61,11 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
         format="dicom",
         warnings=(
-            *found.warnings(),
-            *aside,
+            *notices("W-FILE-DAMAGED", found.warnings()),
+            *notices("W-FILES-LEFT-OUT", aside),
             *geometry.warnings,
-            *(() if is_placed else (NO_POSITIONS,)),
-            *_scale_told(geometry.frames),
+            *notices("W-POSITION-MISSING", () if is_placed else (NO_POSITIONS,)),
+            *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),
         ),
     )
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space
 from dmc_cli.volume_io.layout import (
@@ -39,7 +40,7 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
 
 def nrrd_geometry(
     fields: dict[str, str], spatial: tuple[int, int, int], settings: ReadSettings, name: str
-) -> tuple[Float64Array, Space, tuple[str, ...]]:
+) -> tuple[Float64Array, Space, tuple[Notice, ...]]:
     """Return the affine in millimetres, its space, and warnings; `spatial` are the axes of space.
 
     Raises:
@@ -48,16 +49,16 @@ def nrrd_geometry(
     """
     spelled = re.sub(r"(-time|(?<=^(?:ras|las|lps))t)$", "", fields.get("space", "").lower())
     directions = per_axis(fields.get("space directions", ""))
-    notes: list[str] = []
+    notes: list[Notice] = []
     if spelled == "3d-left-handed":
-        notes.append(
-            "the header's space is left-handed: in a right-handed viewer its mesh is the mirror image"
-        )
+        told = "the header's space is left-handed: in a right-handed viewer its mesh is the mirror image"
+        notes.append(Notice("W-SPACE-LEFT-HANDED", told))
     if not directions:
         if spelled in SPACES and SPACES[spelled][0] != "none":
-            notes.append(
+            told = (
                 f"the header names the space {spelled} but no directions; axes are the grid's own, space none"
             )
+            notes.append(Notice("W-ORIENTATION-MISSING", told))
         return _unoriented(fields, spatial, settings, name, notes), "none", tuple(notes)
     if spelled and spelled not in SPACES:
         raise UnsupportedFormatError(f"{name}: space {spelled!r} found; expected one of {', '.join(SPACES)}")
@@ -80,11 +81,12 @@ def nrrd_geometry(
     return affine, space, tuple(notes)
 
 
-def _unit(unit: str, notes: list[str]) -> float:
+def _unit(unit: str, notes: list[Notice]) -> float:
     """Return the length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
     found = MILLIMETRES.get(unit.lower())
     if found is None and unit and unit != "???":
-        notes.append(f"the header's unit of length {unit!r} is unknown; taken as millimetres")
+        told = f"the header's unit of length {unit!r} is unknown; taken as millimetres"
+        notes.append(Notice("W-UNIT-UNKNOWN", told))
     return found or 1.0
 
 
@@ -93,7 +95,7 @@ def _unoriented(
     spatial: tuple[int, int, int],
     settings: ReadSettings,
     name: str,
-    notes: list[str],
+    notes: list[Notice],
 ) -> Float64Array:
     """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings."""
     sizes = numbers(fields, "sizes", name, int)

@@ -141,7 +141,7 @@ def test_one_enhanced_file_in_every_syntax(shared_data, name):
     np.testing.assert_array_equal(plain.values, pydicom.dcmread(folder / "emri_small.dcm").pixel_array)
     np.testing.assert_array_equal(other.values, plain.values)
     assert plain.space == "none"
-    assert "no positions" in plain.warnings[0]
+    assert "no positions" in plain.sentences[0]
 
 
 def test_a_truncated_enhanced_file_is_refused(shared_data):

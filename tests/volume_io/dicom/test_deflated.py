@@ -89,4 +89,4 @@ def test_slices_with_long_headers_and_a_damaged_one(tmp_path):
     volume = read(tmp_path)
     np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(3)])
     causes = ("the DICOM header cannot be read (3: the defl", "the file ends before its pixel data")
-    assert volume.warnings[0].startswith(tuple(f"a file was left out: 3: {cause}" for cause in causes))
+    assert volume.sentences[0].startswith(tuple(f"a file was left out: 3: {cause}" for cause in causes))

@@ -33,7 +33,7 @@ def test_a_slice_cut_anywhere_in_its_header_is_told(tmp_path, syntax):
         path.write_bytes(content[:kept])
         volume = read(tmp_path)
         assert volume.shape[2] == 2
-        (warning,) = volume.warnings
+        (warning,) = volume.sentences
         assert warning.startswith("a file was left out: IM2: "), kept
 
 
@@ -43,7 +43,7 @@ def test_a_deflated_slice_cut_in_its_header_is_told(tmp_path, kept):
         path = save(make_slice(position, k, syntax=uid.DeflatedExplicitVRLittleEndian), tmp_path / f"IM{k}")
     size = len(path.read_bytes())
     cut(path, size * kept // 1000)
-    assert read(tmp_path).warnings == (
+    assert read(tmp_path).sentences == (
         "a file was left out: IM2: the file ends before its pixel data; get the file again",
     )
 
@@ -54,7 +54,7 @@ def test_a_slice_without_preamble_that_ends_before_its_pixels_is_told(tmp_path):
     content = path.read_bytes()
     begin = content.index(b"\x08\x00\x08\x00CS")
     path.write_bytes(content[begin : content.index(b"\x28\x00\x10\x00")])
-    assert "IM2: the file ends before its pixel data" in read(tmp_path).warnings[0]
+    assert "IM2: the file ends before its pixel data" in read(tmp_path).sentences[0]
 
 
 def test_an_image_without_pixel_data_is_told_and_a_report_is_not(tmp_path):
@@ -68,7 +68,7 @@ def test_an_image_without_pixel_data_is_told_and_a_report_is_not(tmp_path):
     save(report, tmp_path / "report")
     (tmp_path / "empty").touch()
     (tmp_path / "junk").write_bytes(b"junk" * 100)
-    assert read(tmp_path).warnings == (
+    assert read(tmp_path).sentences == (
         "a file was left out: image: the file ends before its pixel data; get the file again",
     )
 
@@ -81,7 +81,7 @@ def test_of_many_damaged_files_the_rest_is_counted(tmp_path, count, rest):
     save_named(tmp_path, 2 + count)
     for k in range(2, 2 + count):
         cut(tmp_path / f"IM{k}", 400)
-    warnings = read(tmp_path).warnings
+    warnings = read(tmp_path).sentences
     assert [re.search(r"IM\d|and .*", warning)[0] for warning in warnings] == ["IM2", "IM3", "IM4", *rest]
 
 
@@ -98,7 +98,7 @@ def test_a_lone_file_that_ends_before_its_pixels_is_damaged(tmp_path):
 def test_an_image_of_another_geometry_is_told(tmp_path, elements):
     volume = read(save_named(tmp_path, others=[5], **elements))
     assert volume.shape[2] == 5
-    assert volume.warnings == ("1 image of another orientation, spacing, size or type was left out: IM5",)
+    assert volume.sentences == ("1 image of another orientation, spacing, size or type was left out: IM5",)
 
 
 def test_localizers_and_single_images_are_told(tmp_path):
@@ -115,9 +115,9 @@ def test_localizers_and_single_images_are_told(tmp_path):
         "5 localizers were left out: loc/a, loc/b, loc/c and 2 more",
         "1 image of a series without a volume was left out: single",
     )
-    assert read(tmp_path).warnings == told
+    assert read(tmp_path).sentences == told
     save_stack(tmp_path / "other", axial(), series="1.2.9")
-    assert read(tmp_path, series="1.2.9").warnings == ()
+    assert read(tmp_path, series="1.2.9").sentences == ()
 
 
 def test_a_missing_slice_that_was_put_aside_is_told_with_it(tmp_path):

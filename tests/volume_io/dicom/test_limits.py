@@ -32,7 +32,7 @@ def test_a_hundredth_of_a_millimetre_is_one_place(tmp_path, apart, is_one):
         ):
             read(tmp_path)
         volume = read(tmp_path, duplicates="first")
-        assert volume.warnings == ("1 slice in the place of another one was left out: c",)
+        assert volume.sentences == ("1 slice in the place of another one was left out: c",)
         np.testing.assert_array_equal(volume.values, [plane_values(k) for k in (0, 1, 3)])
     else:
         assert read(tmp_path, slice_gaps="keep").shape[2] == 4
@@ -45,7 +45,7 @@ def test_a_hundredth_of_a_millimetre_is_uneven(tmp_path, off, is_even):
     assert (volume.slice_positions is None) == is_even
     if not is_even:
         np.testing.assert_allclose(volume.slice_positions, [0, 2 + off, 4, 6])
-        (told,) = volume.warnings
+        (told,) = volume.sentences
         assert told.startswith(
             "slice distances vary from 1.989 mm between b and c to 2.011 mm between a and b"
         )
@@ -64,7 +64,7 @@ def test_a_distance_of_almost_two_is_a_missing_slice(tmp_path, gap, is_missing, 
         AmbiguousVolumeError, match=rf"1 missing slice found: 3\.820 mm between {pair}, 2\.000 mm"
     ):
         read(tmp_path)
-    assert any("slices are missing" in warning for warning in read(tmp_path, slice_gaps="keep").warnings)
+    assert any("slices are missing" in warning for warning in read(tmp_path, slice_gaps="keep").sentences)
 
 
 def test_several_missing_slices_are_counted(tmp_path):
@@ -146,7 +146,7 @@ def test_several_slices_in_two_places_name_the_first_two(tmp_path):
     )
     with pytest.raises(AmbiguousVolumeError, match=told):
         read(tmp_path)
-    assert read(tmp_path, duplicates="first").warnings == (
+    assert read(tmp_path, duplicates="first").sentences == (
         "3 slices in the place of another one were left out: c, d, f",
     )
 
@@ -210,8 +210,8 @@ def test_padding_becomes_nan_where_slices_differ(tmp_path):
 def test_a_slope_of_nothing_is_none(tmp_path, slope, expected):
     volume = read(save_stack(tmp_path, axial(), RescaleSlope=slope, RescaleIntercept="5"))
     assert (volume.slope, volume.intercept) == (expected, 5)
-    told = [warning for warning in volume.warnings if "RescaleSlope 0 found in 4 of 4 slices" in warning]
-    assert len(told) == len(volume.warnings) == (slope == "0")
+    told = [warning for warning in volume.sentences if "RescaleSlope 0 found in 4 of 4 slices" in warning]
+    assert len(told) == len(volume.sentences) == (slope == "0")
 
 
 @pytest.mark.parametrize(
@@ -262,7 +262,7 @@ def test_frames_of_a_file_are_shared_among_threads(tmp_path, threads):
     volume = read(tmp_path / "a.dcm", threads=threads)
     np.testing.assert_array_equal(volume.values, values)
     assert volume.space == "none"
-    assert any("no positions of its frames" in warning for warning in volume.warnings)
+    assert any("no positions of its frames" in warning for warning in volume.sentences)
 
 
 @pytest.mark.parametrize(
@@ -381,4 +381,4 @@ def test_of_a_chosen_series_only_its_own_images_are_told(tmp_path, series):
     save(make_slice((0, 0, 0), 0, series="1.2.4", ImageType=LOCALIZER), tmp_path / "b1")
     own = "1 image of another orientation, spacing, size or type was left out: a3"
     others = ("1 localizer was left out: b1", own, "1 image of a series without a volume was left out: b0")
-    assert read(tmp_path, series=series).warnings == (others if series is None else (own,))
+    assert read(tmp_path, series=series).sentences == (others if series is None else (own,))

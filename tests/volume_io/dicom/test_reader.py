@@ -32,7 +32,7 @@ def test_slices_are_sorted_by_position_whatever_their_names(tmp_path):
     assert (volume.space, volume.slope, volume.intercept) == ("LPS", 1, -1024)
     assert volume.slice_positions is None
     assert len(volume.files) == 4
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_slices_with_and_without_a_sign_are_one_volume(tmp_path):
         save(make_slice(position, k, values=values, RescaleIntercept="0"), tmp_path / f"{k}")
     volume = read(tmp_path)
     np.testing.assert_array_equal(volume.values, STACK)
-    assert (volume.slope, volume.intercept, volume.warnings) == (1, 0, ())
+    assert (volume.slope, volume.intercept, volume.sentences) == (1, 0, ())
 
 
 def test_signed_and_unsigned_copies_are_stacks_to_choose_from(tmp_path):
@@ -267,7 +267,7 @@ def test_uneven_slices_keep_their_positions(tmp_path, tilt):
     for k, position in enumerate(positions):
         np.testing.assert_allclose(world(volume, k), position, atol=1e-9)
     told = r"vary from 1\.100 mm between IM000\d and IM000\d to 3\.500 mm between IM000\d and IM000\d"
-    assert re.search(told, volume.warnings[0])
+    assert re.search(told, volume.sentences[0])
 
 
 def test_rounded_positions_are_even(tmp_path):
@@ -290,7 +290,7 @@ def test_a_missing_slice_is_refused_or_bridged(tmp_path, heights):
         read(tmp_path)
     volume = read(tmp_path, slice_gaps="keep")
     np.testing.assert_allclose(volume.slice_positions, heights)
-    assert "missing" in volume.warnings[0]
+    assert "missing" in volume.sentences[0]
 
 
 def test_a_missing_slice_is_compared_with_the_other_distances(tmp_path):
@@ -306,7 +306,7 @@ def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
         read(tmp_path)
     volume = read(tmp_path, duplicates="first")
     np.testing.assert_array_equal(volume.values, STACK)
-    assert volume.warnings == ("1 slice in the place of another one was left out: z",)
+    assert volume.sentences == ("1 slice in the place of another one was left out: z",)
 
 
 def test_slices_beside_the_line_are_refused(tmp_path):

@@ -39,7 +39,7 @@ def test_entries_that_leave_the_zip_are_not_used(tmp_path, slices, name):
     entries = {f"a/{k}": content for k, content in enumerate(slices[:3])}
     volume = read(zipped(tmp_path / "a.zip", {**entries, name: slices[3]}))
     np.testing.assert_array_equal(volume.values, [plane_values(k) for k in range(3)])
-    assert volume.warnings == (f"1 zip entry whose name leads out of the zip was left out: {name}",)
+    assert volume.sentences == (f"1 zip entry whose name leads out of the zip was left out: {name}",)
 
 
 def test_a_zip_of_nothing_but_names_that_leave_it_is_refused(tmp_path, slices):
@@ -51,7 +51,7 @@ def test_a_zip_of_nothing_but_names_that_leave_it_is_refused(tmp_path, slices):
 
 def test_names_with_dots_are_no_tricks(tmp_path, slices):
     path = zipped(tmp_path / "a.zip", {f"./..a/..{k}": content for k, content in enumerate(slices)})
-    assert read(path).warnings == ()
+    assert read(path).sentences == ()
 
 
 @pytest.mark.parametrize("end", ["half", "no directory"])
@@ -70,7 +70,7 @@ def test_an_entry_that_claims_too_much_is_told(tmp_path, slices):
     content = path.read_bytes()
     begin = content.rindex(b"PK\x01\x02")
     path.write_bytes(content[: begin + 24] + CLAIM + content[begin + 28 :])
-    assert read(path).warnings == (
+    assert read(path).sentences == (
         "1 zip entry that claims more bytes than it can hold was left out: bomb.dcm",
     )
 
@@ -90,7 +90,7 @@ def test_a_header_longer_than_the_first_look_at_an_entry(tmp_path):
         entries[f"{k}"] = save(dataset, tmp_path / "in" / f"{k}").read_bytes()
     volume = read(zipped(tmp_path / "a.zip", entries))
     assert volume.shape[2] == 4
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 @pytest.fixture

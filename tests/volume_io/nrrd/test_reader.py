@@ -131,7 +131,7 @@ def test_every_unit_of_length(tmp_path, unit, length):
     text = header(extra=f'spacings: 2 3 4\nunits: "mm" "{unit}" "mm"\n')
     volume = read(write(tmp_path / "a.nrrd", text, VALUES.tobytes()))
     assert volume.spacing == (2, 3 * length, 4)
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
@@ -158,7 +158,7 @@ DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n
     ],
 )
 def test_what_a_header_leaves_open_is_told(tmp_path, extra, told):
-    warnings = read(write(tmp_path / "a.nrrd", header(extra=extra), VALUES.tobytes())).warnings
+    warnings = read(write(tmp_path / "a.nrrd", header(extra=extra), VALUES.tobytes())).sentences
     assert [warning[: len(told or "")] for warning in warnings] == ([told] if told else [])
 
 

@@ -45,7 +45,7 @@ def test_spacing_of_ome(tmp_path):
 
 def test_without_spacing_there_is_a_warning(tmp_path):
     tifffile.imwrite(tmp_path / "a.tif", VALUES, photometric="minisblack")
-    assert "--spacing" in read(tmp_path / "a.tif").warnings[0]
+    assert "--spacing" in read(tmp_path / "a.tif").sentences[0]
 
 
 def test_a_folder_of_slices_in_the_order_of_their_numbers(tmp_path):
@@ -150,11 +150,11 @@ def imagej(path, **metadata):
 def test_units_of_imagej(tmp_path, metadata, spacing):
     volume = read(imagej(tmp_path / "a.tif", **metadata))
     np.testing.assert_allclose(volume.spacing, spacing)
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 def test_imagej_without_a_spacing_tells_none(tmp_path):
-    assert read(imagej(tmp_path / "a.tif", spacing=None)).warnings == (
+    assert read(imagej(tmp_path / "a.tif", spacing=None)).sentences == (
         "the TIFF tells no spacing; --spacing gives it",
     )
 
@@ -187,11 +187,11 @@ def ome(path, **changes):
 def test_lengths_of_ome(tmp_path, changes, spacing):
     volume = read(ome(tmp_path / "a.ome.tif", **changes))
     np.testing.assert_allclose(volume.spacing, spacing)
-    assert volume.warnings == ()
+    assert volume.sentences == ()
 
 
 def test_ome_without_lengths_tells_none(tmp_path):
-    assert "tells no spacing" in read(ome(tmp_path / "a.ome.tif", PhysicalSizeX=None)).warnings[0]
+    assert "tells no spacing" in read(ome(tmp_path / "a.ome.tif", PhysicalSizeX=None)).sentences[0]
 
 
 @pytest.mark.parametrize("planes", [6, 1 << 20, (1 << 20) + 1])

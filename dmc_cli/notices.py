@@ -1,0 +1,89 @@
+"""Define every warning's code: what is told beside a result, so that nothing is guessed in silence.
+
+A code never changes its meaning and is never used for anything else. Codes of `ABOUT_MEANING` say that the
+file leaves open what its values or its places mean, or contradicts itself: `--strict` makes them status 4.
+`docs/formats.md` has both tables, made from these by `make docs`.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from dmc_cli.errors import AmbiguousVolumeError, CallError
+
+ABOUT_MEANING: dict[str, str] = {
+    "W-UNIT-UNKNOWN": "a unit of length that no table has; the numbers are taken as the message says",
+    "W-UNIT-MISSING": "lengths without a unit, of all axes or of some; taken as the message says",
+    "W-SPACING-MISSING": "no distance of the nodes, along all axes or some; 1 mm is taken",
+    "W-ORIENTATION-MISSING": "no orientation: axes are the grid's own, or those the format's programs assume",
+    "W-POSITION-MISSING": "no position of the slices; order and distance are the file's own",
+    "W-SPACE-LEFT-HANDED": "a left-handed space: in a right-handed viewer the mesh is the mirror image",
+    "W-SLICES-SHIFTED": "slices beside the line from the first to the last; they are put on it",
+    "W-RESCALE-UNKNOWN": "a factor of the values that is none (0); stored values are taken as they are",
+    "W-FILE-DAMAGED": "files that may belong to the volume could not be read and were left out",
+}
+"""Codes of what the file leaves open, each with what it means."""
+
+ABOUT_THE_RUN: dict[str, str] = {
+    "W-FILES-LEFT-OUT": "images that are no slices of the volume were left out",
+    "W-DUPLICATES-DROPPED": "slices in the place of another one were left out, as `--duplicates` says",
+    "W-SLICES-MISSING": "slices are missing, and the gap is spanned, as `--slice-gaps` says",
+    "W-SLICES-UNEVEN": "the distances of slices vary; each stays where it is",
+    "W-FIRST-VOLUME": "`dmc info` describes the first of several volumes",
+    "W-OPTION-UNUSED": "an option that was given has no effect on this input",
+    "W-NO-DATA": "nodes without data: the surface ends there",
+    "W-ROUNDING": "coordinates of 32 bits are coarse here",
+    "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
+    "W-NORMALS-LEFT-OUT": "the mesh's format holds no normals",
+    "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",
+}
+"""Codes of what was done as the file or the user says, each with what it means."""
+
+CODES = ABOUT_MEANING | ABOUT_THE_RUN
+"""All codes."""
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A warning: a code of `CODES` for scripts, a sentence for people."""
+
+    code: str
+    sentence: str
+
+    def __post_init__(self) -> None:
+        """Raise CallError for a code that is in no table."""
+        if self.code not in CODES:
+            raise CallError(f"the code {self.code!r} was found; expected one of dmc_cli.notices.CODES")
+
+    @property
+    def is_about_meaning(self) -> bool:
+        """Return whether `--strict` refuses it."""
+        return self.code in ABOUT_MEANING
+
+
+def notices(code: str, sentences: Iterable[str]) -> list[Notice]:
+    """Return one notice a sentence, all of the same code."""
+    return [Notice(code, sentence) for sentence in sentences]
+
+
+def warning_keys(found: Iterable[Notice]) -> dict[str, list[str]]:
+    """Return what a report holds of notices: `warnings`, sentences, and `warning_codes`, one a sentence."""
+    found = list(found)
+    return {
+        "warnings": [notice.sentence for notice in found],
+        "warning_codes": [notice.code for notice in found],
+    }
+
+
+def refuse_uncertain(found: Iterable[Notice], name: str) -> None:
+    """Raise AmbiguousVolumeError if there is a notice about meaning, as `--strict` wants it.
+
+    Args:
+        found: What is told of an input.
+        name: The input, as the user named it.
+    """
+    uncertain = [f"{notice.sentence} ({notice.code})" for notice in found if notice.is_about_meaning]
+    if uncertain:
+        raise AmbiguousVolumeError(
+            f"{name}: {'; '.join(uncertain)}; --strict expects a file that leaves nothing of this open; tell "
+            "what is missing by the options named, correct the file, or leave --strict out"
+        )
