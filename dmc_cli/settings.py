@@ -86,7 +86,8 @@ class ReadSettings:
     """How to read the input; what a format does not need is ignored, with a warning.
 
     `shape`, `spacing` and `origin` are in the order x, y, z; millimetres; the origin is the centre
-    of the first node. Spacing and origin are for files that tell none; without them they are 1 and 0.
+    of the first node. Spacing and origin are for files that tell none, or a spacing in no known unit; without
+    them they are 1 and 0.
     `allow_outside` reads files outside the input's own folder that a header or a link leads to.
     `strict` refuses files that leave open what they mean: every warning of `notices.ABOUT_MEANING`.
     `seed` and `sigma` belong to the synthetic noise.

@@ -10,7 +10,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 _GRID = ("spacing", "origin")
-"""Options of formats whose files may tell no spacing or origin; readers warn of those that do."""
+"""Options of formats whose files may tell no spacing, unit or origin; readers warn of those that do."""
 
 _ZIP = b"PK\x03\x04"
 
@@ -73,7 +73,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="NIfTI",
         suffixes=(".nii", ".nii.gz"),
         begins=lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"),
-        options=("volume_index", "allow_outside"),
+        options=("volume_index", "allow_outside", *_GRID),
         layout="nifti:nifti_layout",
     ),
     "meta": VolumeFormat(

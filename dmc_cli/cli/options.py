@@ -161,7 +161,7 @@ read_options = stack(
         "spacing",
         section="Input",
         type=Triple(float),
-        help="Distance of the nodes in mm, for any file that tells none; 1 without it.",
+        help="Distance of the nodes in mm, for any file that tells none, or in no known unit; 1 without it.",
     ),
     setting(
         ReadSettings,

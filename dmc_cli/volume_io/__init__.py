@@ -7,6 +7,8 @@ unused_options   options that a format has no use for
 within           which files belong to an input
 pair, data_files  a header's data files
 layout           where values lie in their files, and what they mean
+units            lengths of units, in every spelling
+lengths          lengths of which a file leaves the unit open
 decoding         bytes out of streams, packed or not
 unpacked_size    what packed bytes unpack to, told beforehand
 values           values of a layout, mapped or copied

@@ -32,26 +32,6 @@ Encoding = Literal["raw", "gzip", "bzip2", "text", "hex"]
 FROM_END = -1
 """As `Layout.offset`: the values are the last bytes of the file, whatever stands before them."""
 
-MILLIMETRES = {
-    "m": 1e3,
-    "meter": 1e3,
-    "metre": 1e3,
-    "cm": 10.0,
-    "mm": 1.0,
-    "millimeter": 1.0,
-    "millimetre": 1.0,
-    "um": 1e-3,
-    "µm": 1e-3,
-    "μm": 1e-3,
-    "micron": 1e-3,
-    "microns": 1e-3,
-    "micrometer": 1e-3,
-    "micrometre": 1e-3,
-    "nm": 1e-6,
-}
-"""Length of a unit, as headers spell it, in millimetres."""
-
-
 ZARR_MARKERS = ("zarr.json", ".zarray", ".zgroup")
 """A folder with one of these files is a Zarr array or group."""
 
@@ -178,11 +158,19 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
 
 
 def chosen_spacing(
-    told: Triple | None, settings: ReadSettings, what: str = "the file"
+    told: Triple | None,
+    settings: ReadSettings,
+    what: str = "the file",
+    doubts: tuple[Notice, ...] = (),
 ) -> tuple[Triple, tuple[Notice, ...]]:
-    """Return the spacing in millimetres, and warnings: what the header told, else the settings', else 1."""
-    if told is not None:
+    """Return the spacing in millimetres, and warnings: what the header told, else the settings', else 1.
+
+    `doubts` are what is told of the header's lengths; the settings' spacing counts then (see `respaced`).
+    """
+    if told is not None and not doubts:
         return told, without_effect("spacing", settings, what)
+    if told is not None:
+        return told, () if settings.spacing is not None else doubts
     if settings.spacing is not None:
         return settings.spacing, ()
     return (1.0, 1.0, 1.0), (Notice("W-SPACING-MISSING", f"{what} tells no spacing; --spacing gives it"),)

@@ -17,7 +17,6 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume_io.layout import (
-    MILLIMETRES,
     Encoding,
     Layout,
     Triple,
@@ -26,6 +25,8 @@ from dmc_cli.volume_io.layout import (
     chosen_origin,
     chosen_spacing,
 )
+from dmc_cli.volume_io.lengths import respaced
+from dmc_cli.volume_io.units import scales_in_mm
 
 MAX_HEADER = 1 << 20
 """Longest header that is read; real ones have some hundred bytes."""
@@ -190,13 +191,14 @@ def _affine(
             f"Offset; expected {dimension**2}, {dimension} and {dimension}"
         )
     directions = np.array(matrix).reshape(dimension, dimension)[:3, :3]
-    unit = MILLIMETRES.get(fields.get("DistanceUnits", "mm").lower(), 1.0)
-    lengths, notes = chosen_spacing(_scaled(spacing, unit), settings)
+    # the format's own unit is the millimetre: a header without the field leaves nothing open
+    (unit, *_), doubts = scales_in_mm([fields.get("DistanceUnits", "mm")] * 3, name, "the header")
+    lengths, notes = chosen_spacing(_scaled(spacing, unit), settings, doubts=doubts)
     first, unused = chosen_origin(_scaled(origin, unit), settings)
     affine = np.eye(4)
     affine[:3, :3] = directions.T * np.array(lengths)
     affine[:3, 3] = first
-    return affine, notes + unused
+    return respaced(affine, doubts, settings), notes + unused
 
 
 def _scaled(numbers: list[float], unit: float) -> Triple | None:

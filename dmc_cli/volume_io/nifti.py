@@ -20,14 +20,16 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space, check_shape
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
+from dmc_cli.volume_io.lengths import settled_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
+from dmc_cli.volume_io.units import scales_in_mm
 
 HEADER_BYTES = 348, 540
 """Sizes of the headers of NIfTI-1 and NIfTI-2, which are their first numbers, too."""
 
-UNITS = {0: 1.0, 1: 1e3, 2: 1.0, 3: 1e-3}
-"""Lower three bits of xyzt_units to millimetres: unknown, metre, millimetre, micrometre."""
+UNITS = {1: 1e3, 2: 1.0, 3: 1e-3}
+"""Lower three bits of xyzt_units to millimetres: metre, millimetre, micrometre; 0 is unknown."""
 
 NO_ORIENTATION = (
     "the header tells no orientation (sform and qform codes are 0); axes and origin are the grid's own"
@@ -51,7 +53,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     header_path, data_path = checked_pair(path, name, settings.allow_outside)
     header = _header(first_bytes(header_path, name, max(HEADER_BYTES)), name)
     shape, volumes = _grid(header, name)
-    affine, space, notes = _affine(header, name)
+    affine, space, notes = _affine(header, settings, name)
     slope, intercept = scaling(header)
     values_path = header_path if header.is_single else data_path
     return Layout(
@@ -128,13 +130,16 @@ def _offset(header: Any, name: str) -> int:
     return max(int(offset), header.single_vox_offset if header.is_single else 0)
 
 
-def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ...]]:
+def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Array, Space, tuple[Notice, ...]]:
     """Return the affine in millimetres, its space, and warnings."""
     unit = int(header["xyzt_units"]) & 7
+    doubts: tuple[Notice, ...] = ()
     notes: tuple[Notice, ...] = ()
-    if unit not in UNITS:
-        told = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
-        notes = (Notice("W-UNIT-UNKNOWN", told),)
+    if unit == 0:
+        _, doubts = scales_in_mm([None] * 3, name, "the header")
+    elif unit not in UNITS:
+        sentence = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
+        doubts = (Notice("W-UNIT-UNKNOWN", f"{sentence}; --spacing tells better"),)
     space: Space = "RAS"
     with np.errstate(all="ignore"):  # what is not finite is refused with the layout
         if header["sform_code"] > 0:
@@ -145,7 +150,8 @@ def _affine(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, 
             affine, space = scale_affine(_spacing(header), (0.0, 0.0, 0.0)), "none"
             notes += (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
         affine[:3] *= UNITS.get(unit, 1.0)
-    return affine, space, notes
+    affine, told = settled_affine(affine, doubts, settings)
+    return affine, space, notes + told
 
 
 def _spacing(header: Any) -> tuple[float, float, float]:

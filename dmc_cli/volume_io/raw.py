@@ -12,7 +12,7 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError, SettingsError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
-from dmc_cli.volume_io.layout import Layout, check_file, scale_affine
+from dmc_cli.volume_io.layout import Layout, check_file, chosen_origin, chosen_spacing, scale_affine
 
 RAW_TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64")
 """What `--dtype` takes."""
@@ -45,14 +45,17 @@ def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
             "values of "
             f"{settings.dtype}{skipped}; check --shape and --dtype{remedy if found > expected else ''}"
         )
+    spacing, warnings = chosen_spacing(None, settings, "a raw file")
+    origin, _ = chosen_origin(None, settings)
     return Layout(
         name=name,
         shape=settings.shape,
         dtype=dtype,
-        affine=scale_affine(settings.spacing or (1.0, 1.0, 1.0), settings.origin or (0.0, 0.0, 0.0)),
+        affine=scale_affine(spacing, origin),
         space="none",
         files=(path,),
         offset=settings.skip_bytes,
         encoding="gzip" if gzipped else "raw",
         format="raw",
+        warnings=warnings,
     )

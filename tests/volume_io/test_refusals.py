@@ -125,6 +125,29 @@ def test_units_and_names_of_meta(tmp_path):
     np.testing.assert_allclose(volume.affine[:3, 3], (4e-3, 5e-3, 6e-3))
 
 
+@pytest.mark.parametrize(
+    ("unit", "scale", "codes"),
+    [
+        ("um", 1e-3, []),
+        ("CM", 10, []),
+        ("micrometers", 1e-3, []),
+        ("pixel", 1, ["W-UNIT-UNKNOWN"]),
+        ("?", 1, ["W-UNIT-MISSING"]),
+    ],
+)
+def test_units_of_meta(tmp_path, unit, scale, codes):
+    path = meta(tmp_path, DistanceUnits=unit, ElementSpacing="1 2 4", Offset="4 5 6")
+    volume = read(path)
+    np.testing.assert_allclose(np.diag(volume.affine)[:3], np.array([1, 2, 4]) * scale)
+    np.testing.assert_allclose(volume.affine[:3, 3], np.array([4, 5, 6]) * scale)
+    assert [notice.code for notice in volume.warnings] == codes
+    if codes:
+        given = read(path, spacing=(0.5, 1, 2))  # half the numbers: the unit is half a millimetre
+        np.testing.assert_allclose(np.diag(given.affine)[:3], (0.5, 1, 2))
+        np.testing.assert_allclose(given.affine[:3, 3], (2, 2.5, 3))
+        assert given.warnings == ()
+
+
 def hdr(folder, code=4, dim=(3, 2, 3, 4, 1, 1, 1, 1), offset=0.0, slope=0.0, size=348):
     """Return an Analyze pair by hand."""
     header = bytearray(348)
@@ -197,7 +220,7 @@ def test_nifti_axes_have_nodes(tmp_path, axis):
 
 @pytest.mark.parametrize(
     ("unit", "scale", "is_told"),
-    [(0, 1, False), (1, 1000, False), (2, 1, False), (3, 1e-3, False), (4, 1, True), (10, 1, False)],
+    [(0, 1, True), (1, 1000, False), (2, 1, False), (3, 1e-3, False), (4, 1, True), (10, 1, False)],
 )
 def test_nifti_units(tmp_path, unit, scale, is_told):
     nib.save(nib.Nifti1Image(VALUES.T, np.eye(4)), tmp_path / "a.nii")
@@ -207,6 +230,9 @@ def test_nifti_units(tmp_path, unit, scale, is_told):
     volume = read(tmp_path / "a.nii")
     np.testing.assert_allclose(volume.spacing, [scale] * 3)
     assert bool(volume.sentences) == is_told
+    given = read(tmp_path / "a.nii", spacing=(2, 3, 4))
+    assert given.spacing == ((2, 3, 4) if is_told else volume.spacing)
+    assert [notice.code for notice in given.warnings] == ["W-OPTION-UNUSED"] * (not is_told)
 
 
 def test_npz_entries_are_named_where_one_is_to_be_chosen(tmp_path):

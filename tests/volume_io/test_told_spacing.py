@@ -42,8 +42,8 @@ def test_a_file_without_spacing(tmp_path, suffix, space):
     ("suffix", "header"),
     [
         (".nrrd", nrrd_header(extra=LPS) + "\n"),
-        (".nrrd", nrrd_header(extra="spacings: 2 3 4\naxis mins: 7 8 9\n") + "\n"),
-        (".nrrd", nrrd_header(extra="axis mins: 7 8 9\naxis maxs: 9 14 21\n") + "\n"),
+        (".nrrd", nrrd_header(extra="spacings: 2 3 4\naxis mins: 7 8 9\nunits: mm mm mm\n") + "\n"),
+        (".nrrd", nrrd_header(extra="axis mins: 7 8 9\naxis maxs: 9 14 21\nunits: mm mm mm\n") + "\n"),
         (".mha", meta_header(extra="ElementSpacing = 2 3 4\nOffset = 7 8 9\n")),
         (".mha", meta_header(extra="ElementSize = 2 3 4\nPosition = 7 8 9\n")),
     ],

@@ -15,14 +15,14 @@ from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space
 from dmc_cli.volume_io.layout import (
-    MILLIMETRES,
     Triple,
     chosen_origin,
     chosen_spacing,
     scale_affine,
-    without_effect,
 )
+from dmc_cli.volume_io.lengths import Doubts, missing_spacing, respaced, settled_affine
 from dmc_cli.volume_io.nrrd.header import numbers, per_axis, vector
+from dmc_cli.volume_io.units import scales_in_mm
 
 SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
     "right-anterior-superior": ("RAS", (1, 1, 1)),
@@ -36,6 +36,9 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
     "3d-left-handed": ("none", (1, 1, 1)),
 }
 """Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
+
+SCANNED = frozenset(name for name in SPACES if not name.startswith("3d-"))
+"""Spaces of a patient or a scanner."""
 
 
 def nrrd_geometry(
@@ -59,7 +62,7 @@ def nrrd_geometry(
                 f"the header names the space {spelled} but no directions; axes are the grid's own, space none"
             )
             notes.append(Notice("W-ORIENTATION-MISSING", told))
-        return _unoriented(fields, spatial, settings, name, notes), "none", tuple(notes)
+        return _unoriented(fields, spatial, spelled, settings, name, notes), "none", tuple(notes)
     if spelled and spelled not in SPACES:
         raise UnsupportedFormatError(f"{name}: space {spelled!r} found; expected one of {', '.join(SPACES)}")
     space, signs = SPACES[spelled] if spelled else ("none", (1.0, 1.0, 1.0))
@@ -71,52 +74,57 @@ def nrrd_geometry(
         raise UnsupportedFormatError(
             f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
         )
-    units = [u.strip('"').strip() for u in per_axis(fields.get("space units", ""))][:3]
-    scale = np.array([_unit(u, notes) for u in units] + [1.0] * (3 - len(units)))
+    scale, doubts = _scales(fields, "space units", (0, 1, 2), spelled, name)
     affine = np.eye(4)
     affine[:3, :3] = np.array([c[:3] for c in columns]).T
     affine[:3, 3] = origin[:3]
-    affine[:3] *= (scale * np.array(signs))[:, None]
-    notes += [*without_effect("spacing", settings), *without_effect("origin", settings)]
-    return affine, space, tuple(notes)
+    affine[:3] *= (np.array(scale) * np.array(signs))[:, None]
+    affine, told_of_lengths = settled_affine(affine, doubts, settings)
+    return affine, space, (*notes, *told_of_lengths)
 
 
-def _unit(unit: str, notes: list[Notice]) -> float:
-    """Return the length of a unit in millimetres; an unknown one is taken as a millimetre, with a note."""
-    found = MILLIMETRES.get(unit.lower())
-    if found is None and unit and unit != "???":
-        told = f"the header's unit of length {unit!r} is unknown; taken as millimetres"
-        notes.append(Notice("W-UNIT-UNKNOWN", told))
-    return found or 1.0
+def _scales(
+    fields: dict[str, str], key: str, axes: tuple[int, int, int], space: str, name: str
+) -> tuple[Triple, Doubts]:
+    """Return the length in millimetres of three axes' units, those of a field, and what is told of them.
+
+    A space of a patient or a scanner is in millimetres where no unit is told at all: no program that writes
+    one means anything else.
+    """
+    if key not in fields and space in SCANNED:
+        return (1.0, 1.0, 1.0), ()
+    units = per_axis(fields.get(key, ""))
+    return scales_in_mm([units[a] if a < len(units) else None for a in axes], name, "the header")
 
 
 def _unoriented(
     fields: dict[str, str],
     spatial: tuple[int, int, int],
+    space: str,
     settings: ReadSettings,
     name: str,
     notes: list[Notice],
 ) -> Float64Array:
     """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings."""
     sizes = numbers(fields, "sizes", name, int)
-    units = per_axis(fields.get("units", ""))
+    scales, doubts = _scales(fields, "units", spatial, space, name)
     centers = per_axis(fields.get("centers", fields.get("centerings", "")))
-    steps, lows, halves, scales = [], [], [], []
-    for axis in spatial:
+    steps, lows, halves = [], [], []
+    for axis, scale in zip(spatial, scales, strict=True):
         is_cell = axis < len(centers) and centers[axis].lower() == "cell"
         low, high, step = (_entry(fields, key, axis, name) for key in ("axis mins", "axis maxs", "spacings"))
         if math.isnan(step):
             step = (high - low) / (sizes[axis] if is_cell else sizes[axis] - 1)
-        scale = _unit(units[axis].strip('"'), notes) if axis < len(units) else 1.0
         steps.append(step * scale)
         lows.append(low * scale)
-        scales.append(scale)
         halves.append(0.5 if is_cell else 0.0)
-    spacing, warnings = chosen_spacing(_told(steps, scales), settings)
+    missing = [axis for axis, step in zip("xyz", steps, strict=True) if math.isnan(step)]
+    doubts = (*missing_spacing(missing, "the header"), *doubts)
+    spacing, warnings = chosen_spacing(_told(steps, list(scales)), settings, doubts=doubts)
     firsts = [low + half * step for low, half, step in zip(lows, halves, spacing, strict=True)]
     origin, unused = chosen_origin(_told(firsts, [0.0, 0.0, 0.0]), settings)
     notes += [*warnings, *unused]
-    return scale_affine(spacing, origin)
+    return respaced(scale_affine(spacing, origin), doubts, settings)
 
 
 def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:

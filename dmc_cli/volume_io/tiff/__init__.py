@@ -1,7 +1,8 @@
 """Read TIFF, OME-TIFF and ImageJ; `reader` is the way in.
 
-ome     what OME metadata promise, checked
-reader  the volume of a stack of pages or of files
+ome      what OME metadata promise, checked
+spacing  distances of the nodes, as OME's or ImageJ's metadata tell them
+reader   the volume of a stack of pages or of files
 """
 
 import lazy_loader

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from dmc_cli.errors import DamagedVolumeError
-from dmc_cli.volume_io.layout import MILLIMETRES, Triple, check_file, exists
+from dmc_cli.volume_io.layout import check_file, exists
 from dmc_cli.volume_io.within import check_beside
 
 MOST_PLANES = 1 << 20
@@ -77,16 +77,3 @@ def _check_labels(element: ElementTree.Element, name: str) -> None:
             f"{name}: OME metadata with an axis from {begin:g} to {end:g} by {step:g} found; expected at "
             f"most {MOST_PLANES} labels; get the file again"
         )
-
-
-def ome_spacing(xml: str) -> Triple | None:
-    """Return the distances of the nodes along x, y, z in millimetres, or None where the XML tells none."""
-    pixels = next(_all(ElementTree.fromstring(xml), "}Pixels"), None)
-    if pixels is None or pixels.get("PhysicalSizeX") is None:
-        return None
-    x, y, z = (
-        float(pixels.get(f"PhysicalSize{axis}", "1"))
-        * MILLIMETRES.get(pixels.get(f"PhysicalSize{axis}Unit", "µm"), 1.0)
-        for axis in "XYZ"
-    )
-    return x, y, z

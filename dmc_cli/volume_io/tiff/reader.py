@@ -19,7 +19,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type
 from dmc_cli.volume_io.layout import (
-    MILLIMETRES,
+    Triple,
     check_file,
     check_lengths,
     chosen_index,
@@ -28,7 +28,9 @@ from dmc_cli.volume_io.layout import (
     exists,
     scale_affine,
 )
-from dmc_cli.volume_io.tiff.ome import check_ome, ome_spacing
+from dmc_cli.volume_io.lengths import Doubts
+from dmc_cli.volume_io.tiff.ome import check_ome
+from dmc_cli.volume_io.tiff.spacing import tiff_spacing
 from dmc_cli.volume_io.unpacked_size import passes
 from dmc_cli.volume_io.within import REMEDY, Bounds, check_beside
 
@@ -71,12 +73,14 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         check_pages(file, name)
     quiet = logging.getLogger("tifffile")
     level = quiet.level
+    found: Triple | None = None
+    doubts: Doubts = ()
     quiet.setLevel(logging.CRITICAL + 1)
     try:
         if len(files) == 1:
-            values, found = _stack(tifffile, files[0], name, settings)
+            values, found, doubts = _stack(tifffile, files[0], name, settings)
         else:
-            values, found = _slices(tifffile, files, name, size, progress), None
+            values = _slices(tifffile, files, name, size, progress)
     except (DmcError, MemoryError):
         raise
     except Exception as error:
@@ -87,7 +91,9 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         quiet.setLevel(level)
     if found is not None:
         check_lengths(name, found)
-    spacing, warnings = chosen_spacing(found, settings, "the TIFF")
+    spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
+    if doubts and settings.spacing is not None:
+        spacing = settings.spacing
     origin, _ = chosen_origin(None, settings)
     return Volume(
         values=values,
@@ -156,8 +162,8 @@ def check_pages(path: Path, name: str) -> None:
 
 def _stack(
     tifffile: Any, path: Path, name: str, settings: ReadSettings
-) -> tuple[AnyArray, tuple[float, float, float] | None]:
-    """Return the values and spacing of a file with many pages."""
+) -> tuple[AnyArray, Triple | None, Doubts]:
+    """Return the values and spacing of a file with many pages, and what is told of the spacing."""
     with tifffile.TiffFile(path) as tiff:
         if tiff.is_ome and tiff.ome_metadata:
             check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
@@ -183,9 +189,9 @@ def _stack(
             _check_segments(tiff, page, name)
         whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
         series.asarray(out=whole.reshape(shape))
-        spacing = _spacing(tiff)
+        spacing, doubts = tiff_spacing(tiff, name)
     values: AnyArray = whole.reshape(count, nodes[2], nodes[1], nodes[0])[index]
-    return values, spacing
+    return values, spacing, doubts
 
 
 def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> AnyArray:
@@ -232,19 +238,3 @@ def _check_segments(tiff: Any, page: Any, name: str) -> None:
                 f"{name}: {count} bytes found that unpack to more than the {expected} of a part of page "
                 f"{page.index}; get the file again"
             )
-
-
-def _spacing(tiff: Any) -> tuple[float, float, float] | None:
-    """Return the spacing along x, y, z in millimetres from OME's or ImageJ's metadata, or None."""
-    if tiff.is_ome and tiff.ome_metadata:
-        return ome_spacing(tiff.ome_metadata)
-    if tiff.is_imagej and tiff.imagej_metadata and "spacing" in tiff.imagej_metadata:
-        unit = str(tiff.imagej_metadata.get("unit", "mm")).replace("\\u00B5", "µ")
-        scale = MILLIMETRES.get(unit, 1.0)
-        tags = tiff.pages[0].tags
-        lengths = []
-        for tag in ("XResolution", "YResolution"):
-            count, length = tags[tag].value if tag in tags else (1, 1)
-            lengths.append(scale * length / count if count else math.inf)
-        return lengths[0], lengths[1], scale * abs(float(tiff.imagej_metadata["spacing"]))
-    return None

@@ -14,11 +14,11 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.layout import (
-    MILLIMETRES,
     ZARR_MARKERS,
     Triple,
     check_lengths,
@@ -27,6 +27,8 @@ from dmc_cli.volume_io.layout import (
     chosen_spacing,
     scale_affine,
 )
+from dmc_cli.volume_io.lengths import Doubts, respaced
+from dmc_cli.volume_io.units import scales_in_mm
 from dmc_cli.volume_io.within import Bounds
 from dmc_cli.volume_io.zarr.chunks import ChunkReader, chunk_files
 from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
@@ -55,11 +57,11 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     where = tuple(int(n) for n in np.unravel_index(index, shape[:-3]))
     values = allocate_values(name, nodes, dtype)
     ChunkReader(found.folder, array, where, values, name).read(files, settings.threads, progress)
-    spacing, warnings = chosen_spacing(found.spacing, settings, "the store")
+    spacing, warnings = chosen_spacing(found.spacing, settings, "the store", found.doubts)
     origin, unused = chosen_origin(found.origin, settings, "the store")
     return Volume(
         values=values,
-        affine=scale_affine(spacing, origin),
+        affine=respaced(scale_affine(spacing, origin), found.doubts, settings),
         space="none",
         path=name,
         files=(path,),
@@ -79,13 +81,17 @@ def zarr_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
 
 @dataclass(frozen=True)
 class _Opened:
-    """An array, its folder, where files may lie; spacing and origin in mm along x, y, z, None if not told."""
+    """An array, its folder, where files may lie; spacing and origin in mm along x, y, z, None if not told.
+
+    `doubts` are what is told of these lengths.
+    """
 
     array: ZarrArray
     folder: Path
     bounds: Bounds
     spacing: Triple | None = None
     origin: Triple | None = None
+    doubts: Doubts = ()
 
     def nodes(self, name: str) -> tuple[int, int, int]:
         """Return the nodes along x, y, z."""
@@ -112,7 +118,7 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
                 "give the path of one of its arrays"
             )
         level = images[0]["datasets"][0]
-        spacing, origin = _placed(images[0], level)
+        spacing, origin, doubts = _placed(images[0], level, name)
         parts = [part for part in str(level["path"]).split("/") if part not in ("", ".")]
         if ".." in parts or any("\\" in part for part in parts):
             raise VolumeError(f"{name}: level {level['path']!r} leads out of the store; expected one in it")
@@ -129,15 +135,22 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> _Opened:
         told = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise DamagedVolumeError(f"{name}: the Zarr store cannot be read ({told}); get it again") from error
     check_lengths(name, spacing)
-    return _Opened(array, folder, bounds, spacing, origin)
+    return _Opened(array, folder, bounds, spacing, origin, doubts)
 
 
-def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
-    """Return the spacing and origin of an OME level in millimetres, along x, y, z."""
+def _placed(image: Any, level: Any, name: str) -> tuple[Triple, Triple, Doubts]:
+    """Return the spacing and origin of an OME level in millimetres, along x, y, z, and what is told of them.
+
+    Raises:
+        UnsupportedFormatError: An axis of space is measured in units of time.
+    """
     steps = [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]
-    steps.append(
-        {"type": "scale", "scale": [MILLIMETRES.get(axis.get("unit"), 1.0) for axis in image["axes"]]}
-    )
+    units = [axis.get("unit") for axis in image["axes"][:-4:-1]]
+    scales, doubts = scales_in_mm([None if u is None else str(u) for u in units], name, "the store")
+    if not any(step["type"] == "scale" for step in steps):
+        sentence = "the store tells no scale; the distance of the nodes is taken as 1; --spacing gives it"
+        doubts = (Notice("W-SPACING-MISSING", sentence), *doubts)
+    steps.append({"type": "scale", "scale": scales[::-1]})
     spacing, origin = np.ones(3), np.zeros(3)
     with np.errstate(all="ignore"):  # what is not finite is refused with the lengths
         for step in steps:
@@ -147,7 +160,7 @@ def _placed(image: Any, level: Any) -> tuple[Triple, Triple]:
             elif step["type"] == "translation":
                 origin = origin + _last_three(step["translation"])
     (x, y, z), (p, q, r) = spacing.tolist(), origin.tolist()
-    return (x, y, z), (p, q, r)
+    return (x, y, z), (p, q, r), doubts
 
 
 def _last_three(numbers: Any) -> Float64Array:

@@ -124,6 +124,7 @@ def test_each_axis_of_space_has_its_unit_or_none(tmp_path, units, lengths):
 UNITS = [("m", 1e3), ("meter", 1e3), ("metre", 1e3), ("cm", 10), ("mm", 1), ("millimeter", 1)]
 UNITS += [("millimetre", 1), ("um", 1e-3), ("\u00b5m", 1e-3), ("\u03bcm", 1e-3), ("micron", 1e-3)]
 UNITS += [("Microns", 1e-3), ("micrometer", 1e-3), ("micrometre", 1e-3), ("nm", 1e-6), ("???", 1), ("", 1)]
+UNITS += [("inch", 25.4), ("\u00c5", 1e-7), ("pm", 1e-9)]
 
 
 @pytest.mark.parametrize(("unit", "length"), UNITS)
@@ -131,7 +132,7 @@ def test_every_unit_of_length(tmp_path, unit, length):
     text = header(extra=f'spacings: 2 3 4\nunits: "mm" "{unit}" "mm"\n')
     volume = read(write(tmp_path / "a.nrrd", text, VALUES.tobytes()))
     assert volume.spacing == (2, 3 * length, 4)
-    assert volume.sentences == ()
+    assert [notice.code for notice in volume.warnings] == ["W-UNIT-MISSING"] * (unit in ("???", ""))
 
 
 DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
@@ -141,15 +142,22 @@ DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n
     ("extra", "told"),
     [
         (
-            "space: 3D-left-handed\n" + DIRECTIONS,
+            'space: 3D-left-handed\nspace units: "mm" "mm" "mm"\n' + DIRECTIONS,
             "the header's space is left-handed: in a right-handed viewer",
         ),
-        ("space: 3D-left-handed\nspacings: 1 1 1\n", "the header's space is left-handed"),
-        ("space: 3D-right-handed\n" + DIRECTIONS, None),
+        ("space: 3D-left-handed\nspacings: 1 1 1\nunits: mm mm mm\n", "the header's space is left-handed"),
+        ("space: 3D-right-handed\nspace units: mm mm mm\n" + DIRECTIONS, None),
+        ("space: 3D-right-handed\n" + DIRECTIONS, "the header tells no unit of length; taken as milli"),
         ("space: scanner-xyz\nspacings: 1 1 1\n", None),
         ("space: RAS\nspacings: 1 1 1\n", "the header names the space ras but no directions; axes are"),
         ("space: RAS\n" + DIRECTIONS, None),
-        ("spacings: 1 1 1\n", None),
+        ("spacings: 1 1 1\nunits: mm mm mm\n", None),
+        ("spacings: 1 1 1\n", "the header tells no unit of length; taken as millimetres; --spacing"),
+        ("spacings: 1 1 1\nunits: mm mm\n", "the header tells no unit of length along z; taken as milli"),
+        (
+            "spacings: 1 nan 1\nunits: mm mm mm\n",
+            "the header tells no spacing along y; 1 is taken; --sp",
+        ),
         (
             'space: RAS\nspace units: "ell" "mm" "mm"\n' + DIRECTIONS,
             "the header's unit of length 'ell' is un",

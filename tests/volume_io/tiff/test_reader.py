@@ -136,21 +136,35 @@ def imagej(path, **metadata):
 
 
 @pytest.mark.parametrize(
-    ("metadata", "spacing"),
+    ("metadata", "spacing", "told"),
     [
-        ({}, (0.25, 0.5, 2)),
-        ({"unit": None}, (0.25, 0.5, 2)),
-        ({"unit": "parsec"}, (0.25, 0.5, 2)),
-        ({"unit": "cm"}, (2.5, 5, 20)),
-        ({"unit": "\\u00B5m"}, (0.00025, 0.0005, 0.002)),
-        ({"unit": "nm"}, (0.25e-6, 0.5e-6, 2e-6)),
-        ({"spacing": -2.0}, (0.25, 0.5, 2)),
+        ({}, (0.25, 0.5, 2), []),
+        ({"unit": None}, (0.25, 0.5, 2), ["W-UNIT-MISSING"]),
+        ({"unit": "pixel"}, (0.25, 0.5, 2), ["W-UNIT-UNKNOWN"]),
+        ({"unit": "inch"}, (6.35, 12.7, 50.8), []),
+        ({"unit": "cm"}, (2.5, 5, 20), []),
+        ({"unit": "\\u00B5m"}, (0.00025, 0.0005, 0.002), []),
+        ({"unit": "micron"}, (0.00025, 0.0005, 0.002), []),
+        ({"unit": "\\u00C5"}, (0.25e-7, 0.5e-7, 2e-7), []),
+        ({"unit": "nm"}, (0.25e-6, 0.5e-6, 2e-6), []),
+        ({"unit": "um", "zunit": "mm"}, (0.00025, 0.0005, 2), []),
+        ({"spacing": -2.0}, (0.25, 0.5, 2), []),
     ],
 )
-def test_units_of_imagej(tmp_path, metadata, spacing):
+def test_units_of_imagej(tmp_path, metadata, spacing, told):
     volume = read(imagej(tmp_path / "a.tif", **metadata))
     np.testing.assert_allclose(volume.spacing, spacing)
-    assert volume.sentences == ()
+    assert [notice.code for notice in volume.warnings] == told
+
+
+def test_a_unit_of_time_is_no_length(tmp_path):
+    with pytest.raises(UnsupportedFormatError, match=r"the axis x of space found in 'sec', a unit of time"):
+        read(imagej(tmp_path / "a.tif", unit="sec"))
+
+
+def test_the_spacing_given_counts_where_the_unit_is_unknown(tmp_path):
+    volume = read(imagej(tmp_path / "a.tif", unit="pixel"), spacing=(1, 2, 3))
+    assert (volume.spacing, volume.sentences) == ((1, 2, 3), ())
 
 
 def test_imagej_without_a_spacing_tells_none(tmp_path):
@@ -176,18 +190,22 @@ def ome(path, **changes):
 
 
 @pytest.mark.parametrize(
-    ("changes", "spacing"),
+    ("changes", "spacing", "told"),
     [
-        ({}, (0.0005, 0.00025, 0.003)),
-        ({"PhysicalSizeZ": None}, (0.0005, 0.00025, 0.001)),
-        ({f"PhysicalSize{axis}Unit": "mm" for axis in "XYZ"}, (0.5, 0.25, 3)),
-        ({"PhysicalSizeYUnit": "nm"}, (0.0005, 0.25e-6, 0.003)),
+        ({}, (0.0005, 0.00025, 0.003), []),
+        ({"PhysicalSizeZ": None}, (0.0005, 0.00025, 0.001), ["W-SPACING-MISSING"]),
+        ({f"PhysicalSize{axis}Unit": "mm" for axis in "XYZ"}, (0.5, 0.25, 3), []),
+        ({"PhysicalSizeYUnit": "nm"}, (0.0005, 0.25e-6, 0.003), []),
+        ({"PhysicalSizeZUnit": "in"}, (0.0005, 0.00025, 76.2), []),
+        ({"PhysicalSizeZUnit": "\u00c5"}, (0.0005, 0.00025, 3e-7), []),
+        ({f"PhysicalSize{axis}Unit": "pixel" for axis in "XYZ"}, (0.5, 0.25, 3), ["W-UNIT-UNKNOWN"]),
+        ({"PhysicalSizeZUnit": "reference frame"}, (0.0005, 0.00025, 3), ["W-UNIT-UNKNOWN"]),
     ],
 )
-def test_lengths_of_ome(tmp_path, changes, spacing):
+def test_lengths_of_ome(tmp_path, changes, spacing, told):
     volume = read(ome(tmp_path / "a.ome.tif", **changes))
     np.testing.assert_allclose(volume.spacing, spacing)
-    assert volume.sentences == ()
+    assert [notice.code for notice in volume.warnings] == told
 
 
 def test_ome_without_lengths_tells_none(tmp_path):

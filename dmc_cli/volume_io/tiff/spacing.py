@@ -1,0 +1,65 @@
+"""Find the distances of a TIFF's nodes in OME's or ImageJ's metadata: lengths with their units, never times.
+
+OME's schema gives µm as the unit of a length without one. ImageJ has one unit, and may have others along y
+and z; its distances within a slice are the inverse of the TIFF's resolution.
+"""
+
+import math
+from itertools import islice
+from typing import Any
+from xml.etree import ElementTree
+
+from dmc_cli.volume_io.layout import Triple
+from dmc_cli.volume_io.lengths import Doubts, missing_spacing
+from dmc_cli.volume_io.units import scales_in_mm
+
+_WHAT = "the TIFF"
+
+
+def tiff_spacing(tiff: Any, name: str, number: int = 0) -> tuple[Triple | None, Doubts]:
+    """Return the spacing along x, y, z in millimetres, None where there is none, and what is told of it.
+
+    Args:
+        tiff: tifffile's file.
+        name: The input, for messages.
+        number: Which of OME's images.
+
+    Raises:
+        UnsupportedFormatError: An axis of space is measured in units of time.
+    """
+    if tiff.is_ome and tiff.ome_metadata:
+        return ome_spacing(tiff.ome_metadata, name, number)
+    if tiff.is_imagej and tiff.imagej_metadata and "spacing" in tiff.imagej_metadata:
+        return _imagej_spacing(tiff, name)
+    return None, ()
+
+
+def ome_spacing(xml: str, name: str, number: int = 0) -> tuple[Triple | None, Doubts]:
+    """Return the spacing that OME's XML tells of an image, as `tiff_spacing` does."""
+    images = (each for each in ElementTree.fromstring(xml).iter() if each.tag.endswith("}Pixels"))
+    pixels = next(islice(images, number, None), None)
+    lengths = [None if pixels is None else pixels.get(f"PhysicalSize{axis}") for axis in "XYZ"]
+    if pixels is None or lengths == [None] * 3:
+        return None, ()
+    units = [pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"]
+    return _scaled([None if length is None else float(length) for length in lengths], units, name)
+
+
+def _imagej_spacing(tiff: Any, name: str) -> tuple[Triple | None, Doubts]:
+    told, tags = tiff.imagej_metadata, tiff.pages[0].tags
+    lengths: list[float | None] = []
+    for tag in ("XResolution", "YResolution"):
+        count, length = tags[tag].value if tag in tags else (1, None)
+        lengths.append(None if length is None else length / count if count else math.inf)
+    units = [told.get("unit"), told.get("yunit", told.get("unit")), told.get("zunit", told.get("unit"))]
+    return _scaled([*lengths, abs(float(told["spacing"]))], units, name)
+
+
+def _scaled(lengths: list[float | None], units: list[Any], name: str) -> tuple[Triple, Doubts]:
+    """Return three lengths in millimetres, 1 of its unit in place of one that is missing."""
+    scales, doubts = scales_in_mm([None if unit is None else str(unit) for unit in units], name, _WHAT)
+    missing = [axis for axis, length in zip("xyz", lengths, strict=True) if length is None]
+    x, y, z = (
+        scale * (1.0 if length is None else length) for length, scale in zip(lengths, scales, strict=True)
+    )
+    return (x, y, z), (*missing_spacing(missing, _WHAT), *doubts)
