@@ -25,6 +25,7 @@ Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
+OutputUnit = Literal["mm", "um", "nm", "m"]
 SyntheticField = Literal["genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "noise"]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
@@ -234,8 +235,9 @@ class OutputSettings:
     """What to write where, and what must hold before it is written.
 
     `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
-    `output_format` the suffix of `path` chooses it. `require` lists what the mesh must be; `check` verifies
-    every invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in
+    `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
+    and volume; grid indices have none. `require` lists what the mesh must be; `check` verifies every
+    invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in
     bytes that the forecast is held against.
     """
 
@@ -243,6 +245,7 @@ class OutputSettings:
     output_format: str | None = None
     normals: bool = True
     space: OutputSpace = "native"
+    unit: OutputUnit = "mm"
     ascii: bool = False
     force: bool = False
     allow_empty: bool = False
@@ -259,6 +262,10 @@ class OutputSettings:
         check_format("output_format", self.output_format, mesh_formats.FORMATS)
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
+        if self.space == "voxel" and self.unit != "mm":
+            raise SettingsError(
+                f"unit is {self.unit!r}, but space is 'voxel': grid indices have no unit; leave one out"
+            )
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
         for name, path in outputs.items():
             check_path(name, path)

@@ -116,7 +116,7 @@ def _make_mesh(
 ) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
     """Return all that is written: the mesh, its halfedges if they are asked for, and the report."""
     output = settings.output
-    affine, space = output_affine(volume, output.space)
+    affine, space = output_affine(volume, output.space, output.unit)
     reserve_cells(volume, settings)
     forecast = MeshForecast(volume, settings)
     with watch.stage("surface", "extracting the surface"):
@@ -148,7 +148,7 @@ def _make_mesh(
         from dmc_cli.mesh import check_mesh
 
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
-    mesh = file_of_mesh(stages.mesh, normals if output.normals else None, space)
+    mesh = file_of_mesh(stages.mesh, normals if output.normals else None, space, output.unit)
     return mesh, None if output.halfedges is None else _dump(stages, normals), report
 
 

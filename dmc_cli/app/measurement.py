@@ -29,7 +29,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
-from dmc_cli.volume import Volume, intact
+from dmc_cli.volume import UNIT_LENGTHS, Volume, intact
 from dmc_cli.volume_io import read_volume
 
 
@@ -93,6 +93,7 @@ def measure_mesh(
             {
                 "path": path,
                 "space": mesh.space,
+                "unit": mesh.unit,
                 "vertices": len(mesh.points),
                 "faces": len(mesh.faces),
                 "quads": len(mesh.faces) - triangles,
@@ -118,11 +119,12 @@ def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tup
     settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
     frame = frame_of_volume(upload_volume(volume, device), settings)
     turned = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
-    placement, beyond = locate_points(mesh.points * (-1.0, -1.0, 1.0) if turned else mesh.points, frame)
+    points = mesh.points * UNIT_LENGTHS[mesh.unit] if mesh.unit != "mm" else mesh.points
+    placement, beyond = locate_points(points * (-1.0, -1.0, 1.0) if turned else points, frame)
     if outside := int(np.count_nonzero(beyond)):
         sentence = f"{outside} vertices lie outside the volume; they are measured at its border"
         told.append(Notice("W-OUTSIDE-VOLUME", sentence))
-    rounding = file_rounding(mesh.points, volume)
+    rounding = file_rounding(mesh.points, volume, UNIT_LENGTHS[mesh.unit])
     if warning := rounding_warning(rounding):
         told.append(warning)
     deviation = measure_deviation(placement, volume, volume.value_range())

@@ -320,6 +320,12 @@ output_options = stack(
         help="Axes of the coordinates: the input's, RAS or LPS, or grid indices.",
     ),
     setting(
+        OutputSettings,
+        "unit",
+        section="Output",
+        help="Unit of the coordinates, and in the report of area, volume and bounds.",
+    ),
+    setting(
         OutputSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
     ),
     setting(

@@ -31,8 +31,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
         yield f"warning: {warning}"
     yield f"volume    {volume_line(report['input'])}"
     yield f"surface   {_surface_line(report['surface'])}"
-    in_voxels = report["settings"]["space"] == "voxel"
-    yield f"mesh      {_mesh_line(report['mesh'], '' if in_voxels else ' mm')}, {_output_space(report)}"
+    yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
     if deviation := report.get("deviation"):
@@ -124,7 +123,8 @@ def _surface_line(surface: dict[str, Any]) -> str:
     return text
 
 
-def _mesh_line(mesh: dict[str, Any], unit: str = " mm") -> str:
+def _mesh_line(mesh: dict[str, Any]) -> str:
+    unit = "" if mesh["unit"] == "voxel" else f" {mesh['unit']}"
     text = f"{mesh['vertices']} vertices, {mesh['quads']} quads"
     if mesh.get("triangles"):
         text += f", {mesh['triangles']} triangles"
@@ -136,11 +136,13 @@ def _mesh_line(mesh: dict[str, Any], unit: str = " mm") -> str:
 
 
 def _output_space(report: dict[str, Any]) -> str:
-    """Name the axes of the mesh's coordinates."""
+    """Name the axes of the mesh's coordinates, and their unit where it is not the usual one."""
     asked = report["settings"]["space"]
     if asked == "voxel":
         return "grid indices"
-    return _space_name(report["input"]["space"] if asked == "native" else asked.upper())
+    name = _space_name(report["input"]["space"] if asked == "native" else asked.upper())
+    unit = report["mesh"]["unit"]
+    return name if unit == "mm" else f"{name} in {unit}"
 
 
 def _space_name(space: str) -> str:

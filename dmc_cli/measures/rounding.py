@@ -35,14 +35,17 @@ def may_be_coarse(frame: SurfaceFrame) -> bool:
     return bool((np.abs(np.linalg.inv(linear)) @ half_steps).max() > COARSE)
 
 
-def file_rounding(points: Any, volume: Volume) -> Rounding:
+def file_rounding(points: Any, volume: Volume, unit_length: float = 1.0) -> Rounding:
     """Return how far rounding may have moved a file's points, (V, 3) float64, within a volume.
+
+    `unit_length` is the length of the file's unit in millimetres.
 
     Points that are no float32 numbers were not rounded to them.
     """
     if not len(points) or (points != points.astype(np.float32)).any():
         return Rounding(mm=0.0, relative=0.0)
     steps = 0.5 * np.spacing(np.abs(points).max(axis=0).astype(np.float32)).astype(np.float64)
+    steps *= unit_length
     in_cells = np.abs(np.linalg.inv(volume.affine[:3, :3])) @ steps
     return Rounding(mm=float(np.linalg.norm(steps)), relative=float(in_cells.max()))
 

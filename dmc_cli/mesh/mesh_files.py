@@ -16,6 +16,7 @@ from dmc_cli.mesh.array_checks import check_triangle_count
 from dmc_cli.mesh.mesh import OWN_PREFIX, Mesh, refuse_other
 from dmc_cli.mesh_io import MeshFile
 from dmc_cli.runtime import Device
+from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import Space
 
 
@@ -42,7 +43,9 @@ def mesh_of_file(file: MeshFile, device: Device) -> Mesh:
     )
 
 
-def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") -> MeshFile:
+def file_of_mesh(
+    mesh: Mesh, normals: Any | None = None, space: Space = "none", unit: OutputUnit = "mm"
+) -> MeshFile:
     """Return a mesh as files have it; on CPU the arrays are the same memory.
 
     Args:
@@ -50,6 +53,7 @@ def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") 
         normals: Unit normals of its vertices, float32 vec3 (V,) or (V, 3), or None. Those of a file that was
             read hold as long as no vertex has moved.
         space: The axes that its coordinates are in.
+        unit: Their unit.
 
     Raises:
         CallError: It is no mesh, its faces name vertices that it does not have, a value has a type or a name
@@ -61,6 +65,7 @@ def file_of_mesh(mesh: Mesh, normals: Any | None = None, space: Space = "none") 
         faces=mesh.faces.numpy(),
         normals=None if normals is None else normals.numpy() if isinstance(normals, wp.array) else normals,
         space=space,
+        unit=unit,
         vertex_values=_on_host(mesh.vertex_values),
         face_values=_on_host(mesh.face_values),
     )

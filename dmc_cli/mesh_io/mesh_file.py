@@ -12,6 +12,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, BoolArray, Float32Array, Float64Array, FloatArray, Int32Array
 from dmc_cli.errors import CallError
+from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import Space
 
 NO_CORNER = -1
@@ -29,13 +30,14 @@ class MeshFile:
     """A mesh of quads, triangles or both, in the coordinates of its file.
 
     Attributes:
-        points: Positions, (V, 3) float32 or float64, millimetres in `space`, of a size that float32 holds;
+        points: Positions, (V, 3) float32 or float64, in `space` and `unit`, of a size that float32 holds;
             files get float32.
         faces: Corners of each face, (F, 4) int32, vertex indices from 0, anticlockwise seen from where the
             normal points; a triangle has `NO_CORNER` as its fourth.
         normals: Unit normals of the vertices, (V, 3) float32, or None.
         space: The axes that the coordinates are in; none where the input told no orientation, and
             for grid coordinates.
+        unit: The unit of the coordinates; of a file that tells none, and of grid coordinates, mm.
         vertex_values: Values of the vertices by their names, (V,) or (V, n), n at least 2, of one of
             `VALUE_TYPES`; NaN and infinity are values, too.
         face_values: Values of the faces likewise, one row per face; the label pair is `LABELS`.
@@ -49,6 +51,7 @@ class MeshFile:
     faces: Int32Array
     normals: Float32Array | None = None
     space: Space = "none"
+    unit: OutputUnit = "mm"
     vertex_values: Mapping[str, AnyArray] = field(default_factory=dict)
     face_values: Mapping[str, AnyArray] = field(default_factory=dict)
     triangle_count: int = field(init=False)

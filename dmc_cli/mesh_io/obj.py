@@ -14,7 +14,7 @@ from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
-from dmc_cli.mesh_io.parsed import find_space, make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 CHUNK = 1 << 24
@@ -26,6 +26,8 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
     yield b"# written by dmc\n"
     if mesh.space != "none":
         yield f"# SPACE={mesh.space}\n".encode("ascii")
+    if mesh.unit != "mm":
+        yield f"# UNIT={mesh.unit}\n".encode("ascii")
     for rows in chunks_of(mesh.points, np.float32):
         yield float_lines(rows, b"v ")
     if mesh.normals is not None:
@@ -62,7 +64,7 @@ def read_obj(path: Path) -> MeshFile:
     if (corners < 0).any():
         seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
         corners = np.where(corners < -1, corners + 1 + seen, corners)
-    return make_mesh(str(path), points, faces.counts, corners, find_space(data[:1024]))
+    return make_mesh(str(path), points, faces.counts, corners, data[:1024])
 
 
 def _split_lines(data: bytes) -> tuple[ByteArray, IntArray]:

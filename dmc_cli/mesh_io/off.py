@@ -14,7 +14,7 @@ import numpy as np
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import parse_lines, whole_numbers
-from dmc_cli.mesh_io.parsed import find_space, make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
@@ -71,4 +71,4 @@ def read_off(path: Path) -> MeshFile:
         raise MeshFileError(f"{path}: a face with fewer corners than its first number tells was found")
     first = np.repeat(starts[faces] + 1 - (np.cumsum(counts) - counts), counts)
     corners = lines.values[first + np.arange(counts.sum())]
-    return make_mesh(str(path), points, counts, corners, find_space(comments))
+    return make_mesh(str(path), points, counts, corners, comments)

@@ -1,6 +1,6 @@
 """Make a mesh of what a file had, once that is checked."""
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -8,11 +8,12 @@ from dmc_cli.array_types import AnyArray, Int32Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
+from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import FARTHEST_MM, Space
 
 
 def make_mesh(
-    path: str, points: AnyArray, counts: AnyArray, corners: AnyArray, space: Space = "none", **more: Any
+    path: str, points: AnyArray, counts: AnyArray, corners: AnyArray, comments: bytes = b"", **more: Any
 ) -> MeshFile:
     """Return a mesh after checking it.
 
@@ -21,7 +22,7 @@ def make_mesh(
         points: Positions, (V, 3).
         counts: Corners of each face, (F,).
         corners: Vertices of all faces in a row, whole numbers, as many as `counts` adds up to.
-        space: The axes that the file's comment names.
+        comments: The file's comments, which may name axes and unit.
         more: Normals and values, as `MeshFile` has them.
 
     Raises:
@@ -48,7 +49,9 @@ def make_mesh(
             f"{path}: a face names vertex {int(corners[outside[0]])}; expected 0 to {len(points) - 1},"
             f" since the file has {len(points)} vertices"
         )
-    return MeshFile(points=points, faces=_rows_of_four(counts, corners), space=space, **more)
+    faces = _rows_of_four(counts, corners)
+    space, unit = find_space(comments), find_unit(comments)
+    return MeshFile(points=points, faces=faces, space=space, unit=unit, **more)
 
 
 def find_space(comments: bytes) -> Space:
@@ -56,6 +59,11 @@ def find_space(comments: bytes) -> Space:
     if b"SPACE=RAS" in comments:
         return "RAS"
     return "LPS" if b"SPACE=LPS" in comments else "none"
+
+
+def find_unit(comments: bytes) -> OutputUnit:
+    """Return the unit of the coordinates that comments of a mesh file name, mm where they name none."""
+    return next((unit for unit in get_args(OutputUnit) if f"UNIT={unit}\n".encode() in comments), "mm")
 
 
 def _rows_of_four(counts: AnyArray, corners: AnyArray) -> Int32Array:

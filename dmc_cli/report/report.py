@@ -139,9 +139,11 @@ def _mesh_section(facts: RunFacts) -> dict[str, Any]:
         "quads": facts.quad_count,
         "triangles": facts.triangle_count,
     }
+    output = facts.settings.output
+    unit = {"unit": "voxel" if output.space == "voxel" else output.unit}
     if measures is None:
-        return section | {"area": None, "volume": None, "bounds": None}
-    return section | extent_section(measures.quality, measures.topology)
+        return section | {"area": None, "volume": None, "bounds": None} | unit
+    return section | extent_section(measures.quality, measures.topology) | unit
 
 
 def _input_section(volume: Volume, no_data_nodes: int, with_hash: bool) -> dict[str, Any]:

@@ -23,7 +23,7 @@ def report(**changes):
         "input": INPUT,
         "settings": {"space": "native"},
         "surface": {"isovalue": 300.0, "stored_isovalue": 300.0},
-        "mesh": {"vertices": 12, "quads": 10, "area": None, "volume": None},
+        "mesh": {"vertices": 12, "quads": 10, "area": None, "volume": None, "unit": "mm"},
         "topology": None,
         "deviation": None,
         "timings_ms": None,
@@ -43,7 +43,7 @@ def test_a_conversion_with_all_that_there_is():
     lines = report(
         warnings=["one", "two"],
         surface={"isovalue": 300.0, "stored_isovalue": 1323.5},
-        mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234},
+        mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234, "unit": "mm"},
         topology=TOPOLOGY,
         deviation={"max_relative": 1.234e-8, "max_mm": None, "rounding_mm": 1.5e-5},
         timings_ms={"total": 1234.5, "compile": 0.0, "relax": 340.4, "surface": 20.0, "coloring": 9.0},
@@ -71,9 +71,15 @@ def test_a_conversion_with_all_that_there_is():
 )
 def test_the_space_of_the_mesh(asked, stored, told):
     mesh = {"vertices": 1, "quads": 1, "area": 1.5, "volume": 2.5}
+    mesh["unit"] = "voxel" if asked == "voxel" else "mm"
     line = report(settings={"space": asked}, input=INPUT | {"space": stored}, mesh=mesh)[2]
     unit = ("", "") if asked == "voxel" else (" mm²", " mm³")
     assert line == f"mesh      1 vertices, 1 quads, area 1.5{unit[0]}, volume 2.5{unit[1]}, {told}"
+
+
+def test_another_unit_of_the_mesh():
+    mesh = {"vertices": 1, "quads": 1, "area": None, "volume": None, "unit": "um"}
+    assert report(mesh=mesh)[2] == "mesh      1 vertices, 1 quads, LPS in um"
 
 
 @pytest.mark.parametrize(
@@ -96,7 +102,7 @@ def measured(**changes):
     quality |= {"scaled_jacobian_min": None, "min_angle": 41.16789, "max_angle": 142.8}
     made = {
         "warnings": [],
-        "mesh": {"vertices": 12, "quads": 10, "triangles": 0},
+        "mesh": {"vertices": 12, "quads": 10, "triangles": 0, "unit": "mm"},
         "topology": TOPOLOGY,
         "quality": quality,
         "deviation": None,
@@ -112,7 +118,7 @@ def test_a_mesh_file():
         "shape     mean 0.1235, least 0.12; mean ratio 0.8765; scaled Jacobian at least unknown",
         "angles    41.17 to 142.8 degrees",
     ]
-    mesh = {"vertices": 12, "quads": 0, "triangles": 20}
+    mesh = {"vertices": 12, "quads": 0, "triangles": 20, "unit": "mm"}
     deviation = {"mean": 0.00018, "max": 0.00234, "max_relative": 1.8e-6, "max_mm": 8.1e-6}
     lines = measured(warnings=["one"], mesh=mesh, deviation=deviation)
     assert lines[:2] == ["warning   one", "mesh      12 vertices, 0 quads, 20 triangles"]

@@ -129,7 +129,7 @@ def test_without_measures_their_sections_are_null(facts):
     check(report)
     assert (report["topology"], report["quality"], report["deviation"]) == (None, None, None)
     counts = {"vertices": facts.vertex_count, "quads": facts.quad_count, "triangles": 0}
-    assert report["mesh"] == counts | {"area": None, "volume": None, "bounds": None}
+    assert report["mesh"] == counts | {"area": None, "volume": None, "bounds": None, "unit": "mm"}
 
 
 def test_an_open_mesh_has_no_volume():

@@ -13,7 +13,7 @@ from dmc_cli.array_types import AnyArray, Float32Array, Float64Array
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import parse_numbers
-from dmc_cli.mesh_io.parsed import find_space, make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.ply.header import Element, parse_header
 from dmc_cli.mesh_io.ply.items import Body, Items, read_items
 from dmc_cli.mesh_io.ply.properties import NORMAL, POINT, as_values
@@ -48,7 +48,7 @@ def read_ply(path: Path) -> MeshFile:
         points,
         counts,
         corners,
-        find_space(data[:start]),
+        data[:start],
         normals=normals,
         vertex_values=vertex_values,
         face_values=face_values,

@@ -40,6 +40,8 @@ def _header(mesh: MeshFile, encoding: str) -> bytes:
     lines = ["ply", f"format {encoding} 1.0", "comment written by dmc"]
     if mesh.space != "none":
         lines.append(f"comment SPACE={mesh.space}")
+    if mesh.unit != "mm":
+        lines.append(f"comment UNIT={mesh.unit}")
     lines.append(f"element vertex {len(mesh.points)}")
     names = POINT if mesh.normals is None else POINT + NORMAL
     lines += _properties([("float", name) for name in names], mesh.vertex_values)
