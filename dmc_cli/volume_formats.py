@@ -86,7 +86,7 @@ FORMATS: dict[str, VolumeFormat] = {
     "analyze": VolumeFormat(
         title="Analyze (.hdr and .img)",
         begins=lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c"),
-        options=("volume_index", "allow_outside"),
+        options=("volume_index", "allow_outside", *_GRID),
         layout="analyze:analyze_layout",
     ),
     "mgh": VolumeFormat(

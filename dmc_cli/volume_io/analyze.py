@@ -6,15 +6,19 @@ is applied, as nibabel, whose class for SPM2 reads the header, and SPM do.
 
 import math
 from pathlib import Path
+from typing import Any
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
+from dmc_cli.volume_io.lengths import settled_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
+from dmc_cli.volume_io.units import scales_in_mm
 
 HEADER_BYTES = 348
 
@@ -52,13 +56,13 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     if not math.isfinite(offset) or abs(offset) > 2**40:
         raise DamagedVolumeError(f"{name}: vox_offset is {offset:g}; expected a position in the file")
     volumes = math.prod(sizes[3:])
-    x, y, z = abs(header["pixdim"][1:4]).tolist()
+    affine, told = _affine(header, settings, name)
     slope, intercept = scaling(header)
     return Layout(
         name=name,
         shape=shape,
         dtype=value_type(header, name),
-        affine=scale_affine((x, y, z), (0.0, 0.0, 0.0)),
+        affine=affine,
         space="none",
         files=(data_path,),
         offset=int(abs(offset)),
@@ -68,5 +72,16 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         slope=slope,
         intercept=intercept,
         format="analyze",
-        warnings=(Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),),
+        warnings=(Notice("W-ORIENTATION-MISSING", NO_ORIENTATION), *told),
     )
+
+
+def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Array, tuple[Notice, ...]]:
+    """Return the affine in millimetres, and what is told of its unit.
+
+    The format's own unit is the millimetre, which most headers do not repeat in vox_units.
+    """
+    unit = bytes(header["vox_units"]).rstrip(b"\0 ").decode("latin-1")
+    (scale, *_), doubts = scales_in_mm([unit or "mm"] * 3, name, "the header")
+    x, y, z = (scale * abs(header["pixdim"][1:4]).astype(float)).tolist()
+    return settled_affine(scale_affine((x, y, z), (0.0, 0.0, 0.0)), doubts, settings)

@@ -53,3 +53,23 @@ def test_other_headers_are_refused(tmp_path):
         read(tmp_path / "a.hdr")
     with pytest.raises(UnsupportedFormatError, match="no Analyze header"):
         read(tmp_path / "a.hdr", input_format="analyze")
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "codes"),
+    [
+        (b"", 1, []),
+        (b"mm", 1, []),
+        (b"um", 1e-3, []),
+        (b"cm", 10, []),
+        (b"vox", 1, ["W-UNIT-UNKNOWN"]),
+        (b"???", 1, ["W-UNIT-MISSING"]),
+    ],
+)
+def test_the_unit_of_the_header(tmp_path, unit, scale, codes):
+    path = write(tmp_path / "a.img", counting((3, 4, 5)), vox_units=unit)
+    volume = read(path)
+    np.testing.assert_allclose(volume.spacing, np.array([2, 3, 4]) * scale, rtol=1e-12)
+    assert [notice.code for notice in volume.warnings] == ["W-ORIENTATION-MISSING", *codes]
+    given = read(path, spacing=(1, 2, 3))
+    assert given.spacing == ((1, 2, 3) if codes else volume.spacing)
