@@ -115,7 +115,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="MINC 1 and 2",
         suffixes=(".mnc",),
         begins=lambda start: start[:4] in (b"CDF\x01", b"CDF\x02", b"\x89HDF"),
-        options=("volume_index",),
+        options=("volume_index", *_GRID),
         read="minc:minc_volume",
         entries="minc:minc_entries",
     ),

@@ -67,5 +67,7 @@ def attributes(axis, told):
         place = "xyz".index(axis[0])
         for key in ("step", "start"):
             found[key] = float(told.get(key, (2.0, 3.0, 4.0))[place])
+        if "units" in told:
+            found["units"] = told["units"]
         found["direction_cosines"] = np.asarray(told.get("cosines", np.eye(3)), float)[place]
     return found

@@ -83,3 +83,13 @@ def test_the_engine(shared_data):
     path = shared_data / "raw_engine/engine_256x256x110_uint8.raw"
     volume = read(path, shape=(256, 256, 110), dtype="uint8")
     np.testing.assert_array_equal(volume.values.ravel(), np.fromfile(path, "u1"))
+
+
+def test_without_a_spacing_it_is_told(tmp_path):
+    path = write(tmp_path / "a.raw")
+    (notice,) = read(path, shape=SHAPE, dtype="int16").warnings
+    assert (notice.code, notice.sentence) == (
+        "W-SPACING-MISSING",
+        "a raw file tells no spacing; --spacing gives it",
+    )
+    assert read(path, shape=SHAPE, dtype="int16", spacing=(1, 1, 1)).warnings == ()

@@ -15,7 +15,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
-from dmc_cli.volume_io.minc.image import MincImage
+from dmc_cli.volume_io.minc.image import MincImage, unit_of
 from dmc_cli.volume_io.unpacked_size import SLACK, passes
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[minc]" or pip install h5py'
@@ -63,6 +63,7 @@ def open_hdf(path: Path, name: str) -> MincImage:
         shape=image.shape,
         dtype=np.dtype(minc.get_data_dtype()),
         affine=minc.get_affine(),
+        units=tuple(unit_of(file[f"minc-2.0/dimensions/{axis}"].attrs.get("units")) for axis in axes),
         valid=image.attrs.get("valid_range"),
         ends=(np.asarray(ends[0]), np.asarray(ends[1])),
         ends_axes=ends_axes,

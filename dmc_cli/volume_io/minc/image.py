@@ -13,7 +13,11 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
+from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
+from dmc_cli.volume_io.lengths import settled_affine
+from dmc_cli.volume_io.units import scales_in_mm
 
 SPACE = {"xspace", "yspace", "zspace"}
 
@@ -27,7 +31,8 @@ class MincImage:
         axes: Names of the axes, the slowest first.
         shape: Nodes along each.
         dtype: Type of a stored value, with its byte order.
-        affine: nibabel's, shape (4, 4): indices along the axes in space, in the file's order, to mm.
+        affine: nibabel's, shape (4, 4): indices along the axes in space, in the file's order, to `units`.
+        units: The axes' units as the file spells them, None where it tells none.
         valid: The range of stored values, or None where the type's own is meant.
         ends: image-min and image-max.
         ends_axes: The axes along which they differ.
@@ -40,6 +45,7 @@ class MincImage:
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
     affine: Float64Array
+    units: tuple[str | None, ...]
     valid: Sequence[float] | None
     ends: tuple[AnyArray, AnyArray]
     ends_axes: tuple[str, ...]
@@ -67,9 +73,24 @@ class MincImage:
         check_shape(self.name, (nx, ny, nz))
         return nx, ny, nz
 
-    def world(self) -> Float64Array:
-        """Return the affine of indices whose first one is the fastest, shape (4, 4), in mm."""
-        return self.affine[:, [2, 1, 0, 3]]
+    def world(self, settings: ReadSettings) -> tuple[Float64Array, tuple[Notice, ...]]:
+        """Return the affine of indices whose first one is the fastest, shape (4, 4), in mm, and what is told.
+
+        An axis without a unit is in millimetres, as the tools of MINC take it.
+
+        Raises:
+            UnsupportedFormatError: Units that differ, or of time.
+        """
+        units = [unit or "mm" for unit in self.units[:-4:-1]]
+        scales, doubts = scales_in_mm(units, self.name)
+        if len(set(scales)) > 1:
+            raise UnsupportedFormatError(
+                f"{self.name}: axes in units that differ ({', '.join(units)}) found; expected one unit; "
+                "correct them with minc_modify_header"
+            )
+        affine = self.affine[:, [2, 1, 0, 3]]
+        affine[:3] *= scales[0]
+        return settled_affine(affine, doubts, settings)
 
     def scales(self, place: tuple[int, ...]) -> Float64Array:
         """Return slope and intercept of each slice of a volume, shape (nz, 2).
@@ -125,3 +146,9 @@ class MincImage:
                 yield np.clip(slab, math.ceil(low), math.floor(high))
             else:
                 yield slab
+
+
+def unit_of(told: object) -> str | None:
+    """Return an axis' attribute `units` as a text, None for what is none."""
+    text = told.decode("latin-1") if isinstance(told, bytes) else str(told or "")
+    return text.strip("\0 ") or None

@@ -11,7 +11,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.volume import intact, map_file
-from dmc_cli.volume_io.minc.image import MincImage
+from dmc_cli.volume_io.minc.image import MincImage, unit_of
 
 LONGEST_HEADER = 1 << 22
 """Bytes that the header is read for: more than any history of processing, and read within seconds."""
@@ -78,6 +78,7 @@ def open_netcdf(path: Path, name: str) -> MincImage:
         shape=values.shape,
         dtype=dtype,
         affine=minc.get_affine(),
+        units=tuple(unit_of(getattr(found.variables.get(axis), "units", None)) for axis in image.dimensions),
         valid=getattr(image, "valid_range", told),
         ends=ranges,
         ends_axes=tuple(least.dimensions),

@@ -41,7 +41,7 @@ def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         shape = image.nodes()
         index = chosen_index(name, math.prod(image.volumes), settings.volume_index)
         place = tuple(int(n) for n in np.unravel_index(index, image.volumes)) if image.volumes else ()
-        affine = image.world()
+        affine, told = image.world(settings)
         check_affine(name, affine)
         slabs = image.clipped(image.slabs(place))
         values, slope, intercept = stack_slices(
@@ -56,6 +56,7 @@ def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         path=name,
         files=(path,),
         format="minc",
+        warnings=told,
     )
 
 

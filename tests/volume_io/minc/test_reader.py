@@ -316,3 +316,23 @@ def test_minc_1_that_cannot_be_mapped_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("dmc_cli.volume_io.minc.netcdf.map_file", lambda file: None)
     with pytest.raises(DamagedVolumeError, match=r"a\.mnc: no MINC image .* cannot be mapped into memory"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "codes"),
+    [("mm", 1, []), ("um", 1e-3, []), ("pixel", 1, ["W-UNIT-UNKNOWN"]), ("???", 1, ["W-UNIT-MISSING"])],
+)
+def test_the_unit_of_the_axes(tmp_path, kind, unit, scale, codes):
+    write, load = kind
+    path = write(tmp_path / "a.mnc", counting((3, 4, 5), "u1"), 0.0, 1.0, start=(5, -6, 7), units=unit)
+    volume = read(path)
+    expected = load.load(path).affine[:, [2, 1, 0, 3]]
+    np.testing.assert_allclose(volume.affine[:3], expected[:3] * scale, rtol=1e-12)
+    assert [notice.code for notice in volume.warnings] == codes
+    assert read(path, spacing=(1, 2, 3)).spacing == pytest.approx((1, 2, 3) if codes else volume.spacing)
+
+
+def test_a_time_is_no_length(tmp_path, kind):
+    path = kind[0](tmp_path / "a.mnc", counting((3, 4, 5), "u1"), 0.0, 1.0, units="s")
+    with pytest.raises(UnsupportedFormatError, match="a time is no length"):
+        read(path)
