@@ -91,6 +91,7 @@ class ReadSettings:
     them they are 1 and 0.
     `allow_outside` reads files outside the input's own folder that a header or a link leads to.
     `strict` refuses files that leave open what they mean: every warning of `notices.ABOUT_MEANING`.
+    `channel` and `time` are numbers from 0, or names of the file; `volume_index` counts what they leave.
     `seed` and `sigma` belong to the synthetic noise.
     """
 
@@ -104,6 +105,8 @@ class ReadSettings:
     series: str | None = None
     slice_gaps: SliceGaps = "refuse"
     duplicates: Duplicates = "refuse"
+    channel: str | None = None
+    time: str | None = None
     volume_index: int | None = None
     allow_outside: bool = False
     strict: bool = False

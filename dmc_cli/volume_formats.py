@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any
 
+_NAMED_AXES = ("channel", "time")
+"""Options that choose along axes which a file names."""
+
 _GRID = ("spacing", "origin")
 """Options of formats whose files may tell no spacing, unit or origin; readers warn of those that do."""
 
@@ -66,14 +69,14 @@ FORMATS: dict[str, VolumeFormat] = {
         title="NRRD",
         suffixes=(".nrrd", ".nhdr"),
         begins=lambda start: start.startswith(b"NRRD0"),
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         layout="nrrd:nrrd_layout",
     ),
     "nifti": VolumeFormat(
         title="NIfTI",
         suffixes=(".nii", ".nii.gz"),
         begins=lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"),
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         layout="nifti:nifti_layout",
     ),
     "meta": VolumeFormat(
@@ -123,13 +126,13 @@ FORMATS: dict[str, VolumeFormat] = {
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),
         begins=lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         read="tiff:tiff_volume",
         entries="tiff:tiff_entries",
     ),
     "zarr": VolumeFormat(
         title="Zarr and OME-Zarr (folders)",
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         read="zarr:zarr_volume",
         entries="zarr:zarr_entries",
     ),
@@ -138,7 +141,7 @@ FORMATS: dict[str, VolumeFormat] = {
         suffixes=(".npy", ".npz"),
         begins=lambda start: start.startswith(b"\x93NUMPY"),
         may_begin=lambda start: start.startswith(_ZIP),  # an .npz
-        options=("volume_index", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", *_GRID),
         read="numpy_file:numpy_volume",
         entries="numpy_file:numpy_entries",
     ),

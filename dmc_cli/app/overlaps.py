@@ -103,7 +103,9 @@ def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[s
         yield from map(os.fspath, pair_files(found))
         format_name = input_format(found, path, read)
         if FORMATS[format_name].layout:
-            files_of = read_layout(format_name, found, path, replace(read, volume_index=0)).files
+            files_of = read_layout(
+                format_name, found, path, replace(read, volume_index=0, channel=None, time=None)
+            ).files
             yield from map(os.fspath, files_of)
 
 

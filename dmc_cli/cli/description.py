@@ -34,6 +34,7 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
             "size": list(entry.size),
             "slices": entry.slices,
             "uid": entry.uid,
+            "volumes": list(entry.volumes),
         }
         for entry in entries
     ]

@@ -147,7 +147,25 @@ read_options = stack(
         help="What to do where several DICOM slices share a position: refuse, or take the first.",
     ),
     setting(
-        ReadSettings, "volume_index", section="Input", type=int, help="Which volume of a 4-D file, from 0."
+        ReadSettings,
+        "channel",
+        section="Input",
+        metavar="N|NAME",
+        help="Which channel of a file with several: its number, from 0, or its name.",
+    ),
+    setting(
+        ReadSettings,
+        "time",
+        section="Input",
+        metavar="N|NAME",
+        help="Which time of a file with several: its number, from 0, or its name.",
+    ),
+    setting(
+        ReadSettings,
+        "volume_index",
+        section="Input",
+        type=int,
+        help="Which volume of a file with several, from 0, as `dmc info` lists them.",
     ),
     setting(
         ReadSettings,

@@ -5,6 +5,9 @@ from typing import Any
 
 from dmc_cli.cli.terminal import echo_lines
 
+_MOST_VOLUMES = 100
+"""Volumes of a file that are shown, at most."""
+
 _SLOW_STAGES = (
     "compile",
     "read",
@@ -90,6 +93,13 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
         size = " x ".join(str(count) for count in entry["size"])
         parts = [f"{entry['number']:<4}", entry["modality"], size, entry["description"], entry["uid"]]
         yield "  " + "  ".join(part for part in parts if part)
+    for entry in description["series"]:
+        if len(entry["volumes"]) > 1:
+            yield "volumes   choose one with --volume-index"
+            shown = entry["volumes"][:_MOST_VOLUMES]
+            yield from (f"  {number:<4}  {volume}" for number, volume in enumerate(shown))
+            if len(entry["volumes"]) > len(shown):
+                yield f"  and {len(entry['volumes']) - len(shown)} more; --json has them all"
     for warning in description.get("warnings", []):
         yield f"warning   {warning}"
 

@@ -34,6 +34,7 @@ class VolumeEntry:
         modality: DICOM's modality (CT, MR, ...), else empty.
         size: Nodes along x, y, z.
         uid: DICOM's SeriesInstanceUID, else empty.
+        volumes: Where there are several to choose from by `--volume-index`: what each of them is, in order.
     """
 
     number: int = 1
@@ -41,6 +42,7 @@ class VolumeEntry:
     modality: str = ""
     size: tuple[int, int, int]
     uid: str = ""
+    volumes: tuple[str, ...] = ()
 
     @property
     def slices(self) -> int:

@@ -6,6 +6,7 @@ content          a format told by the first bytes
 unused_options   options that a format has no use for
 within           which files belong to an input
 pair, data_files  a header's data files
+axes             what the axes of an array are called, and which volume of it is wanted
 layout           where values lie in their files, and what they mean
 units            lengths of units, in every spelling
 lengths          lengths of which a file leaves the unit open

@@ -52,11 +52,14 @@ class Layout:
         offset: Bytes to skip after that, counted after decoding; `FROM_END`: see there.
         encoding: How the values are stored.
         components: Values a node, stored beside each other; `component` is the one to read.
+        between: Values between two rows and between two slices, of which there are that many times as many as
+            `shape` says; `picked` are the rows and slices to read.
         volumes: Volumes one after the other; `volume` is the one to read.
         slope: Physical value a stored unit.
         intercept: Physical value of stored 0.
         format: The reader's name.
         headers: Files beside `files` that were read.
+        listed: Where there are several volumes to choose from: what each of them is, in order.
         warnings: What the user is told.
     """
 
@@ -73,17 +76,26 @@ class Layout:
     encoding: Encoding = "raw"
     components: int = 1
     component: int = 0
+    between: tuple[int, int] = (1, 1)
+    picked: tuple[int, int] = (0, 0)
     volumes: int = 1
     volume: int = 0
     slope: float = 1.0
     intercept: float = 0.0
     headers: tuple[Path, ...] = ()
+    listed: tuple[str, ...] = ()
     warnings: tuple[Notice, ...] = ()
 
     @property
+    def count(self) -> int:
+        """Return how many volumes there are to choose from."""
+        return self.components * math.prod(self.between) * self.volumes
+
+    @property
     def volume_bytes(self) -> int:
-        """Return the bytes of one volume with all its components."""
-        return math.prod(self.shape) * self.components * self.dtype.itemsize
+        """Return the bytes of one volume with its components and what lies between rows and slices."""
+        stored = math.prod(self.shape) * math.prod(self.between)
+        return stored * self.components * self.dtype.itemsize
 
 
 def exists(path: Path) -> bool:
@@ -126,14 +138,20 @@ def check_lengths(name: str, spacing: Triple) -> None:
         )
 
 
-def file_entry(format_name: str, count: int, shape: tuple[int, int, int]) -> VolumeEntry:
+def file_entry(
+    format_name: str, count: int, shape: tuple[int, int, int], listed: tuple[str, ...] = ()
+) -> VolumeEntry:
     """Return what `dmc info` lists of a file with one or several volumes of a shape."""
     several = f", {count} volumes (--volume-index 0 to {count - 1})" if count > 1 else ""
-    return VolumeEntry(description=format_name + several, size=shape)
+    return VolumeEntry(description=format_name + several, size=shape, volumes=listed)
 
 
-def chosen_index(name: str, count: int, volume_index: int | None, what: str = "volumes") -> int:
+def chosen_index(
+    name: str, count: int, volume_index: int | None, what: str = "volumes", told: str = "", options: str = ""
+) -> int:
     """Return which of `count` volumes to read.
+
+    `told` is what a message says of them, `options` those that choose one, too.
 
     Raises:
         DamagedVolumeError: There is none.
@@ -145,9 +163,10 @@ def chosen_index(name: str, count: int, volume_index: int | None, what: str = "v
     if volume_index is None:
         if count == 1:
             return 0
+        others = f"{options}, or with " if options else ""
         raise AmbiguousVolumeError(
-            f"{name}: {count} {what} found; expected one; choose with --volume-index N, N from 0 to "
-            f"{count - 1}"
+            f"{name}: {count} {what} found{told}; expected one; choose with {others}--volume-index N, "
+            f"N from 0 to {count - 1}"
         )
     if not 0 <= volume_index < count:
         held = "1 volume" if count == 1 else f"{count} {what}"

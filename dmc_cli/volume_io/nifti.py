@@ -17,13 +17,17 @@ from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume import Space, check_shape
+from dmc_cli.volume import Space, check_affine, check_shape
+from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, flat_index, listed_volumes
 from dmc_cli.volume_io.content import first_bytes
-from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
+from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import settled_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 from dmc_cli.volume_io.units import scales_in_mm
+
+AXES = ("x", "y", "z", "time", "component", "axis 6", "axis 7")
+"""What dim counts, in its order."""
 
 HEADER_BYTES = 348, 540
 """Sizes of the headers of NIfTI-1 and NIfTI-2, which are their first numbers, too."""
@@ -34,6 +38,12 @@ UNITS = {1: 1e3, 2: 1.0, 3: 1e-3}
 NO_ORIENTATION = (
     "the header tells no orientation (sform and qform codes are 0); axes and origin are the grid's own"
 )
+
+_SAME_LENGTH = 1e-3
+"""Part of a distance by which a sform and pixdim may differ: writers round pixdim to a few digits."""
+
+_NEAREST_MM, _FARTHEST_MM = 1e-5, 50.0
+"""Distances of nodes, in millimetres, that a header's unit can lead to without a doubt."""
 
 _TOO_LONG = 1e-5
 """How much the squares of a quaternion stored as three float32 may pass 1."""
@@ -52,21 +62,23 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     """
     header_path, data_path = checked_pair(path, name, settings.allow_outside)
     header = _header(first_bytes(header_path, name, max(HEADER_BYTES)), name)
-    shape, volumes = _grid(header, name)
+    image = _grid(header, name)
+    choice = chosen_volume([image], settings, name)
     affine, space, notes = _affine(header, settings, name)
     slope, intercept = scaling(header)
     values_path = header_path if header.is_single else data_path
     return Layout(
         name=name,
-        shape=shape,
+        shape=image.nodes,
         dtype=value_type(header, name),
         affine=affine,
         space=space,
         files=(values_path,),
         offset=_offset(header, name),
         encoding="gzip" if is_gzip(values_path, name) else "raw",
-        volumes=volumes,
-        volume=chosen_index(name, volumes, settings.volume_index),
+        volumes=math.prod(image.axes[axis].size for axis in image.others),
+        volume=flat_index(image, choice),
+        listed=listed_volumes([image], settings, name),
         slope=slope,
         intercept=intercept,
         format="nifti",
@@ -102,22 +114,23 @@ def _header(start: bytes, name: str) -> Any:
     )
 
 
-def _grid(header: Any, name: str) -> tuple[tuple[int, int, int], int]:
-    """Return the nodes along x, y, z and the number of volumes."""
+def _grid(header: Any, name: str) -> Image:
+    """Return the axes: x, y, z and the time, the components of vectors, and two that nobody names."""
     dim = header["dim"].tolist()
     if not 1 <= dim[0] <= 7:
         raise DamagedVolumeError(
             f"{name}: {dim[0]} axes found in the header; expected 1 to 7; the header is damaged"
         )
     sizes = dim[1 : dim[0] + 1]
+    sizes = sizes[:3] + [n or 1 for n in sizes[3:]]  # an axis that is not used, as nifti1_io.c has it
     sizes += [1] * (3 - len(sizes))
     if any(n < 1 for n in sizes):
         raise DamagedVolumeError(
             f"{name}: axes of {sizes} nodes found; expected positive numbers; the header is damaged"
         )
-    shape = sizes[0], sizes[1], sizes[2]
-    check_shape(name, shape)
-    return shape, math.prod(sizes[3:])
+    check_shape(name, (sizes[0], sizes[1], sizes[2]))
+    axes = [Axis(axis, size) for axis, size in zip(AXES, sizes, strict=False)]
+    return Image(tuple(reversed(axes)))
 
 
 def _offset(header: Any, name: str) -> int:
@@ -134,24 +147,67 @@ def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Arra
     """Return the affine in millimetres, its space, and warnings."""
     unit = int(header["xyzt_units"]) & 7
     doubts: tuple[Notice, ...] = ()
-    notes: tuple[Notice, ...] = ()
     if unit == 0:
         _, doubts = scales_in_mm([None] * 3, name, "the header")
     elif unit not in UNITS:
         sentence = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
         doubts = (Notice("W-UNIT-UNKNOWN", f"{sentence}; --spacing tells better"),)
-    space: Space = "RAS"
     with np.errstate(all="ignore"):  # what is not finite is refused with the layout
-        if header["sform_code"] > 0:
-            affine = header.get_sform()
-        elif header["qform_code"] > 0:
-            affine = _qform(header, name)
-        else:
-            affine, space = scale_affine(_spacing(header), (0.0, 0.0, 0.0)), "none"
-            notes += (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
+        affine, space, notes = _form(header, name)
         affine[:3] *= UNITS.get(unit, 1.0)
+        doubts += _doubtful_unit(affine, unit)
     affine, told = settled_affine(affine, doubts, settings)
     return affine, space, notes + told
+
+
+def _form(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ...]]:
+    """Return the affine in the header's unit by its sform, else its qform, else its spacing alone.
+
+    A sform that is flat (all of it is 0, in most such files) gives way to a qform, as in ITK; one that is not
+    finite is damaged. Slice timing and dim_info tell nothing of where nodes lie.
+    """
+    if header["sform_code"] > 0:
+        affine = header.get_sform()
+        if header["qform_code"] > 0 and np.isfinite(affine).all() and _is_flat(affine):
+            told = "the header's sform is flat, its axes do not span the space; the qform is taken"
+            return _qform(header, name), "RAS", (Notice("W-GEOMETRY-CONFLICT", told),)
+        return affine, "RAS", _contradiction(affine, header)
+    if header["qform_code"] > 0:
+        return _qform(header, name), "RAS", ()
+    unturned = scale_affine(_spacing(header), (0.0, 0.0, 0.0))
+    return unturned, "none", (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
+
+
+def _doubtful_unit(affine: Float64Array, unit: int) -> tuple[Notice, ...]:
+    """Return a warning where a unit that is told gives nodes so far apart, or so near, as none are."""
+    lengths = np.linalg.norm(affine[:3, :3], axis=0)
+    if unit not in (1, 3) or (lengths.min() >= _NEAREST_MM and lengths.max() <= _FARTHEST_MM):
+        return ()
+    told = " x ".join(f"{length:.4g}" for length in lengths)
+    sentence = (
+        f"the header's unit is the {'metre' if unit == 1 else 'micrometre'}, which puts nodes {told} mm "
+        "apart; taken so; --spacing tells better"
+    )
+    return (Notice("W-UNIT-DOUBTFUL", sentence),)
+
+
+def _is_flat(affine: Float64Array) -> bool:
+    try:
+        check_affine("", affine)
+    except DamagedVolumeError:
+        return True
+    return False
+
+
+def _contradiction(affine: Float64Array, header: Any) -> tuple[Notice, ...]:
+    """Return a warning where pixdim has other distances of the nodes than the sform."""
+    lengths, told = np.linalg.norm(affine[:3, :3], axis=0), np.abs(header["pixdim"][1:4].astype(np.float64))
+    is_told = np.isfinite(told) & (told > 0)
+    if not (np.abs(lengths - told) > _SAME_LENGTH * told)[is_told].any():
+        return ()
+    sform, pixdim = (" x ".join(f"{length:.6g}" for length in each) for each in (lengths, told))
+    sentence = f"the header's sform has nodes {sform} apart, its pixdim {pixdim}; the sform is taken"
+    return (Notice("W-GEOMETRY-CONFLICT", sentence),)
 
 
 def _spacing(header: Any) -> tuple[float, float, float]:

@@ -1,20 +1,22 @@
 """Read NumPy's own files, .npy and .npz: an array [z, y, x], spacing and origin from the settings.
 
 Nothing is ever unpickled. Half-precision floats become float32 and truth values uint8; everything else
-stays as it is. A leading fourth axis counts volumes, as do the arrays of an .npz.
+stays as it is. Axes have no names: the last three with more than one node are z, y, x, those before them
+count volumes, as do the arrays of an .npz.
 """
 
 import io
 import math
 import zipfile
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import (
@@ -28,8 +30,16 @@ from dmc_cli.volume import (
     storable_type,
     widened_type,
 )
+from dmc_cli.volume_io.axes import (
+    Image,
+    chosen_volume,
+    flat_index,
+    images_entry,
+    nameless_image,
+    unnamed_axes,
+)
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
-from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, scale_affine
 
 MAX_HEADER = 10_000
 """Longest header text that is parsed; real ones have a hundred bytes."""
@@ -50,16 +60,9 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
     check_file(path, name)
-    try:
-        values = (
-            _from_npz(path, name, settings) if zipfile.is_zipfile(path) else _from_npy(path, name, settings)
-        )
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # a zip raises its own errors, its packer's and the system's
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
+    with _told_errors(name):
+        read = _from_npz if zipfile.is_zipfile(path) else _from_npy
+        values, image = read(path, name, settings)
     progress.advance(1.0)
     spacing, warnings = chosen_spacing(None, settings)
     origin, _ = chosen_origin(None, settings)
@@ -70,18 +73,37 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         path=name,
         files=(path,),
         format="numpy",
-        warnings=warnings,
+        warnings=(*unnamed_axes(image), *warnings),
     )
 
 
+@contextmanager
+def _told_errors(name: str) -> Iterator[None]:
+    try:
+        yield
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # a zip raises its own errors, its packer's and the system's
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
+
+
 def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """Return the volumes of the file, without their values.
+    """Return the file as one entry with the volumes that it holds, without their values.
 
     Raises:
         UnsupportedFormatError: No numeric array with three axes.
     """
-    volume = numpy_volume(path, name, replace(settings, volume_index=0))
-    return [VolumeEntry(description="numpy", size=volume.shape)]
+    check_file(path, name)
+    with _told_errors(name):
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as archive:
+                images = list(_arrays(archive, name).values())
+        else:
+            with path.open("rb") as file:
+                images = [nameless_image(_header(file, name)[0])]
+    return [images_entry("numpy", images, settings, name)]
 
 
 def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
@@ -98,7 +120,7 @@ def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtyp
         raise DamagedVolumeError(
             f"{name}: the array's header cannot be read ({told}); get the file again"
         ) from error
-    if dtype.kind not in "iufb" or not 3 <= len(shape) <= 4:
+    if dtype.kind not in "iufb" or len(shape) < 3:
         raise UnsupportedFormatError(
             f"{name}: an array of type {dtype} with {len(shape)} axes found; expected numbers with axes z, "
             "y, x"
@@ -108,12 +130,13 @@ def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtyp
     return shape, fortran, dtype
 
 
-def _from_npy(path: Path, name: str, settings: ReadSettings) -> AnyArray:
+def _from_npy(path: Path, name: str, settings: ReadSettings) -> tuple[AnyArray, Image]:
     with path.open("rb") as file:
         shape, fortran, dtype = _header(file, name)
         start = file.tell()
-    index = chosen_index(name, shape[0], settings.volume_index) if len(shape) == 4 else 0
-    check_shape(name, shape[-3:][::-1])
+    image = nameless_image(shape)
+    choice = chosen_volume([image], settings, name)
+    check_shape(name, image.nodes)
     expected = math.prod(shape) * dtype.itemsize
     found = path.stat().st_size - start
     if found < expected:
@@ -122,11 +145,11 @@ def _from_npy(path: Path, name: str, settings: ReadSettings) -> AnyArray:
             "the file is cut short; get it again"
         )
     stored = _stored(path, start, shape, fortran, dtype)
-    chosen: AnyArray = stored[index] if len(shape) == 4 else stored
+    chosen: AnyArray = stored[tuple(slice(None) if place is None else place for place in choice.where)]
     if chosen.flags.c_contiguous and chosen.flags.aligned and dtype.isnative and dtype.char not in WIDENED:
-        return chosen
+        return chosen, image
     with intact(stored, name):
-        return _copied(chosen, name)
+        return _copied(chosen, name), image
 
 
 def _stored(path: Path, start: int, shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]) -> AnyArray:
@@ -147,53 +170,66 @@ def _copied(stored: AnyArray, name: str) -> AnyArray:
     return values
 
 
-def _from_npz(path: Path, name: str, settings: ReadSettings) -> AnyArray:
+def _arrays(archive: zipfile.ZipFile, name: str) -> dict[str, Image]:
+    """Return the numeric arrays with three axes or more of an .npz, by the names of their entries."""
+    entries = archive.infolist()
+    if len(entries) > MAX_ENTRIES:
+        raise DamagedVolumeError(f"{name}: {len(entries)} entries found; expected at most {MAX_ENTRIES}")
+    found = {}
+    for entry in entries:
+        if not entry.filename.endswith(".npy") or entry.compress_type not in PACKERS:
+            continue
+        with archive.open(entry) as stream, suppress(UnsupportedFormatError):
+            shape, _, _ = _header(io.BytesIO(stream.read(MAX_HEADER + 16)), name)
+            found[entry.filename] = nameless_image(shape, entry.filename.removesuffix(".npy"))
+    if not found:
+        raise UnsupportedFormatError(
+            f"{name}: no numeric array with three axes found; expected one by np.savez"
+        )
+    return found
+
+
+def _from_npz(path: Path, name: str, settings: ReadSettings) -> tuple[AnyArray, Image]:
     with zipfile.ZipFile(path) as archive:
-        entries = archive.infolist()
-        if len(entries) > MAX_ENTRIES:
-            raise DamagedVolumeError(f"{name}: {len(entries)} entries found; expected at most {MAX_ENTRIES}")
-        names = [entry.filename for entry in entries if _has_volume(archive, entry, name)]
-        if not names:
-            raise UnsupportedFormatError(
-                f"{name}: no numeric array with three axes found; expected one by np.savez"
-            )
-        if len(names) > 1 and settings.volume_index is None:
-            listed = ", ".join(f"{n}: {entry.removesuffix('.npy')}" for n, entry in enumerate(names))
-            raise AmbiguousVolumeError(
-                f"{name}: {len(names)} volumes found ({listed}); expected one; choose with --volume-index N"
-            )
-        entry = archive.getinfo(names[chosen_index(name, len(names), settings.volume_index)])
+        arrays = _arrays(archive, name)
+        choice = chosen_volume(list(arrays.values()), settings, name)
+        chosen = list(arrays)[choice.image]
+        image, entry = arrays[chosen], archive.getinfo(chosen)
+        check_shape(name, image.nodes)
         with archive.open(entry) as stream:
             shape, fortran, dtype = _header(stream, name)  # type: ignore[arg-type]
-            check_shape(name, shape[::-1])
             count = math.prod(shape) * dtype.itemsize
             if entry.file_size < count or entry.file_size > DEFLATE_RATIO * max(entry.compress_size, 1):
                 raise DamagedVolumeError(
                     f"{name}: {entry.file_size} bytes found, {count} expected; get the file again"
                 )
-            nz, ny, nx = shape
-            stored = allocate_values(name, (nx, ny, nz), dtype)
-            found = _fill(stream, stored.reshape(-1).data.cast("B"))  # type: ignore[arg-type]
-            if found < count:
+            nx, ny, nz = image.nodes
+            volumes = math.prod(shape) // (nx * ny * nz)
+            stored = allocate_values(name, (nx, ny, nz * volumes if fortran else nz), dtype)
+            before = 0 if fortran else flat_index(image, choice) * stored.nbytes
+            found = _skip(stream, before)  # type: ignore[arg-type]
+            found += _fill(stream, stored.reshape(-1).data.cast("B"))  # type: ignore[arg-type]
+            if found < before + stored.nbytes:
                 raise DamagedVolumeError(
                     f"{name}: {found} bytes of values found, {count} expected; get the file again"
                 )
     if not dtype.isnative:
         stored.byteswap(inplace=True)
     if fortran:
-        stored = stored.reshape(-1).reshape(shape, order="F")
-    return _copied(stored, name) if fortran or dtype.char in WIDENED else stored
+        whole = stored.reshape(-1).reshape(shape, order="F")
+        stored = whole[tuple(slice(None) if place is None else place for place in choice.where)]
+    return _copied(stored, name) if fortran or dtype.char in WIDENED else stored, image
 
 
-def _has_volume(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str) -> bool:
-    if not entry.filename.endswith(".npy") or entry.compress_type not in PACKERS:
-        return False
-    with archive.open(entry) as stream:
-        try:
-            shape, _, _ = _header(io.BytesIO(stream.read(MAX_HEADER + 16)), name)
-        except UnsupportedFormatError:
-            return False
-    return len(shape) == 3
+def _skip(stream: BinaryIO, count: int) -> int:
+    """Pass over bytes of a stream; returns how many there were."""
+    passed = 0
+    while passed < count:
+        piece = stream.read(min(1 << 20, count - passed))
+        if not piece:
+            break
+        passed += len(piece)
+    return passed
 
 
 def _fill(stream: BinaryIO, target: memoryview) -> int:

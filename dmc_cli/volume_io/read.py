@@ -99,7 +99,9 @@ def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]
         found: list[VolumeEntry] = reader(known.entries)(path, name, settings)
         return found
     layout = read_layout(format_name, path, name, replace(settings, volume_index=0))
-    return [file_entry(format_name, layout.components * layout.volumes, layout.shape)]
+    is_filtered = settings.channel is not None or settings.time is not None
+    count = len(layout.listed) if is_filtered and layout.listed else layout.count
+    return [file_entry(format_name, count, layout.shape, layout.listed)]
 
 
 def input_format(path: Path, name: str, settings: ReadSettings) -> str:

@@ -8,6 +8,7 @@ more than its files can hold is refused before anything is allocated.
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -47,9 +48,7 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
     check_affine(layout.name, layout.affine)
     storable_type(layout.name, layout.dtype)
     _check_sizes(layout)
-    values = _mapped(layout)
-    if values is None:
-        values = _copied(layout, progress)
+    values = _loaded(layout, progress) if layout.between == (1, 1) else _picked(layout, progress)
     return Volume(
         values=values,
         affine=layout.affine,
@@ -61,6 +60,21 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
         format=layout.format,
         warnings=layout.warnings,
     )
+
+
+def _loaded(layout: Layout, progress: Progress) -> AnyArray:
+    values = _mapped(layout)
+    return _copied(layout, progress) if values is None else values
+
+
+def _picked(layout: Layout, progress: Progress) -> AnyArray:
+    """Return the rows and slices of a layout that has others between them."""
+    (nx, ny, nz), (rows, slices) = layout.shape, layout.between
+    whole = replace(layout, shape=(nx, ny * rows, nz * slices), between=(1, 1))
+    stored = _loaded(whole, progress)[layout.picked[1] :: slices, layout.picked[0] :: rows]
+    values = allocate_values(layout.name, layout.shape, layout.dtype.newbyteorder("="))
+    values[...] = stored
+    return values
 
 
 def _share(layout: Layout) -> int:

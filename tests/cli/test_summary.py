@@ -127,7 +127,8 @@ def test_a_mesh_file():
 
 
 def entry(number, **changes):
-    return {"number": number, "modality": "", "size": [4, 5, 6], "description": "nrrd", "uid": ""} | changes
+    told = {"number": number, "modality": "", "size": [4, 5, 6], "description": "nrrd", "uid": ""}
+    return told | {"volumes": []} | changes
 
 
 VOLUME = {
@@ -175,6 +176,15 @@ def test_the_series_of_a_folder():
     assert chosen[-2:] == lines[-2:]
     alone = list(info_lines({"path": "folder", **VOLUME, "series": series[:1]}))
     assert alone[-1] == lines[2]
+
+
+@pytest.mark.parametrize(("count", "shown"), [(1, 0), (2, 2), (100, 100), (102, 100)])
+def test_the_volumes_of_a_file(count, shown):
+    listed = entry(1, volumes=[f"time {n}" for n in range(count)])
+    lines = list(info_lines({"path": "scan", **VOLUME, "series": [listed]}))[5:]
+    expected = ["volumes   choose one with --volume-index", *(f"  {n:<4}  time {n}" for n in range(shown))]
+    more = ["  and 2 more; --json has them all"] if count > shown > 1 else []
+    assert lines == (expected + more if shown else [])
 
 
 def diagnosis(*devices):

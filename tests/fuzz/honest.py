@@ -84,18 +84,24 @@ def make_numpy(folder):
     np.save(folder / "f.npy", np.asfortranarray(VALUES))
     np.savez_compressed(folder / "a.npz", one=VALUES, two=VALUES)
     np.savez(folder / "b.npz", VALUES)
-    return [folder / name for name in ("a.npy", "f.npy", "a.npz", "b.npz")]
+    np.save(folder / "five.npy", VALUES[None, None, ..., None])
+    np.savez_compressed(folder / "four.npz", np.stack([VALUES, VALUES]))
+    return [folder / name for name in ("a.npy", "f.npy", "a.npz", "b.npz", "five.npy", "four.npz")]
 
 
 def make_tiff(folder):
     import tifffile
 
-    tifffile.imwrite(
-        folder / "a.tif", VALUES.view("<u2"), imagej=True, metadata={"spacing": 2.0, "unit": "um"}
-    )
+    told = {"axes": "ZYX", "spacing": 2.0, "unit": "um"}
+    tifffile.imwrite(folder / "a.tif", VALUES.view("<u2"), imagej=True, metadata=told)
     tifffile.imwrite(folder / "b.tif", VALUES, photometric="minisblack", compression="zlib")
     tifffile.imwrite(folder / "c.ome.tif", VALUES, metadata={"axes": "ZYX", "PhysicalSizeX": 0.5})
-    return [folder / name for name in ("a.tif", "b.tif", "c.ome.tif")]
+    several = np.stack([VALUES, VALUES]).view("<u2")
+    tifffile.imwrite(folder / "d.tif", several.swapaxes(0, 1), imagej=True, metadata={"axes": "ZCYX"})
+    told = {"axes": "TZYX", "Channel": {"Name": ["DAPI"]}}
+    tifffile.imwrite(folder / "e.ome.tif", several, metadata=told, compression="zlib")
+    tifffile.imwrite(folder / "f.tif", VALUES > 0, photometric="minisblack", metadata={"axes": "YZX"})
+    return [folder / name for name in ("a.tif", "b.tif", "c.ome.tif", "d.tif", "e.ome.tif", "f.tif")]
 
 
 def make_dicom(folder):
@@ -181,6 +187,14 @@ def make_zarr(folder):
                 folder / store / inner, shape=VALUES.shape, chunks=(3, 4, 8), dtype="i2", zarr_format=version
             )
             array[...] = VALUES
+    layout = folder / "raw.zarr"
+    zarr.open_group(layout, mode="w", zarr_format=2).attrs.update({"bioformats2raw.layout": 3})
+    image = zarr.open_group(layout / "0", mode="w", zarr_format=2)
+    told = {"axes": ["z", "c", "y", "x"], "datasets": [{"path": "0"}], "version": "0.3"}
+    image.attrs.update({"multiscales": [told], "omero": {"channels": [{"label": "DAPI"}]}})
+    options = {"chunks": (3, 1, 4, 8), "dtype": "i2", "zarr_format": 2}
+    array = zarr.create_array(layout / "0" / "0", shape=(6, 1, 7, 8), **options)
+    array[...] = VALUES[:, None]
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 

@@ -12,6 +12,10 @@ MOST_SECONDS = 2.0
 MOST_BYTES = 512 << 20
 
 
+SEVERAL = ("nrrd", "numpy", "tiff", "zarr")
+"""Readers whose honest files may hold several volumes."""
+
+
 class BrokenPromiseError(AssertionError):
     """A reader broke its promise."""
 
@@ -33,7 +37,7 @@ def reset_peak():
 def settings_for(reader):
     if reader == "raw":
         return ReadSettings(input_format="raw", shape=(8, 7, 6), dtype="int16")
-    return ReadSettings()
+    return ReadSettings(volume_index=0) if reader in SEVERAL else ReadSettings()
 
 
 def target_of(path, reader):

@@ -2,9 +2,12 @@ import zipfile
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
+from tests.cases import case
 from tests.volume_io.reading import counting, read
 
 VALUES = counting((3, 4, 5))
@@ -158,3 +161,62 @@ def test_what_numpy_writes_is_read_back(tmp_path_factory, shape, seed):
     path = tmp_path_factory.mktemp("numpy") / "a.npz"
     np.savez_compressed(path, values)
     np.testing.assert_array_equal(read(path).values, values)
+
+
+@given(
+    shape=st.lists(st.integers(1, 3), min_size=0, max_size=2).flatmap(
+        lambda leading: st.tuples(*[st.just(n) for n in leading], *[st.integers(2, 4)] * 3)
+    ),
+    trailing=st.integers(0, 1),
+    order=st.sampled_from("CF"),
+    dtype=st.sampled_from(["<f4", ">i2", "?"]),
+    suffix=st.sampled_from([".npy", ".npz"]),
+    data=st.data(),
+)
+@settings(max_examples=30)
+def test_arrays_of_more_axes_hold_volumes(tmp_path_factory, shape, trailing, order, dtype, suffix, data):
+    values = np.asarray(counting(shape).astype(dtype).reshape(shape + (1,) * trailing), order=order)
+    path = tmp_path_factory.mktemp("numpy") / f"a{suffix}"
+    if suffix == ".npy":
+        np.save(path, values)
+    else:
+        np.savez_compressed(path, values)
+    flat = counting(shape).astype(dtype).reshape(-1, *shape[-3:])
+    index = data.draw(st.integers(0, len(flat) - 1))
+    volume = read(path, volume_index=index, spacing=(1, 1, 1))
+    np.testing.assert_array_equal(volume.values, flat[index])
+    assert [notice.code for notice in volume.warnings] == ["W-AXES-MISSING"] * (len(flat) > 1)
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert (entry.size, len(entry.volumes)) == (shape[:-4:-1], len(flat))
+
+
+def test_arrays_of_an_npz_are_counted_together(tmp_path):
+    data, seg = counting((2, 3, 4, 5)), counting((1, 4, 4, 4), "u1")
+    np.savez_compressed(tmp_path / "a.npz", data=data, seg=seg, spacing=[1, 2, 3])
+    with pytest.raises(AmbiguousVolumeError, match=r"3 volumes found \(0 to 1: data, 2: seg\)"):
+        read(tmp_path / "a.npz")
+    np.testing.assert_array_equal(read(tmp_path / "a.npz", volume_index=1).values, data[1])
+    np.testing.assert_array_equal(read(tmp_path / "a.npz", volume_index=2).values, seg[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        ("case_001.npz", 2),
+        ("case_v1.npz", 2),
+        ("case_v1.npy", 2),
+        ("channel_last.npy", 1),
+        ("plain3d.npz", 1),
+    ],
+)
+def test_the_cases_of_nnunet(name, count):
+    path = case(f"npz_nnunet/{name}")
+    stored = np.load(path)
+    arrays = [stored] if isinstance(stored, np.ndarray) else [stored[key] for key in stored]
+    volumes = [volume for array in arrays for volume in array.reshape(-1, 40, 48, 64)]
+    assert len(volumes) == count
+    for index, expected in enumerate(volumes):
+        np.testing.assert_array_equal(read(path, volume_index=index).values, expected)
+    if count > 1:
+        with pytest.raises(AmbiguousVolumeError, match="2 volumes found"):
+            read(path)

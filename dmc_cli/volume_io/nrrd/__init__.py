@@ -1,6 +1,7 @@
 """Read NRRD; `reader` is the way in.
 
 header    the fields of a header
+labels    what it calls its axes
 geometry  where they put the grid
 reader    the volume that they describe
 """

@@ -22,6 +22,7 @@ from dmc_cli.volume_io.layout import (
 )
 from dmc_cli.volume_io.lengths import Doubts, missing_spacing, respaced, settled_affine
 from dmc_cli.volume_io.nrrd.header import numbers, per_axis, vector
+from dmc_cli.volume_io.nrrd.labels import world_axes
 from dmc_cli.volume_io.units import scales_in_mm
 
 SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
@@ -105,12 +106,17 @@ def _unoriented(
     name: str,
     notes: list[Notice],
 ) -> Float64Array:
-    """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings."""
+    """Return the affine along the grid's axes, by spacings or axis mins and maxs, else by the settings.
+
+    The axes run along x, y, z of the world in their order, unless labels say otherwise.
+    """
     sizes = numbers(fields, "sizes", name, int)
-    scales, doubts = _scales(fields, "units", spatial, space, name)
+    world = world_axes(fields, spatial, len(sizes))
+    x, y, z = (spatial[world.index(n)] for n in range(3))
+    scales, doubts = _scales(fields, "units", (x, y, z), space, name)
     centers = per_axis(fields.get("centers", fields.get("centerings", "")))
     steps, lows, halves = [], [], []
-    for axis, scale in zip(spatial, scales, strict=True):
+    for axis, scale in zip((x, y, z), scales, strict=True):
         is_cell = axis < len(centers) and centers[axis].lower() == "cell"
         low, high, step = (_entry(fields, key, axis, name) for key in ("axis mins", "axis maxs", "spacings"))
         if math.isnan(step):
@@ -124,7 +130,8 @@ def _unoriented(
     firsts = [low + half * step for low, half, step in zip(lows, halves, spacing, strict=True)]
     origin, unused = chosen_origin(_told(firsts, [0.0, 0.0, 0.0]), settings)
     notes += [*warnings, *unused]
-    return respaced(scale_affine(spacing, origin), doubts, settings)
+    affine = respaced(scale_affine(spacing, origin), doubts, settings)
+    return affine[:, [*world, 3]]
 
 
 def _entry(fields: dict[str, str], key: str, axis: int, name: str) -> float:

@@ -7,7 +7,6 @@ lies is told by `geometry.py`.
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,12 @@ import numpy as np
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
+from dmc_cli.volume_io.axes import UNNAMED, Axis, Choice, Image, chosen_volume, listed_volumes
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
-from dmc_cli.volume_io.layout import FROM_END, Encoding, Layout, check_file, chosen_index
+from dmc_cli.volume_io.layout import FROM_END, Encoding, Layout, check_file
 from dmc_cli.volume_io.nrrd.geometry import nrrd_geometry
 from dmc_cli.volume_io.nrrd.header import numbers, per_axis, read_header, vector
+from dmc_cli.volume_io.nrrd.labels import axis_names, spatial_axes, unnamed_order
 
 TYPES = {
     "int8": ("signed char", "int8", "int8_t"),
@@ -55,19 +56,8 @@ ENCODINGS: dict[str, Encoding] = {
     "bzip2": "bzip2",
 }
 
-SPATIAL_KINDS = {"domain", "space"}
 VALUE_KINDS = re.compile(r".*(vector|color|matrix|point|normal|gradient|quaternion|complex)$")
 """Kinds of an axis along which one node has several numbers, none of which stands for the node alone."""
-
-
-@dataclass(frozen=True)
-class _Axes:
-    """Which axes are space and how many numbers lie before (components) and behind (volumes) them."""
-
-    spatial: tuple[int, int, int]
-    components: int
-    volumes: int
-    value_kind: str
 
 
 def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
@@ -81,12 +71,14 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     check_file(path, name)
     fields, header_bytes, trailing = read_header(path, name)
     sizes = numbers(fields, "sizes", name, int)
-    axes = _axes(fields, sizes, name)
-    shape = tuple(sizes[a] for a in axes.spatial)
-    check_shape(name, shape)
+    image = _image(fields, sizes, name)
+    check_shape(name, image.nodes)
     dtype = _dtype(fields, name)
-    affine, space, notes = nrrd_geometry(fields, axes.spatial, settings, name)
-    component, volume = _choice(axes, settings, name)
+    assert image.grid is not None
+    z, y, x = (len(sizes) - 1 - axis for axis in image.grid)
+    affine, space, notes = nrrd_geometry(fields, (x, y, z), settings, name)
+    _check_values(fields, image, settings, name)
+    choice = chosen_volume([image], settings, name)
     encoding = ENCODINGS.get(fields.get("encoding", "raw").lower())
     if encoding is None:
         known = ", ".join(dict.fromkeys(ENCODINGS.values()))
@@ -96,7 +88,7 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     files = _data_files(path, fields, trailing, len(sizes), name, settings.allow_outside)
     return Layout(
         name=name,
-        shape=(shape[0], shape[1], shape[2]),
+        shape=image.nodes,
         dtype=dtype,
         affine=affine,
         space=space,
@@ -105,12 +97,10 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         offset=_skip(fields, "byte skip", name),
         line_skip=_skip(fields, "line skip", name),
         encoding=encoding,
-        components=axes.components,
-        component=component,
-        volumes=axes.volumes,
-        volume=volume,
         format="nrrd",
-        warnings=notes,
+        listed=listed_volumes([image], settings, name),
+        warnings=(*unnamed_order(fields, sizes), *notes),
+        **_placed(image, choice),
     )
 
 
@@ -141,56 +131,84 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
     return np.dtype(found).newbyteorder("=" if text else ">" if order == "big" else "<")
 
 
-def _axes(fields: dict[str, str], sizes: list[int], name: str) -> _Axes:
-    """Tell the three axes of space from the others."""
+def _image(fields: dict[str, str], sizes: list[int], name: str) -> Image:
+    """Return the axes: those of space by their directions, else by their kinds, else by their labels.
+
+    An axis that nothing names is one of space where some are missing.
+    """
     if str(len(sizes)) != fields["dimension"].strip():
         raise DamagedVolumeError(
             f"{name}: dimension {fields['dimension'][:20]} found, but {len(sizes)} sizes"
         )
     if any(n < 1 for n in sizes) or len(sizes) > 16:
         raise DamagedVolumeError(f"{name}: sizes {fields['sizes'][:60]!r} found; expected positive numbers")
-    kinds = [kind.lower() for kind in per_axis(fields.get("kinds", ""))]
     directions = per_axis(fields.get("space directions", ""))
     if len(directions) == len(sizes):
-        spatial = [a for a, d in enumerate(directions) if d.lower() != "none"]
+        spatial = [a for a, d in enumerate(directions) if not _is_none(d, len(sizes))]
         if len(spatial) > 3:  # a space with time: the axis that moves in time only is none of space
             spatial = [a for a in spatial if any(vector(directions[a], name)[:3])]
-    elif len(kinds) == len(sizes) and any(k in SPATIAL_KINDS for k in kinds):
-        spatial = [a for a, kind in enumerate(kinds) if kind in SPATIAL_KINDS]
     else:
-        spatial = list(range(len(sizes)))
+        spatial = spatial_axes(fields, len(sizes))
     spatial = spatial[:3]
-    if len(spatial) != 3 or spatial[2] - spatial[0] != 2 + sum(sizes[a] == 1 for a in _between(spatial)):
+    if len(spatial) != 3:
         raise UnsupportedFormatError(
-            f"{name}: sizes {' x '.join(map(str, sizes))} found; expected three neighbouring axes of space, "
-            "and at most others before or behind them"
+            f"{name}: sizes {' x '.join(map(str, sizes))} found with {len(spatial)} axes of space; expected "
+            "three axes of space among them; where another axis is one in truth, correct kinds and labels"
         )
-    value_kind = next(
-        (kinds[a] for a in range(spatial[0]) if len(kinds) == len(sizes) and VALUE_KINDS.match(kinds[a])), ""
+    axes = [Axis(UNNAMED, n) if a in spatial else _other_axis(fields, sizes, a) for a, n in enumerate(sizes)]
+    return Image(tuple(reversed(axes)))
+
+
+def _is_none(direction: str, count: int) -> bool:
+    """Return whether an axis has no direction: `none`, or (nan,nan,nan) where there are more than three."""
+    return direction.lower() == "none" or (
+        count > 3 and re.fullmatch(r"\((nan,?)+\)", direction.lower()) is not None
     )
-    return _Axes(
-        (spatial[0], spatial[1], spatial[2]),
-        math.prod(sizes[: spatial[0]]),
-        math.prod(sizes[spatial[2] + 1 :]),
-        value_kind,
-    )
 
 
-def _between(spatial: list[int]) -> list[int]:
-    return [a for a in range(spatial[0], spatial[-1]) if a not in spatial]
+def _other_axis(fields: dict[str, str], sizes: list[int], number: int) -> Axis:
+    """Return an axis that is none of space, whatever its label is."""
+    axis = Axis(axis_names(fields, len(sizes))[number], sizes[number])
+    return axis if axis.name and axis.kind not in ("x", "y", "z") else Axis(f"axis {number}", axis.size)
 
 
-def _choice(axes: _Axes, settings: ReadSettings, name: str) -> tuple[int, int]:
-    """Return the component and volume to read; numbered with the components fastest."""
-    if axes.value_kind and axes.components > 1 and settings.volume_index is None:
-        raise AmbiguousVolumeError(
-            f"{name}: every node holds {axes.components} numbers ({axes.value_kind}); expected one; "
-            f"choose a component with --volume-index N, N from 0 to {axes.components * axes.volumes - 1}"
-        )
-    volume, component = divmod(
-        chosen_index(name, axes.components * axes.volumes, settings.volume_index), axes.components
-    )
-    return component, volume
+def _placed(image: Image, choice: Choice) -> dict[str, Any]:
+    """Return where a volume lies among the values, as a `Layout` has it."""
+    fastest_first = [(axis.size, place) for axis, place in zip(image.axes, choice.where, strict=True)][::-1]
+    counts, places = [1], [0]  # before, between and behind the axes of space
+    for size, place in fastest_first:
+        if place is None:
+            counts.append(1)
+            places.append(0)
+        else:
+            places[-1] += counts[-1] * place
+            counts[-1] *= size
+    return {
+        "components": counts[0],
+        "component": places[0],
+        "between": (counts[1], counts[2]),
+        "picked": (places[1], places[2]),
+        "volumes": counts[3],
+        "volume": places[3],
+    }
+
+
+def _check_values(fields: dict[str, str], image: Image, settings: ReadSettings, name: str) -> None:
+    """Raise AmbiguousVolumeError where nodes hold several numbers of which none was chosen."""
+    kinds = [kind.lower() for kind in per_axis(fields.get("kinds", ""))]
+    for number in image.others:
+        axis, size = len(image.axes) - 1 - number, image.axes[number].size
+        if (
+            axis < len(kinds)
+            and VALUE_KINDS.match(kinds[axis])
+            and size > 1
+            and settings.volume_index is None
+        ):
+            count = math.prod(image.axes[other].size for other in image.others)
+            raise AmbiguousVolumeError(
+                f"{name}: every node holds {size} numbers ({kinds[axis]}); expected one; "
+                f"choose a component with --volume-index N, N from 0 to {count - 1}"
+            )
 
 
 def _data_files(

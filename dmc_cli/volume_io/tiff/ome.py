@@ -77,3 +77,15 @@ def _check_labels(element: ElementTree.Element, name: str) -> None:
             f"{name}: OME metadata with an axis from {begin:g} to {end:g} by {step:g} found; expected at "
             f"most {MOST_PLANES} labels; get the file again"
         )
+
+
+def ome_channels(xml: str) -> list[tuple[str, ...]]:
+    """Return the names of the channels of each image, "" for one without a name; none of what is no XML."""
+    try:
+        root = ElementTree.fromstring(xml)
+    except ElementTree.ParseError:
+        return []
+    return [
+        tuple(channel.get("Name", "") for channel in _all(pixels, "}Channel"))
+        for pixels in _all(root, "}Pixels")
+    ]

@@ -1,49 +1,44 @@
 """Read TIFF stacks: a file with many pages, or a folder of single ones in the order of their numbers.
 
-Read through tifffile, an extra. Spacing comes from ImageJ's or OME's metadata where the file has it,
-else from the settings; space none.
+Read through tifffile, an extra; what a file with many pages holds is told by `stack.py`. Spacing comes from
+ImageJ's or OME's metadata where the file has it, else from the settings; space none.
 """
 
 import logging
-import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type
+from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
+from dmc_cli.volume_io.axes import images_entry, unnamed_axes
 from dmc_cli.volume_io.layout import (
     Triple,
     check_file,
     check_lengths,
-    chosen_index,
     chosen_origin,
     chosen_spacing,
     exists,
     scale_affine,
 )
 from dmc_cli.volume_io.lengths import Doubts
-from dmc_cli.volume_io.tiff.ome import check_ome
 from dmc_cli.volume_io.tiff.spacing import tiff_spacing
-from dmc_cli.volume_io.unpacked_size import passes
-from dmc_cli.volume_io.within import REMEDY, Bounds, check_beside
+from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_stack, stack_images
+from dmc_cli.volume_io.within import REMEDY, Bounds
 
 SUFFIXES = (".tif", ".tiff")
 
+MIN_IS_WHITE, PALETTE = 0, 3
+"""Photometric interpretations whose values are no brightness."""
+
 MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install tifffile'
-
-LARGEST_RATIO = 5000
-"""No compression of a TIFF packs a byte into less than 1/5000 byte; a file that claims more is damaged."""
-
-
-PACKERS = {8: "zlib", 32946: "zlib", 34925: "lzma", 50000: "zstd"}
-"""Compression codes whose segments unpack to whatever they hold; the others' know their size."""
 
 
 def tiff_files(folder: Path) -> list[Path]:
@@ -65,30 +60,18 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     """
     files = _files(path, name, settings.allow_outside)
     size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)
-    try:
-        import tifffile
-    except ImportError as error:
-        raise UnsupportedFormatError(f"{name}: a TIFF file found, but {MISSING}") from error
-    for file in files:
-        check_pages(file, name)
-    quiet = logging.getLogger("tifffile")
-    level = quiet.level
+    tifffile = _tifffile(name)
     found: Triple | None = None
     doubts: Doubts = ()
-    quiet.setLevel(logging.CRITICAL + 1)
-    try:
+    notes: tuple[Notice, ...] = ()
+    with _told_errors(files, name):
         if len(files) == 1:
-            values, found, doubts = _stack(tifffile, files[0], name, settings)
+            with tifffile.TiffFile(files[0]) as tiff:
+                values, image, number = read_stack(tiff, files[0], name, settings)
+                found, doubts = tiff_spacing(tiff, name, number)
+                notes = (*_unfollowed(tiff, number), *unnamed_axes(image))
         else:
             values = _slices(tifffile, files, name, size, progress)
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # tifffile raises whatever its parsing and its codecs run into
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
-    finally:
-        quiet.setLevel(level)
     if found is not None:
         check_lengths(name, found)
     spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
@@ -102,8 +85,36 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         path=name,
         files=tuple(files),
         format="tiff",
-        warnings=warnings,
+        warnings=(*notes, *warnings),
     )
+
+
+def _tifffile(name: str) -> Any:
+    try:
+        import tifffile
+    except ImportError as error:
+        raise UnsupportedFormatError(f"{name}: a TIFF file found, but {MISSING}") from error
+    return tifffile
+
+
+@contextmanager
+def _told_errors(files: list[Path], name: str) -> Iterator[None]:
+    """Look at the chains of pages; tell in one message whatever tifffile meets then, and nothing else."""
+    for file in files:
+        check_pages(file, name)
+    quiet = logging.getLogger("tifffile")
+    level = quiet.level
+    quiet.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # tifffile raises whatever its parsing and its codecs run into
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
+    finally:
+        quiet.setLevel(level)
 
 
 def _files(path: Path, name: str, allow_outside: bool) -> list[Path]:
@@ -120,13 +131,19 @@ def _files(path: Path, name: str, allow_outside: bool) -> list[Path]:
 
 
 def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """Return the volume of the stack as one entry.
+    """Return the stack as one entry, with the volumes that it holds; no value of a file with many is read.
 
     Raises:
         VolumeError: As `tiff_volume`.
     """
-    volume = tiff_volume(path, name, replace(settings, volume_index=0))
-    return [VolumeEntry(description="tiff", size=volume.shape)]
+    settings = replace(settings, volume_index=0)
+    files = _files(path, name, settings.allow_outside)
+    if len(files) > 1:
+        return [VolumeEntry(description="tiff", size=tiff_volume(path, name, settings).shape)]
+    check_file(files[0], name)
+    tifffile = _tifffile(name)
+    with _told_errors(files, name), tifffile.TiffFile(files[0]) as tiff:
+        return [images_entry("tiff", stack_images(tiff, files[0], name, settings), settings, name)]
 
 
 def check_pages(path: Path, name: str) -> None:
@@ -160,40 +177,6 @@ def check_pages(path: Path, name: str) -> None:
             position = int.from_bytes(tail, order)
 
 
-def _stack(
-    tifffile: Any, path: Path, name: str, settings: ReadSettings
-) -> tuple[AnyArray, Triple | None, Doubts]:
-    """Return the values and spacing of a file with many pages, and what is told of the spacing."""
-    with tifffile.TiffFile(path) as tiff:
-        if tiff.is_ome and tiff.ome_metadata:
-            check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
-        series = tiff.series[0]
-        shape = tuple(int(n) for n in series.shape)
-        if len(shape) < 3 or "S" in series.axes:
-            raise UnsupportedFormatError(
-                f"{name}: an image of shape {shape} with axes {series.axes} found; expected a stack of grey "
-                "slices"
-            )
-        count = int(np.prod(shape[:-3], dtype=np.int64))
-        index = chosen_index(name, count, settings.volume_index)
-        nodes = shape[:-4:-1]
-        check_shape(name, nodes)
-        storable_type(name, series.dtype)
-        if series.nbytes > LARGEST_RATIO * path.stat().st_size:
-            raise DamagedVolumeError(
-                f"{name}: {path.stat().st_size} bytes found for {shape} values; get the file again"
-            )
-        for other in {page.parent.filehandle.path for page in series.pages if page is not None}:
-            check_beside(path, Path(other), Path(other).name, name, settings.allow_outside)
-        for page in series.pages:
-            _check_segments(tiff, page, name)
-        whole = allocate_values(name, (nodes[0], nodes[1], nodes[2] * count), series.dtype)
-        series.asarray(out=whole.reshape(shape))
-        spacing, doubts = tiff_spacing(tiff, name)
-    values: AnyArray = whole.reshape(count, nodes[2], nodes[1], nodes[0])[index]
-    return values, spacing, doubts
-
-
 def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> AnyArray:
     """Return the values of a folder of single pages."""
     values: AnyArray | None = None
@@ -204,17 +187,17 @@ def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Pr
                 raise UnsupportedFormatError(
                     f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
                 )
-            _check_segments(tiff, page, name)
+            check_segments(tiff, page, name)
             if values is None:
-                storable_type(name, page.dtype)
+                dtype = storable_type(name, widened_type(page.dtype))
                 rows, columns = page.shape
                 check_shape(name, (columns, rows, len(files)))
                 if len(files) * page.nbytes > LARGEST_RATIO * size:
                     raise DamagedVolumeError(
                         f"{name}: {size} bytes found for {len(files)} slices of {page.shape} pixels"
                     )
-                values = allocate_values(name, (columns, rows, len(files)), page.dtype)
-            if page.shape != values.shape[1:] or page.dtype != values.dtype:
+                values = allocate_values(name, (columns, rows, len(files)), dtype)
+            if page.shape != values.shape[1:] or widened_type(page.dtype) != values.dtype:
                 raise DamagedVolumeError(
                     f"{path.name}: {page.shape} pixels of {page.dtype} found; expected {values.shape[1:]} of "
                     f"{values.dtype} as in {files[0].name}"
@@ -225,16 +208,19 @@ def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Pr
     return values
 
 
-def _check_segments(tiff: Any, page: Any, name: str) -> None:
-    """Refuse a page with a strip or tile that unpacks to far more than its place in the page."""
-    if page is None or int(page.keyframe.compression) not in PACKERS:
-        return
-    frame = page.keyframe
-    packer, expected = PACKERS[int(frame.compression)], math.prod(frame.chunks) * frame.dtype.itemsize
-    for begin, count in zip(page.dataoffsets, page.databytecounts, strict=False):
-        tiff.filehandle.seek(begin)
-        if passes(packer, tiff.filehandle.read(count), expected):
-            raise DamagedVolumeError(
-                f"{name}: {count} bytes found that unpack to more than the {expected} of a part of page "
-                f"{page.index}; get the file again"
-            )
+def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
+    """Return what the file tells of an image that is not followed."""
+    series = tiff.series[number]
+    notes = []
+    for named, kind in ((tiff.is_ome, "ome"), (tiff.is_imagej, "imagej")):
+        if named and series.kind != kind:
+            told = f"the TIFF's metadata of {kind} cannot be read; its pages are taken as slices"
+            notes.append(Notice("W-AXES-MISSING", told))
+    photometric = int(series.keyframe.photometric)
+    if photometric == MIN_IS_WHITE:
+        told = "the TIFF's lowest value is white (WhiteIsZero); values are taken as they are stored"
+        notes.append(Notice("W-PHOTOMETRIC", told))
+    if photometric == PALETTE:
+        told = "the TIFF's values are places in a colour table; they are taken as they are stored"
+        notes.append(Notice("W-PHOTOMETRIC", told))
+    return tuple(notes)

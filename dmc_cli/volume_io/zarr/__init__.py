@@ -3,6 +3,7 @@
 metadata  what a store says of an array, read once
 codecs    the bytes of a chunk, unpacked
 chunks    all chunks of an array, put together
+images    the images of a store, and what their axes are
 store     the volume of a store
 """
 

@@ -99,14 +99,14 @@ class ChunkReader:
     Attributes:
         folder: The array's own folder.
         array: Its metadata.
-        where: The volume's place along the axes before the last three.
-        values: The volume, shape (nz, ny, nx), filled here.
+        where: The volume's place along each axis; None for those of its grid.
+        values: The volume, its axes in the order of the array's, filled here.
         name: The input, for messages.
     """
 
     folder: Path
     array: ZarrArray
-    where: tuple[int, ...]
+    where: tuple[int | None, ...]
     values: AnyArray
     name: str
 
@@ -117,9 +117,7 @@ class ChunkReader:
             DamagedVolumeError: A chunk cannot be unpacked.
         """
         self.values[...] = self.array.fill
-        count = len(self.where)
-        own = tuple(w // n for w, n in zip(self.where, self.array.chunk, strict=False))
-        wanted = [file for file in files if file.place[:count] == own]
+        wanted = [file for file in files if self._is_of_volume(file.place, self.array.chunk)]
         chunks = each_in_threads(self._read_file, wanted, threads or usable_cores(), "dmc-chunks")
         with closing(chunks):
             # in the files' order, so that of several errors always the same one is told
@@ -178,16 +176,20 @@ class ChunkReader:
 
     def _is_wanted(self, place: tuple[int, ...], chunk: tuple[int, ...]) -> bool:
         """Return whether a chunk holds a part of the volume."""
-        own = all(w // n == p for w, n, p in zip(self.where, chunk, place, strict=False))
-        return own and all(p * n < m for p, n, m in zip(place, chunk, self.array.shape, strict=True))
+        return self._is_of_volume(place, chunk) and all(
+            p * n < m for p, n, m in zip(place, chunk, self.array.shape, strict=True)
+        )
+
+    def _is_of_volume(self, place: tuple[int, ...], chunk: tuple[int, ...]) -> bool:
+        """Return whether a chunk is where the volume is along the axes that are not its grid's."""
+        return all(w is None or w // n == p for w, n, p in zip(self.where, chunk, place, strict=True))
 
     def _put(self, place: tuple[int, ...], chunk: tuple[int, ...], content: bytes) -> None:
         """Unpack a chunk to its place; what passes the array's border is dropped."""
         values = self.array.packing.unpack(content, chunk)
-        count = len(self.where)
-        picked = values[tuple(w % n for w, n in zip(self.where, chunk, strict=False))]
-        begins = [p * n for p, n in zip(place[count:], chunk[count:], strict=True)]
-        target = self.values[tuple(slice(b, b + n) for b, n in zip(begins, chunk[count:], strict=True))]
+        axes = list(zip(place, chunk, self.where, strict=True))
+        picked = values[tuple(slice(None) if w is None else w % n for _, n, w in axes)]
+        target = self.values[tuple(slice(p * n, p * n + n) for p, n, w in axes if w is None)]
         target[...] = picked[tuple(slice(0, n) for n in target.shape)]
 
 

@@ -9,7 +9,7 @@ import math
 import os
 import re
 import stat
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +61,7 @@ class ZarrArray:
         prefix: What the names of all files begin with.
         separator: What stands between the numbers in their names.
         sharding: Where files hold many chunks, how; else None.
+        names: What the axes are called, "" for one without a name; none where nothing names them.
     """
 
     shape: tuple[int, ...]
@@ -70,6 +71,7 @@ class ZarrArray:
     prefix: str
     separator: str
     sharding: Sharding | None = None
+    names: tuple[str, ...] = ()
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -125,7 +127,8 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
         return dict(new.get("attributes") or {}) if new["node_type"] == "group" else _version_3(new, name)
     old = read_json(folder / ".zarray", bounds, name)
     if old is not None:
-        return _version_2(old, name)
+        attributes = read_json(folder / ".zattrs", bounds, name) or {}
+        return replace(_version_2(old, name), names=_names(attributes.get("_ARRAY_DIMENSIONS")))
     group = read_json(folder / ".zgroup", bounds, name)
     if group is None:
         return None
@@ -188,7 +191,13 @@ def _version_3(meta: dict[str, Any], name: str) -> ZarrArray:
         prefix=f"c{separator}" if keys["name"] == "default" else "",
         separator=separator,
         sharding=sharding,
+        names=_names(meta.get("dimension_names")),
     )
+
+
+def _names(told: Any) -> tuple[str, ...]:
+    """Return the names of axes as xarray's attribute of version 2 or a field of version 3 has them."""
+    return tuple("" if named is None else str(named)[:100] for named in told or ())
 
 
 def _must_understand(value: Any) -> bool:

@@ -1,9 +1,7 @@
 """NRRD files as segmentation programs and micro-CT scanners write them (shared/cases/nrrd_odd)."""
 
 import numpy as np
-import pytest
 
-from dmc_cli.errors import VolumeError
 from tests.cases import case
 from tests.volume_io.reading import read
 
@@ -28,6 +26,7 @@ def test_a_header_beside_a_scanco_file():
     assert [notice.code for notice in volume.warnings] == ["W-UNIT-MISSING"]  # as the header has none
 
 
-def test_a_direction_that_is_no_number_is_refused():
-    with pytest.raises(VolumeError, match="the geometry is not finite; expected spacing, axes and origin"):
-        read(case("nrrd_odd/nan_direction.nrrd"), volume_index=1)
+def test_a_direction_that_is_no_number_beside_the_axes_of_space_is_none():
+    volume = read(case("nrrd_odd/nan_direction.nrrd"), volume_index=1)
+    np.testing.assert_allclose(volume.affine, [[0.5, 0, 0, 1], [0, 0.6, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
+    assert (volume.space, volume.warnings) == ("LPS", ())

@@ -42,10 +42,10 @@ def nrrd(folder, content=None, **fields):
         ({"sizes": "2 0 4"}, "sizes '2 0 4' found; expected positive"),
         ({"sizes": "2 x 4"}, "sizes '2 x 4' found in the header; expected numbers"),
         ({"dimension": "17", "sizes": "1 " * 14 + "2 3 4"}, "expected positive numbers"),
-        ({"dimension": "2", "sizes": "6 4"}, "expected three neighbouring axes"),
+        ({"dimension": "2", "sizes": "6 4"}, "with 2 axes of space; expected three"),
         (
-            {"dimension": "4", "sizes": "2 2 3 4", "kinds": "space list space space"},
-            "three neighbouring axes",
+            {"dimension": "4", "sizes": "2 2 3 4", "kinds": "space list space time"},
+            "expected three axes of space",
         ),
         ({"byte_skip": "-2"}, "byte skip '-2' found in the header; expected one number"),
         ({"byte_skip": "1 2"}, "expected one number"),

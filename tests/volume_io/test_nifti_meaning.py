@@ -1,0 +1,168 @@
+"""What headers of NIfTI leave open or contradict is told; axes that are not used count for nothing."""
+
+import struct
+
+import nibabel as nib
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from dmc_cli.errors import DamagedVolumeError, SettingsError, VolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
+from tests.cases import case
+from tests.volume_io.reading import assert_same_as_nibabel, counting, lps_affine, read, read_with_itk
+
+VALUES = counting((4, 5, 6))
+QFORM = np.array([[0.5, 0, 0, 10], [0, 0.6, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]])
+
+
+def write(path, sform=None, qform=None, values=VALUES, unit="mm", dim=None, **fields):
+    """A file by nibabel, with numbers of its header as they are given."""
+    image = nib.Nifti1Image(values.T, None)
+    image.header.set_qform(QFORM if qform is None or qform is False else qform, 1)
+    image.header["qform_code"] = 0 if qform is False else 1
+    if sform is not None:
+        image.header.set_sform(QFORM, 1)
+    image.header.set_xyzt_units(unit)
+    for key, value in fields.items():
+        image.header[key] = value
+    nib.save(image, path)
+    content = bytearray(path.read_bytes())
+    if sform is not None:
+        struct.pack_into("<12f", content, 280, *np.asarray(sform, float)[:3].ravel())
+    if dim is not None:
+        struct.pack_into(f"<{len(dim)}h", content, 40, *dim)
+    path.write_bytes(content)
+    return path
+
+
+def codes(volume):
+    return [notice.code for notice in volume.warnings]
+
+
+@pytest.mark.parametrize(
+    "dim", [(4, 6, 5, 4, 0), (5, 6, 5, 4, 0, 0), (7, 6, 5, 4, 0, 0, 0, 0), (5, 6, 5, 4, 1, 0)]
+)
+def test_axes_of_no_node_are_none(tmp_path, dim):
+    volume = read(write(tmp_path / "a.nii", dim=dim))
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_allclose(volume.affine, QFORM, rtol=1e-6)
+    assert codes(volume) == []
+
+
+def test_volumes_beside_an_axis_of_no_node(tmp_path):
+    values = counting((3, 4, 5, 6))
+    path = write(tmp_path / "a.nii", values=values, dim=(5, 6, 5, 4, 0, 3))
+    np.testing.assert_array_equal(read(path, volume_index=2).values, values[2])
+
+
+@pytest.mark.parametrize(
+    ("dim", "told"), [((3, 0, 5, 4), "axes of"), ((3, 6, -5, 4), "axes of"), ((3, 6, 5, 0), "axes of")]
+)
+def test_axes_of_space_need_nodes(tmp_path, dim, told):
+    with pytest.raises(VolumeError, match=told):
+        read(write(tmp_path / "a.nii", dim=dim))
+
+
+@pytest.mark.parametrize("rows", [np.zeros((4, 4)), np.ones((4, 4)), np.diag([1.0, 1, 0, 1])])
+def test_a_flat_sform_gives_way_to_a_qform(tmp_path, rows):
+    volume = read(write(tmp_path / "a.nii", sform=rows))
+    np.testing.assert_allclose(volume.affine, QFORM, rtol=1e-6)
+    assert volume.space == "RAS"
+    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    np.testing.assert_allclose(lps_affine(volume), read_with_itk(tmp_path / "a.nii")[1], atol=1e-5)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_a_sform_that_is_not_finite_is_damaged(tmp_path, number):
+    with pytest.raises(DamagedVolumeError, match="not finite"):
+        read(write(tmp_path / "a.nii", sform=np.full((4, 4), number)))
+
+
+def test_a_flat_sform_alone_is_refused(tmp_path):
+    with pytest.raises(DamagedVolumeError, match="span the space"):
+        read(write(tmp_path / "a.nii", sform=np.zeros((4, 4)), qform=False))
+
+
+@pytest.mark.parametrize(("factor", "is_told"), [(1.0005, False), (1.002, True), (1 / 0.866, True)])
+def test_pixdim_beside_another_sform_is_told(tmp_path, factor, is_told):
+    rows = QFORM * [[factor], [1], [1], [1]]
+    volume = read(write(tmp_path / "a.nii", sform=rows))
+    np.testing.assert_allclose(volume.affine, rows, rtol=1e-6)
+    assert codes(volume) == ["W-GEOMETRY-CONFLICT"] * is_told
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "is_told"),
+    [
+        ("meter", 1, True),
+        ("meter", 1e-3, False),
+        ("micron", 1, False),
+        ("micron", 1e-3, True),
+        ("mm", 1e-7, False),
+    ],
+)
+def test_a_unit_that_fits_no_spacing_is_told(tmp_path, unit, factor, is_told):
+    volume = read(write(tmp_path / "a.nii", qform=QFORM * [[factor], [factor], [factor], [1]], unit=unit))
+    assert codes(volume) == ["W-UNIT-DOUBTFUL"] * is_told
+
+
+@given(st.integers(0, 255), st.integers(0, 6), st.floats(0, 10))
+@settings(max_examples=20)
+def test_how_slices_were_taken_changes_nothing(tmp_path_factory, dim_info, slice_code, duration):
+    path = tmp_path_factory.mktemp("slices") / "a.nii"
+    told = {"dim_info": dim_info, "slice_code": slice_code, "slice_duration": duration, "slice_end": 3}
+    volume = read(write(path, **told))
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_allclose(volume.affine, QFORM, rtol=1e-6)
+    assert codes(volume) == []
+
+
+@pytest.mark.parametrize("axes", [(3,), (2, 3), (1, 3), (2, 1)])
+def test_times_and_components_are_chosen(tmp_path, axes):
+    """dim[4] counts times, dim[5] components; `axes` is slowest first."""
+    values = counting((*axes, 4, 5, 6))
+    path = write(tmp_path / "a.nii", values=values)
+    flat = values.reshape(-1, 4, 5, 6)
+    for index in range(len(flat)):
+        np.testing.assert_array_equal(read(path, volume_index=index).values, flat[index])
+    times = axes[-1]
+    chosen = read(path, time=str(times - 1), volume_index=len(flat) // times - 1)
+    np.testing.assert_array_equal(chosen.values, flat[-1])
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert len(entry.volumes) == len(flat)
+    (entry,) = list_volumes(str(path), ReadSettings(time="0"))
+    assert len(entry.volumes) == len(flat) // times
+    assert ("volumes" in entry.description) == (len(flat) // times > 1)
+    with pytest.raises(SettingsError, match="time is '3'"):
+        read(path, time="3")
+
+
+@pytest.mark.parametrize("name", ["control.nii", "dim4_zero.nii", "dim5_all_zero.nii"])
+def test_the_cases_of_zero_dims(name):
+    volume = read(case(f"nifti_zero_dim/{name}"))
+    assert volume.shape == (32, 28, 24)
+    np.testing.assert_allclose(volume.spacing, (0.5, 0.6, 2), rtol=1e-6)
+    np.testing.assert_array_equal(volume.values, read(case("nifti_zero_dim/control.nii")).values)
+    assert codes(volume) == []
+
+
+def test_the_cases_of_sforms():
+    right = read(case("nifti_sform_bogus/qform_only.nii"))
+    volume = read(case("nifti_sform_bogus/sform_zero_qform_good.nii"))
+    np.testing.assert_array_equal(volume.affine, right.affine)
+    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    with pytest.raises(DamagedVolumeError):
+        read(case("nifti_sform_bogus/sform_nan_qform_good.nii"))
+    volume = read(case("nifti_sform_bogus/sform_unit_pixdim_other.nii"))
+    np.testing.assert_allclose(volume.spacing, (1, 1, 1))
+    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    assert "0.865759" in volume.warnings[0].sentence
+
+
+def test_a_sheared_ct():
+    path = case("nifti_shear_real/shear.nii.gz")
+    volume = read(path)
+    assert_same_as_nibabel(volume, nib.load(path))
+    assert codes(volume) == []
