@@ -21,8 +21,12 @@ ABOUT_MEANING: dict[str, str] = {
     "W-PHOTOMETRIC": "values that are no brightness (white is low, a colour table); taken as stored",
     "W-POSITION-MISSING": "no position of the slices; order and distance are the file's own",
     "W-SPACE-LEFT-HANDED": "a left-handed space: in a right-handed viewer the mesh is the mirror image",
+    "W-SPACING-CONTRADICTED": "the file has other distances than the user gives; the user's are taken",
+    "W-ORIENTATION-ROUNDED": "direction cosines rounded coarsely; the nearest of length 1 are taken",
+    "W-POSITION-CONTRADICTED": "two elements tell different positions; the message says which is taken",
     "W-SLICES-SHIFTED": "slices beside the line from the first to the last; they are put on it",
     "W-RESCALE-UNKNOWN": "a factor of the values that is none (0); stored values are taken as they are",
+    "W-BITS-CONTRADICTED": "pixels not stored as their header says, or a header that contradicts itself",
     "W-FILE-DAMAGED": "files that may belong to the volume could not be read and were left out",
 }
 """Codes of what the file leaves open, each with what it means."""
@@ -34,6 +38,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-SLICES-UNEVEN": "the distances of slices vary; each stays where it is",
     "W-FIRST-VOLUME": "`dmc info` describes the first of several volumes",
     "W-OPTION-UNUSED": "an option that was given has no effect on this input",
+    "W-VALUES-MAPPED": "values have a further meaning (real-world values, uptake) that is not applied",
     "W-NO-DATA": "nodes without data: the surface ends there",
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",

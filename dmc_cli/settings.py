@@ -18,6 +18,7 @@ from dmc_cli.setting_types import is_whole, settle_types
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]
 Duplicates = Literal["refuse", "first"]
+SliceOrder = Literal["position", "instance", "location", "filename"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Border = Literal["open", "closed"]
@@ -105,6 +106,7 @@ class ReadSettings:
     series: str | None = None
     slice_gaps: SliceGaps = "refuse"
     duplicates: Duplicates = "refuse"
+    slice_order: SliceOrder = "position"
     channel: str | None = None
     time: str | None = None
     volume_index: int | None = None

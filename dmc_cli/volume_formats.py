@@ -61,7 +61,15 @@ FORMATS: dict[str, VolumeFormat] = {
         begins=lambda start: start[128:132] == b"DICM" or start.startswith(_ZIP),
         # without its preamble it begins with an element of group 2 or 8
         may_begin=lambda start: start[:2] in (b"\x02\0", b"\x08\0"),
-        options=("series", "slice_gaps", "duplicates", "allow_outside"),
+        options=(
+            "series",
+            "slice_gaps",
+            "duplicates",
+            "slice_order",
+            "volume_index",
+            "spacing",
+            "allow_outside",
+        ),
         read="dicom:dicom_volume",
         entries="dicom:dicom_entries",
     ),

@@ -144,7 +144,14 @@ read_options = stack(
         ReadSettings,
         "duplicates",
         section="Input",
-        help="What to do where several DICOM slices share a position: refuse, or take the first.",
+        help="What to do where several DICOM slices share a place: refuse, or take the first of true copies.",
+    ),
+    setting(
+        ReadSettings,
+        "slice_order",
+        section="Input",
+        help="How slices of a DICOM series follow each other: by position, or, where positions are missing "
+        "or wrong, by instance number, slice location or file name, with --spacing.",
     ),
     setting(
         ReadSettings,

@@ -13,6 +13,10 @@ from pydicom.sequence import Sequence
 
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
+from tests.volume_io.dicom.test_factors import nuclear
+from tests.volume_io.dicom.test_frames import enhanced, sequence
+from tests.volume_io.dicom.test_scale import table
+from tests.volume_io.dicom.test_segments import random_masks, segmentation
 from tests.volume_io.minc_files import hdf, netcdf
 from tests.volume_io.par_files import par_header
 
@@ -126,6 +130,20 @@ def make_dicom(folder):
     return paths
 
 
+def make_meanings(folder):
+    """Files whose frames and values need more than positions: segments, time slots, a lookup table."""
+    planes = [(1, 0), (2, 4), (1, 4), (2, 2)]
+    paths = [save(segmentation(planes, random_masks(4)), folder / "segments")]
+    dataset, _ = nuclear({"TimeSlotVector": [1, 1, 2, 2], "SliceVector": [1, 2] * 2}, 4)
+    paths.append(save(dataset, folder / "slots"))
+    dataset, _ = enhanced([0, 2, 4, 0, 2, 4], BitsStored=12, HighBit=11)
+    for n, group in enumerate(dataset.PerFrameFunctionalGroupsSequence):
+        lut = Sequence([table(0, range(100 * n, 100 * n + 300))])
+        group.PixelValueTransformationSequence = sequence(ModalityLUTSequence=lut)
+        group.FrameContentSequence = sequence(DimensionIndexValues=[n // 3 + 1, n % 3 + 1])
+    return [*paths, save(dataset, folder / "tables")]
+
+
 def make_compressed(folder):
     """A folder a codec of the extra packages, of which one slice is damaged."""
     paths = []
@@ -234,6 +252,7 @@ HONEST = {
     "analyze": make_analyze,
     "compressed": make_compressed,
     "dicom": make_dicom,
+    "dicom_meanings": make_meanings,
     "enhanced": make_enhanced,
     "meta": make_meta,
     "mgh": make_mgh,

@@ -37,6 +37,8 @@ def reset_peak():
 def settings_for(reader):
     if reader == "raw":
         return ReadSettings(input_format="raw", shape=(8, 7, 6), dtype="int16")
+    if reader == "dicom_meanings":
+        return ReadSettings(series="1")
     return ReadSettings(volume_index=0) if reader in SEVERAL else ReadSettings()
 
 

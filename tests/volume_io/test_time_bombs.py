@@ -13,7 +13,7 @@ from pydicom import uid
 from pydicom.encaps import encapsulate, generate_frames
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
-from dmc_cli.volume_io.dicom import effort as dicom_effort, frames as dicom_frames, reader as dicom
+from dmc_cli.volume_io.dicom import effort as dicom_effort, reader as dicom, storage as dicom_storage
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream, TooMuchError
 from dmc_cli.volume_io.dicom.zip_archive import unpacked_start
 from dmc_cli.volume_io.unpacked_size import told_size
@@ -139,7 +139,7 @@ def test_more_frames_than_bytes_are_refused(tmp_path, frames):
 
 
 def test_more_frames_than_any_input_has_are_refused(tmp_path, monkeypatch):
-    for module in (dicom, dicom_frames):
+    for module in (dicom, dicom_storage):
         monkeypatch.setattr(module, "MAX_FRAMES", 1)
     path = save_stack(tmp_path / "plain", axial())
     assert read(path).shape == (5, 4, 4)
@@ -148,7 +148,7 @@ def test_more_frames_than_any_input_has_are_refused(tmp_path, monkeypatch):
         dataset = make_slice((0, 0, 0), k, values=values[0], NumberOfFrames=3, SpacingBetweenSlices=1)
         dataset.PixelData = values.tobytes()
         save(dataset, tmp_path / "frames" / f"{k}")
-    monkeypatch.setattr(dicom_frames, "MAX_FRAMES", 3)
+    monkeypatch.setattr(dicom_storage, "MAX_FRAMES", 3)
     with pytest.raises(VolumeError, match="more than 1 frames found"):
         read(tmp_path / "frames")
 

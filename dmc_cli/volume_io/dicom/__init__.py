@@ -8,8 +8,18 @@ deflated     a data set unpacked as it is read
 header       a file's header, with or without pydicom
 elements     single elements of it
 incomplete   files that never had an image, told from damaged ones
-frames       the images of a file, and where each lies
+place        where an image lies
+scale        what its values mean
+storage      how the frames of a file are stored
+increments   what the frames of a file are
+labels       what tells apart images in one place
+frames       the images of a file
+order        slices without positions, in the order that is asked for
+distances    gaps and copies among the slices' places
 geometry     the affine of a stack of them
+stack        images of one series with the same size and orientation
+segments     those of a segmentation object
+factors      what differs at one place
 series       images sorted into stacks
 codestream   what a compressed image says of itself
 decoding     compressed pixel data, decoded

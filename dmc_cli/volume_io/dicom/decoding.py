@@ -20,7 +20,8 @@ from dmc_cli.volume_io.dicom.elements import (
     RLE,
     Header,
 )
-from dmc_cli.volume_io.dicom.frames import Frame, Pixels
+from dmc_cli.volume_io.dicom.frames import Frame
+from dmc_cli.volume_io.dicom.storage import Pixels
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that states a size of its own: uncompressed ones, and RLE."""
@@ -78,6 +79,12 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
             dataset = _with_pixels(header, PiecewiseStream(file, header.file.effort))
             if not any(tag in dataset for tag in (PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA)):
                 raise EOFError("the file ends before its pixel data are complete")
+            if (
+                header.syntax == BIG_ENDIAN
+                and PIXEL_DATA in dataset
+                and dataset[PIXEL_DATA].is_undefined_length
+            ):
+                raise undefined_length(header)
             wanted = [frame.index for _, frame in task]
             if header.syntax not in UNPACKED:
                 _check_streams(dataset, wanted, header, pixels)
@@ -101,6 +108,15 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
         raise DamagedVolumeError(
             f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
         ) from error
+
+
+def undefined_length(header: Header) -> DamagedVolumeError:
+    """Return the error of pixels that are compressed, by their length, and are not, by their syntax."""
+    return DamagedVolumeError(
+        f"{header.file.name}: pixel data of undefined length, as compressed ones have, found under the "
+        f"transfer syntax {header.syntax}, of those that are not; expected the syntax that they have; "
+        "correct (0002,0010)"
+    )
 
 
 def _with_pixels(header: Header, file: Any) -> Any:

@@ -11,6 +11,8 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream
 from dmc_cli.volume_io.dicom.source import DicomFile
@@ -33,7 +35,14 @@ FEW_BYTES = 1 << 16
 
 _BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
 
-_UNTOLD = {0x00189082: "FD", 0x00189087: "FD", 0x00209128: "UL"}
+_UNTOLD = {
+    **dict.fromkeys((0x00189079, 0x00189082, 0x00189087, 0x00189089, 0x00209153, 0x00209255), "FD"),
+    **dict.fromkeys((0x00209241, 0x00209245), "FL"),
+    **dict.fromkeys((0x00209128, 0x00209157), "UL"),
+    **dict.fromkeys((0x00209156, 0x00283002, 0x00620004, 0x0062000B, 0x0062000E), "US"),
+    **dict.fromkeys((0x00540010, 0x00540020, 0x00540030, 0x00540060, 0x00540070, 0x00540080), "US"),
+    0x00540100: "US",
+}
 """Binary elements that are asked for their numbers: with implicit VR a file does not tell what they are."""
 
 
@@ -103,10 +112,13 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
 
 
 def label(dataset: Any, tag: int) -> str:
-    """Return an element's texts in a line, or its first number where it is a binary one."""
+    """Return an element's texts in a line, or its numbers where it is a binary one; else nothing."""
     element = _element(dataset, tag)
-    value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
-    return f"{value[0]:g}" if value else "/".join(texts(dataset, tag))
+    try:
+        value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
+    except DamagedVolumeError:
+        return ""
+    return " ".join(f"{number:g}" for number in value) if value else "/".join(texts(dataset, tag))
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
@@ -122,6 +134,26 @@ def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = F
             return value - 0x10000
         return value
     return default
+
+
+def tags(dataset: Any, tag: int) -> list[int]:
+    """Return the elements that an element points at (PS3.5, 6.2: AT), none where it is absent."""
+    found = words(dataset, tag) if isinstance(_value(dataset, tag), bytes) else None
+    if found is not None:
+        pairs = found[: len(found) // 2 * 2].reshape(-1, 2).tolist()
+        return [group << 16 | element for group, element in pairs]
+    value = _value(dataset, tag)
+    return [] if value is None else [int(item) for item in (value if hasattr(value, "__len__") else [value])]
+
+
+def words(dataset: Any, tag: int) -> np.ndarray[Any, np.dtype[np.uint16]] | None:
+    """Return the 16-bit words of an element (PS3.5, 6.2: OW, US), or None where it is absent."""
+    element = _element(dataset, tag)
+    value = None if element is None else element.value
+    if isinstance(value, bytes):
+        order = "<" if element.is_little_endian else ">"
+        return np.frombuffer(value[: len(value) // 2 * 2], f"{order}u2").astype(np.uint16)
+    return None if value is None else np.atleast_1d(np.asarray(value)).astype(np.uint16)
 
 
 def items(dataset: Any, tag: int, most: int = 1) -> list[Any]:

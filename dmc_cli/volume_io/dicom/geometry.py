@@ -13,15 +13,15 @@ from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.distances import ALIKE, MOST_TIMES, gaps, is_even
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.left_out import left_out
-from dmc_cli.volume_io.dicom.series import SAME_PLACE_MM, Stack
+from dmc_cli.volume_io.dicom.pixels import is_same_image
+from dmc_cli.volume_io.dicom.stack import Stack
 
-EVEN_MM = 0.01
-"""Slices no farther than this from even distances count as even: scanners round positions."""
-
-MISSING = 1.9
-"""A distance beyond this many times the larger of its neighbours is a missing slice."""
+THICK = 0.75
+"""Slices thicker than this many times their distance leave nothing out."""
 
 DRIFT_TOLD = 0.05
 DRIFT_REFUSED = 0.5
@@ -66,7 +66,7 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
     affine[:3, 1] = orientation[3:] * frames[0].spacing[1]
     affine[:3, 2] = (last - first) / (len(frames) - 1)
     affine[:3, 3] = first
-    uneven = np.abs(places - np.linspace(places[0], places[-1], len(places))).max() > EVEN_MM
+    uneven = not is_even(places)
     table = (places - places[0]) * np.linalg.norm(axis) if uneven else None
     if uneven:
         least, most = (_told(frames, distances, int(n)) for n in (distances.argmin(), distances.argmax()))
@@ -77,7 +77,12 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
 
 def _told(frames: list[Frame], distances: Float64Array, n: int) -> str:
     """Return a text with distance n and the files that it lies between."""
-    return f"{distances[n]:.3f} mm between {frames[n].name} and {frames[n + 1].name}"
+    return f"{_length(distances[n])} mm between {frames[n].name} and {frames[n + 1].name}"
+
+
+def _length(millimetres: float) -> str:
+    """Return a length with three decimals, or more where these would not tell it."""
+    return f"{millimetres:.3f}" if millimetres == 0 or millimetres >= 0.1 else f"{millimetres:.3g}"
 
 
 def _without_duplicates(
@@ -85,19 +90,28 @@ def _without_duplicates(
 ) -> tuple[list[Frame], Float64Array, list[Notice]]:
     """Return the frames and their places, one frame a place, and warnings of those dropped."""
     frames, places = stack.frames, stack.places()
+    closest = stack.same_place
     kept = [0]
     dropped: list[int] = []
     for n in range(1, len(frames)):
-        (kept if places[n] - places[kept[-1]] >= SAME_PLACE_MM else dropped).append(n)
+        (kept if places[n] - places[kept[-1]] >= closest else dropped).append(n)
     if dropped and settings.duplicates == "refuse":
         first = dropped[0]
         other = max(k for k in kept if k < first)
         raise AmbiguousVolumeError(
             f"{name}: {len(dropped)} of {len(frames)} slices lie where another one lies (closer than "
-            f"{SAME_PLACE_MM} mm), first {frames[other].name} and {frames[first].name}, "
-            f"{places[first] - places[other]:.3f} mm apart; expected one slice a position; "
-            "--duplicates first takes the first of each"
+            f"{closest:.2g} mm), first {frames[other].name} and {frames[first].name}, "
+            f"{_length(places[first] - places[other])} mm apart; expected one slice a position; "
+            "--duplicates first takes the first of true copies"
         )
+    for n in dropped:
+        other = max(k for k in kept if k < n)
+        if not is_same_image(frames[other], frames[n], name):
+            raise AmbiguousVolumeError(
+                f"{name}: {frames[other].name} and {frames[n].name} lie in one place with other values, and "
+                "nothing that is known tells them apart; expected copies, of which --duplicates first drops "
+                "one; give the slices of one volume alone"
+            )
     kinds = (f"{kind} in the place of another one" for kind in ("slice", "slices"))
     notes = notices("W-DUPLICATES-DROPPED", left_out([frames[n].name for n in dropped], *kinds))
     return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
@@ -105,23 +119,36 @@ def _without_duplicates(
 
 def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, name: str) -> list[Notice]:
     """Refuse distances that look like a missing slice, or return warnings of them, as the settings say."""
-    gaps = [
-        n
-        for n, distance in enumerate(distances)
-        if len(distances) > 1
-        and distance > MISSING * max(distances[m] for m in (n - 1, n + 1) if 0 <= m < len(distances))
-    ]
-    if not gaps:
+    found = gaps(distances)
+    stated = _finer_distance(frames, distances)
+    if found:
+        elsewhere = f"{_length(np.median(np.delete(distances, found)))} mm elsewhere"
+    elif stated:
+        found, elsewhere = list(range(len(distances))), f"SpacingBetweenSlices is {_length(stated)} mm"
+    else:
         return []
-    n = gaps[0]
-    told = f"{_told(frames, distances, n)}, {np.median(np.delete(distances, gaps)):.3f} mm elsewhere"
+    told = f"{_told(frames, distances, found[0])}, {elsewhere}"
     if settings.slice_gaps == "refuse":
         raise AmbiguousVolumeError(
-            f"{name}: {len(gaps)} missing slice{'s' if len(gaps) > 1 else ''} found: {told}; expected a "
+            f"{name}: {len(found)} missing slice{'s' if len(found) > 1 else ''} found: {told}; expected a "
             "complete series; "
             "get the missing files, or bridge the gap with --slice-gaps keep"
         )
     return [Notice("W-SLICES-MISSING", f"slices are missing: {told}")]
+
+
+def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | None:
+    """Return the distance that the file states where all slices are several of it apart; else None.
+
+    Slices as thick as they are far apart leave nothing out, whatever is stated: some derive one from others.
+    """
+    dataset = frames[0].header.dataset
+    stated, thickness = (elements.numbers(dataset, tag) or [0.0] for tag in (0x00180088, 0x00180050))
+    least = float(distances.min())
+    times = round(least / stated[0]) if stated[0] > least / (MOST_TIMES + 1) else 0
+    if times < 2 or abs(least / stated[0] - times) > ALIKE or thickness[0] > THICK * least:
+        return None
+    return stated[0] if frames[0].is_placed else None
 
 
 def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[Notice]:

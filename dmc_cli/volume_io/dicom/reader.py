@@ -8,20 +8,22 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
-from dmc_cli.notices import notices
+from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
-from dmc_cli.volume_io.dicom.frames import MAX_FRAMES, Frame, NoSlice, read_frames
+from dmc_cli.volume_io.dicom.frames import Frame, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
 from dmc_cli.volume_io.dicom.left_out import MOST_NAMED, shortened
+from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
 from dmc_cli.volume_io.dicom.pixels import read_slices
-from dmc_cli.volume_io.dicom.series import Stack, choose_stack, no_volume, put_aside, stacks_of
+from dmc_cli.volume_io.dicom.place import NoSlice
+from dmc_cli.volume_io.dicom.series import choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume_io.dicom.source import DicomFile, dicom_files
-from dmc_cli.volume_io.layout import ZARR_MARKERS
-
-NO_POSITIONS = "the file tells no positions of its frames; axes are the grid's own, lengths may be unknown"
+from dmc_cli.volume_io.dicom.stack import Stack
+from dmc_cli.volume_io.dicom.storage import MAX_FRAMES
+from dmc_cli.volume_io.layout import ZARR_MARKERS, without_effect
 
 
 def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -33,10 +35,11 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         SettingsError: No series of that number or UID.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
+    check_order(settings, name)
     with dicom_files(path, name, settings.allow_outside) as (files, notes):
         with progress.stage("scanning"):
-            found = _found(files, notes, name, progress)
-        stack = choose_stack(found.stacks, settings.series, name)
+            found = _found(files, notes, name, settings, progress)
+        stack = choose_stack(found.stacks, settings.series, settings.volume_index, name)
         aside = put_aside(found.frames, found.stacks, stack, settings.series)
         try:
             geometry = slice_geometry(stack, settings, name)
@@ -64,8 +67,11 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
             *notices("W-FILE-DAMAGED", found.warnings()),
             *notices("W-FILES-LEFT-OUT", aside),
             *geometry.warnings,
-            *notices("W-POSITION-MISSING", () if is_placed else (NO_POSITIONS,)),
+            *order_told(geometry.frames, settings),
+            *_spacing_told(geometry.frames, settings),
             *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),
+            *_remarks(geometry.frames),
+            *slices.warnings,
         ),
     )
 
@@ -81,14 +87,33 @@ def _scale_told(frames: list[Frame]) -> list[str]:
     ]
 
 
+def _remarks(frames: list[Frame]) -> list[Notice]:
+    """Return each different remark on slices once, with how many it is on."""
+    found: dict[Notice, list[str]] = {}
+    for frame in frames:
+        for remark in frame.remarks:
+            found.setdefault(remark, []).append(frame.name)
+    return [
+        Notice(remark.code, f"{remark.sentence} ({len(names)} of {len(frames)} slices, first {names[0]})")
+        for remark, names in found.items()
+    ]
+
+
+def _spacing_told(frames: list[Frame], settings: ReadSettings) -> tuple[Notice, ...]:
+    """Return a notice on a spacing that was given for slices that tell their own."""
+    is_used = any(not (frame.is_placed and frame.tells_spacing) for frame in frames)
+    return () if is_used else without_effect("spacing", settings)
+
+
 def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """Return every volume that `--series` can choose, in the order of their numbers.
 
     Raises:
         VolumeError: There is none.
     """
+    check_order(settings, name)
     with dicom_files(path, name, settings.allow_outside) as (files, notes):
-        found = _found(files, notes, name, SILENT)
+        found = _found(files, notes, name, settings, SILENT)
     return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
 
 
@@ -125,7 +150,9 @@ class _Found:
         return [*self.notes, *told]
 
 
-def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progress) -> _Found:
+def _found(
+    files: list[DicomFile], notes: list[str], name: str, settings: ReadSettings, progress: Progress
+) -> _Found:
     """Look at every file of an input; `notes` are sentences on what is none of them.
 
     Raises:
@@ -138,7 +165,7 @@ def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progre
         try:
             header = read_header(file)
             if header is not None:
-                frames += read_frames(header)
+                frames += read_frames(header, settings)
                 if len(frames) > MAX_FRAMES + len(files):
                     raise VolumeError(
                         f"{name}: more than {MAX_FRAMES} frames found; expected a series; give it alone"
@@ -151,6 +178,8 @@ def _found(files: list[DicomFile], notes: list[str], name: str, progress: Progre
                 error if told.startswith(file.name) else DamagedVolumeError(f"{file.name}: {told}")
             )
         progress.advance((number + 1) / len(files))
+    if settings.slice_order != "position":
+        frames = ordered_frames(frames, settings, name)
     stacks = stacks_of(frames)
     if not stacks:
         if any(file.archive and PurePosixPath(file.name).name in ZARR_MARKERS for file in files):

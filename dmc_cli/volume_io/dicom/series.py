@@ -4,59 +4,19 @@ Localizers, dose reports and other single images fall out by geometry: a volume 
 two places. Where several stacks are left, the user chooses.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
-
-import numpy as np
+from collections.abc import Iterable
 
 from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
-from dmc_cli.volume import VolumeEntry
 from dmc_cli.volume_io.dicom import elements
-from dmc_cli.volume_io.dicom.frames import DISCRIMINATORS, FRAME_DISCRIMINATORS, VALUE_TYPE, Frame
+from dmc_cli.volume_io.dicom.factors import split_copies
+from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.left_out import left_out
-
-SAME_PLACE_MM = 0.01
-"""Slices closer than this are duplicates."""
+from dmc_cli.volume_io.dicom.place import NO_POSITION
+from dmc_cli.volume_io.dicom.segments import split_segments
+from dmc_cli.volume_io.dicom.stack import Stack
 
 SAME_DIRECTION = 1e-3
 """Largest difference between direction cosines, or relative between spacings, within a stack."""
-
-
-@dataclass(eq=False)
-class Stack:
-    """Frames of one series with the same size and orientation.
-
-    Attributes:
-        uid: SeriesInstanceUID.
-        series_number: The scanner's own number, for the order only.
-        description: SeriesDescription, and what tells this stack from others of the series.
-        modality: CT, MR, ...
-        frames: Its frames, in the order of their positions along the normal once sorted.
-    """
-
-    uid: str
-    series_number: int
-    description: str
-    modality: str
-    frames: list[Frame] = field(default_factory=list)
-
-    def places(self) -> list[float]:
-        """Return the position of each frame along the normal in millimetres, in the frames' order."""
-        orientation = np.array(self.frames[0].orientation)
-        normal = np.cross(orientation[:3], orientation[3:])
-        return [float(normal @ np.array(frame.position)) for frame in self.frames]
-
-    def entry(self, number: int) -> VolumeEntry:
-        """Return the stack as `dmc info` lists it."""
-        columns, rows = self.frames[0].pixels.shape
-        return VolumeEntry(
-            number=number,
-            description=self.description,
-            modality=self.modality,
-            size=(columns, rows, len(self.frames)),
-            uid=self.uid,
-        )
 
 
 def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
@@ -77,10 +37,11 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
             stacks.append(stack)
         stack.frames.append(frame)
     for stack in stacks:
-        _sort(stack)
-    volumes = [part for stack in stacks for part in _split_copies(stack) if _place_count(part) > 1]
+        stack.sort()
+    parts = [part for stack in stacks for whole in split_segments(stack) for part in split_copies(whole)]
+    volumes = [part for part in parts if part.place_count() > 1]
     images = [stack for stack in volumes if not all(map(_is_localizer, stack.frames))]
-    return sorted(images or volumes, key=lambda stack: (stack.series_number, stack.uid))
+    return sorted(images or volumes, key=lambda stack: (stack.series_number, _uid_key(stack.uid)))
 
 
 def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, series: str | None) -> list[str]:
@@ -103,8 +64,14 @@ def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, serie
     ]
 
 
-def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
-    """Return the stack that `series` names, by number or SeriesInstanceUID; the only one where it is None.
+def choose_stack(stacks: list[Stack], series: str | None, volume_index: int | None, name: str) -> Stack:
+    """Return the stack that is chosen; the only one where nothing is.
+
+    Args:
+        stacks: All of them, in the order of their numbers.
+        series: Number or SeriesInstanceUID, which several stacks may have.
+        volume_index: Which of the stacks of one series, from 0.
+        name: The input, for messages.
 
     Raises:
         AmbiguousVolumeError: Several are left.
@@ -118,6 +85,13 @@ def choose_stack(stacks: list[Stack], series: str | None, name: str) -> Stack:
             raise SettingsError(
                 f"series is {series!r}; {name} has {_listed(numbered)}; choose with --series N"
             )
+    if volume_index is not None and len({stack.uid for _, stack in chosen}) == 1:
+        if not 0 <= volume_index < len(chosen):
+            raise SettingsError(
+                f"volume_index is {volume_index}; {name} has {len(chosen)} volume(s) in the series; "
+                f"expected 0 to {len(chosen) - 1} (--volume-index):{_listed(chosen)}"
+            )
+        chosen = [chosen[volume_index]]
     if len(chosen) > 1:
         raise AmbiguousVolumeError(
             f"{name}: {len(chosen)} series found; expected one; choose with --series N:{_listed(chosen)}"
@@ -135,6 +109,11 @@ def _listed(numbered: list[tuple[int, Stack]]) -> str:
             f"\n  --series {number}: {entry.modality} {entry.description!r}, {size}, UID {entry.uid}"
         )
     return "".join(lines)
+
+
+def _uid_key(uid: str) -> list[tuple[int, str]]:
+    """Return a key that sorts the parts of a UID as the numbers that they are."""
+    return [(len(part.lstrip("0")), part.lstrip("0")) for part in uid.split(".")]
 
 
 def _series_uid(frame: Frame) -> str:
@@ -159,60 +138,27 @@ def _new_stack(frame: Frame) -> Stack:
     )
 
 
-def _sort(stack: Stack) -> None:
-    """Order the frames by place, then by name and number."""
-    keys = [
-        (place, frame.header.file.name, frame.index)
-        for place, frame in zip(stack.places(), stack.frames, strict=True)
-    ]
-    order = sorted(range(len(keys)), key=keys.__getitem__)
-    stack.frames = [stack.frames[n] for n in order]
-
-
-def _place_count(stack: Stack) -> int:
-    """Return the number of different places."""
-    places = stack.places()
-    return 1 + sum(b - a >= SAME_PLACE_MM for a, b in pairwise(places))
-
-
 def _is_localizer(frame: Frame) -> bool:
     return "LOCALIZER" in frame.labels.get("image type", "").upper()
 
 
-def _split_copies(stack: Stack) -> list[Stack]:
-    """Return the stack, or one stack a value of what tells all its copies at the same places apart."""
-    if _place_count(stack) == len(stack.frames):
-        return [stack]
-    for label in (*FRAME_DISCRIMINATORS, *DISCRIMINATORS, VALUE_TYPE):
-        parts = _parted(stack, lambda frame, label=label: frame.labels.get(label, ""))  # type: ignore[misc]
-        complete = [part for part in parts if _place_count(part) == len(part.frames) > 1]
-        if len(parts) > 1 and len(complete) == len(parts):
-            return [
-                replace(part, description=f"{stack.description} ({label} {part.frames[0].labels.get(label)})")
-                for part in parts
-            ]
-    return [stack]
-
-
-def _parted(stack: Stack, label_of: Callable[[Frame], str]) -> list[Stack]:
-    parts: dict[str, Stack] = {}
-    for frame in stack.frames:
-        label = label_of(frame)
-        if label not in parts:
-            parts[label] = replace(stack, frames=[])
-        parts[label].frames.append(frame)
-    return [parts[label] for label in sorted(parts)]
+ASK_ORDER = (
+    "--slice-order instance, location or filename reads them in that order, at the distances of "
+    "--spacing X,Y,Z"
+)
 
 
 def no_volume(name: str, reasons: list[str], singles: int) -> VolumeError:
     """Return the error of an input without a single volume, telling what was there instead."""
     if singles:
+        told = f"; where their positions are wrong, {ASK_ORDER}" if singles > 1 else ""
         return VolumeError(
             f"{name}: {singles} DICOM image{'s' if singles > 1 else ''} found, but no two slices of one "
             "volume; "
-            "expected the slices of a series; give the folder that holds all of them"
+            f"expected the slices of a series; give the folder that holds all of them{told}"
         )
     told = f" ({'; '.join(reasons[:3])})" if reasons else ""
     return VolumeError(
-        f"{name}: no DICOM image found{told}; expected the slices of a CT or MR series; check the path"
+        f"{name}: no DICOM image found{told}; expected the slices of a CT or MR series; "
+        + (ASK_ORDER if any(NO_POSITION in reason for reason in reasons) else "check the path")
     )

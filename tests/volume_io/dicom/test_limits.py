@@ -25,7 +25,8 @@ def at(*heights):
 
 @pytest.mark.parametrize(("apart", "is_one"), [(0.009, True), (0.011, False)])
 def test_a_hundredth_of_a_millimetre_is_one_place(tmp_path, apart, is_one):
-    save_stack(tmp_path, at(0, 2, 2 + apart, 4), names="abcd")
+    for name, position, k in zip("abcd", at(0, 2, 2 + apart, 4), (0, 1, 1, 3), strict=True):
+        save(make_slice(position, k), tmp_path / name)
     if is_one:
         with pytest.raises(
             AmbiguousVolumeError, match=r"1 of 4 slices lie where another one lies .*b and c, 0\.009"
@@ -140,7 +141,7 @@ def test_a_series_number_has_nine_digits_at_most(tmp_path):
 
 
 def test_several_slices_in_two_places_name_the_first_two(tmp_path):
-    save_stack(tmp_path, at(0, 2, 2.004, 2.008, 4, 4), names="abcdef")
+    save_stack(tmp_path, at(0, 2, 2.004, 2.008, 4, 4), names="abcdef", values=plane_values(0))
     told = (
         r"3 of 6 slices lie where another one lies \(closer than 0\.01 mm\), first b and c, 0\.004 mm apart"
     )
@@ -175,7 +176,7 @@ def test_copies_are_told_apart_by_the_first_element_that_does_it_whole(tmp_path)
             dataset = make_slice(position, k, EchoTime=str(echo), AcquisitionTime=time)
             save(dataset, tmp_path / f"{echo}-{k}")
     entries = list_volumes(str(tmp_path), ReadSettings())
-    assert [entry.description for entry in entries] == [f"series 1.2.3 (echo time {e})" for e in (10, 20)]
+    assert [entry.description for entry in entries] == [f"series 1.2.3 (echo time {e} ms)" for e in (10, 20)]
 
 
 def test_copies_that_nothing_tells_apart_stay_one_stack(tmp_path):

@@ -1,0 +1,102 @@
+"""Split a stack whose images share places into volumes: what differs at one place is a factor.
+
+Factors are found one after the other, in the order of `labels.py`, until no two images of a part lie in one
+place. Their combinations are volumes to choose from.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import groupby
+
+from dmc_cli.volume_io.dicom.frames import Frame
+from dmc_cli.volume_io.dicom.labels import (
+    DISCRIMINATORS,
+    FRAME_DISCRIMINATORS,
+    TIMES,
+    VALUE_TYPE,
+    described,
+    sort_key,
+)
+from dmc_cli.volume_io.dicom.stack import Stack
+
+
+def split_copies(stack: Stack) -> list[Stack]:
+    """Return the stack, or one stack a combination of its factors, sorted by their values as numbers.
+
+    Where no factor is found the images stay together.
+    """
+    parts = [stack]
+    shared = _shared_places(parts)
+    factors: list[str] = []
+    for name in _candidates(stack.frames) if shared else ():
+        if not any(_differs(frames, name) for frames in shared):
+            continue
+        split = [piece for part in parts for piece in _parted(part, name)]
+        if all(piece.place_count() > 1 for piece in split):
+            parts = split
+            factors.append(name)
+            shared = _shared_places(parts)
+            if not shared:
+                break
+    if factors:
+        parts.sort(key=lambda part: [sort_key(_value(part.frames[0], name)) for name in factors])
+        parts = [_named(part, factors) for part in parts]
+    return [piece for part in parts for piece in _by_time(part)]
+
+
+def _candidates(frames: Iterable[Frame]) -> list[str]:
+    """Return the labels of frames, in the order in which they are tried, each once."""
+    told = dict.fromkeys(name for frame in frames for name in frame.labels)
+    first = (*FRAME_DISCRIMINATORS, *DISCRIMINATORS)
+    others = [name for name in told if name not in first and name != VALUE_TYPE]
+    return [name for name in dict.fromkeys((*first, *others, VALUE_TYPE)) if name in told]
+
+
+def _value(frame: Frame, name: str) -> str:
+    return frame.labels.get(name, "")
+
+
+def _shared_places(parts: list[Stack]) -> list[list[Frame]]:
+    """Return the frames of each place of a part that holds several."""
+    return [frames for part in parts for frames in part.by_place() if len(frames) > 1]
+
+
+def _differs(frames: list[Frame], name: str) -> bool:
+    """Return whether frames have several values of a label."""
+    first = _value(frames[0], name)
+    return any(_value(frame, name) != first for frame in frames)
+
+
+def _parted(stack: Stack, name: str) -> list[Stack]:
+    """Return a stack for each value of a label."""
+    parts: dict[str, Stack] = {}
+    for frame in stack.frames:
+        parts.setdefault(_value(frame, name), replace(stack, frames=[])).frames.append(frame)
+    return list(parts.values())
+
+
+def _named(part: Stack, factors: list[str]) -> Stack:
+    words = filter(None, (described(name, _value(part.frames[0], name)) for name in factors))
+    return replace(part, description=f"{part.description} ({', '.join(words)})")
+
+
+def _by_time(part: Stack) -> list[Stack]:
+    """Return the part, or its repetitions where each place has the same number of them at different times."""
+    places = part.by_place()
+    count = len(places[0])
+    if count < 2 or any(len(frames) != count for frames in places):
+        return [part]
+    for name in TIMES:
+        ordered = [sorted(frames, key=lambda frame: sort_key(_value(frame, name))) for frames in places]
+        if all(
+            len(list(groupby(frames, key=lambda frame: _value(frame, name)))) == count for frames in ordered
+        ):
+            return [
+                replace(
+                    part,
+                    frames=[frames[n] for frames in ordered],
+                    description=f"{part.description} ({name}, {n + 1} of {count} at each place)",
+                )
+                for n in range(count)
+            ]
+    return [part]

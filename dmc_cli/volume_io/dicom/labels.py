@@ -1,0 +1,164 @@
+"""Name what may tell apart images that lie in one place: echo times, phases, directions, times."""
+
+from typing import Any
+
+from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.place import Place
+
+DISCRIMINATORS = {
+    "image type": 0x00080008,
+    "complex component": 0x00089208,
+    "acquisition": 0x00200012,
+    "temporal position": 0x00200100,
+    "echo time": 0x00180081,
+    "echo number": 0x00180086,
+    "inversion time": 0x00180082,
+    "cardiac phase": 0x00209241,
+    "trigger delay": 0x00209153,
+    "trigger time": 0x00181060,
+    "b-value": 0x00189087,
+    "gradient direction": 0x00189089,
+    "flip angle": 0x00181314,
+    "repetition time": 0x00180080,
+    "kernel": 0x00181210,
+    "tube voltage": 0x00180060,
+    "frame reference time": 0x00541300,
+    "acquisition time": 0x00080032,
+    "content time": 0x00080033,
+}
+"""What may tell apart images at the same place, in the order in which it is tried."""
+
+VALUE_TYPE = "value type"
+"""What is tried last: slices of one volume may differ in it."""
+
+SEGMENT = "segment"
+"""The segment of a segmentation object; whatever lies where, it is a volume of its own."""
+
+FRAME_DISCRIMINATORS = {
+    "stack": (0x00209111, 0x00209056),
+    "temporal position": (0x00209111, 0x00209128),
+    "acquisition": (0x00209111, 0x00209156),
+    "echo time": (0x00189114, 0x00189082),
+    "inversion time": (0x00189115, 0x00189079),
+    "cardiac phase": (0x00189118, 0x00209241),
+    "trigger delay": (0x00189118, 0x00209153),
+    "respiratory phase": (0x00209253, 0x00209245),
+    "respiratory delay": (0x00209253, 0x00209255),
+    "b-value": (0x00189117, 0x00189087),
+    "diffusion": (0x00189117, 0x00189075),
+    "complex component": (0x00189226, 0x00089208),
+    "frame type": (0x00189226, 0x00089007),
+    "CT frame type": (0x00189329, 0x00089007),
+    "PET frame type": (0x00189751, 0x00089007),
+    "flip angle": (0x00189112, 0x00181314),
+    "kernel": (0x00189314, 0x00181210),
+    "tube voltage": (0x00189325, 0x00180060),
+}
+"""The same in enhanced images: sequence and element."""
+
+DIRECTION = "gradient direction"
+
+TIMES = (
+    "temporal position",
+    "trigger time",
+    "trigger delay",
+    "frame reference time",
+    "acquisition",
+    "acquisition time",
+    "content time",
+)
+"""What differs a little from slice to slice where slices are repeated one after the other."""
+
+UNITS = {
+    "echo time": "ms",
+    "inversion time": "ms",
+    "trigger time": "ms",
+    "trigger delay": "ms",
+    "respiratory delay": "ms",
+    "repetition time": "ms",
+    "frame reference time": "ms",
+    "cardiac phase": "%",
+    "respiratory phase": "%",
+    "b-value": "s/mm2",
+    "tube voltage": "kV",
+    "flip angle": "degrees",
+}
+
+COMPONENTS = {"M": "magnitude", "P": "phase", "R": "real", "I": "imaginary"}
+"""The third value of an MR image's type."""
+
+MOST_DIMENSIONS = 64
+MOST_SEGMENTS = 1 << 16
+
+IN_PLACE = (0x00200032, 0x00209057, 0x00209056, 0x00201041, 0x00200037)
+"""Dimensions of an enhanced image that tell where a frame lies."""
+
+
+def image_labels(dataset: Any) -> dict[str, str]:
+    """Return what the elements of a file tell of all its frames."""
+    return {key: elements.label(dataset, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
+
+
+def frame_labels(place: Place, dimensions: list[str]) -> dict[str, str]:
+    """Return what the functional groups of a frame tell of it.
+
+    Args:
+        place: Where its elements are.
+        dimensions: The names of the file's dimensions; empty ones tell where a frame lies.
+    """
+    found = {}
+    for key, (sequence, tag) in FRAME_DISCRIMINATORS.items():
+        holder = place.find(sequence, tag)
+        if holder is not None:
+            found[key] = elements.label(holder, tag)
+    for diffusion in elements.items(place.own, 0x00189117):
+        for direction in elements.items(diffusion, 0x00189076):
+            found[DIRECTION] = elements.label(direction, 0x00189089)
+    segment = place.find(0x0062000A, 0x0062000B)
+    if segment is not None:
+        found[SEGMENT] = elements.label(segment, 0x0062000B)
+    content = place.find(0x00209111, 0x00209157)
+    if content is not None:
+        indices = elements.numbers(content, 0x00209157) or []
+        names = dimensions or [f"dimension {n + 1}" for n in range(len(indices))]
+        found.update({name: f"{index:g}" for name, index in zip(names, indices, strict=False) if name})
+    return found
+
+
+def dimension_names(dataset: Any) -> list[str]:
+    """Return a name for each dimension of an enhanced image, empty for those that tell where a frame lies."""
+    names = []
+    for number, item in enumerate(elements.items(dataset, 0x00209222, MOST_DIMENSIONS), 1):
+        (pointer, *_) = (*elements.tags(item, 0x00209165), 0)
+        told = elements.text(item, 0x00209421)
+        names.append("" if pointer in IN_PLACE else f"dimension {number}" + (f", {told}" if told else ""))
+    return names
+
+
+def segment_names(dataset: Any) -> dict[str, str]:
+    """Return the label of each segment of a segmentation object by its number."""
+    items = elements.items(dataset, 0x00620002, MOST_SEGMENTS)
+    return {elements.label(item, 0x00620004): elements.text(item, 0x00620005) for item in items}
+
+
+def described(name: str, value: str) -> str:
+    """Return a factor and its value in words; empty where there is no value."""
+    if not value:
+        return ""
+    kinds = value.split("/")
+    component = COMPONENTS.get(kinds[2]) if name in ("image type", "frame type") and len(kinds) > 2 else None
+    unit = f" {UNITS[name]}" if name in UNITS else ""
+    return f"{name} {value}{unit}" + (f" ({component})" if component else "")
+
+
+def sort_key(value: str) -> tuple[int, list[float], str]:
+    """Return a key that sorts nothing first, then numbers as numbers, then texts."""
+    if not value:
+        return 0, [], ""
+    numbers: list[float] = []
+    for part in value.split():
+        try:
+            numbers.append(float(part))
+        except ValueError:
+            break
+    return 1 if numbers else 2, numbers, value

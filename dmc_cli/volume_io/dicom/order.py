@@ -1,0 +1,156 @@
+"""Put the slices of series without positions in the order that the user asks for, at distances he gives.
+
+Numbers and names tell an order, never where a slice lies nor on which side the first one is: the volume
+has no space.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
+from dmc_cli.notices import Notice, notices
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.frames import Frame
+from dmc_cli.volume_io.dicom.labels import DISCRIMINATORS, FRAME_DISCRIMINATORS, SEGMENT, TIMES
+
+Key = tuple[float | str, ...]
+
+FACTORS = sorted({*DISCRIMINATORS, *FRAME_DISCRIMINATORS, SEGMENT} - set(TIMES) | {"temporal position"})
+"""What separates volumes without a look at places: no times, which differ from slice to slice."""
+
+NO_POSITIONS = "the file tells no positions of its frames; order and axes are the grid's own"
+
+SAME_LENGTH = 0.01
+"""Largest relative difference between a length that the user gave and one of the file that is not told."""
+
+
+def check_order(settings: ReadSettings, name: str) -> None:
+    """Raise SettingsError for an order without distances."""
+    if settings.slice_order != "position" and settings.spacing is None:
+        raise SettingsError(
+            f"slice_order is {settings.slice_order!r}, but no spacing is given; {name} is then read without "
+            "positions; give the distances between its nodes with --spacing X,Y,Z"
+        )
+
+
+def ordered_frames(frames: list[Frame], settings: ReadSettings, name: str) -> list[Frame]:
+    """Return the frames of each series and size one after the other along z, in the order that is asked for.
+
+    Raises:
+        VolumeError: A slice does not tell what the order goes by.
+        AmbiguousVolumeError: Two slices tell the same.
+    """
+    assert settings.spacing is not None
+    key_of = KEYS[settings.slice_order]
+    groups: dict[tuple[object, ...], list[tuple[Key, Frame]]] = {}
+    for frame in frames:
+        series = elements.text(frame.header.dataset, 0x0020000E)
+        group = (series, frame.pixels.shape, frame.pixels.dtype.itemsize)
+        groups.setdefault(group, []).append((key_of(frame, name), frame))
+    placed = []
+    for slices in _apart(groups.values()):
+        slices.sort(key=lambda pair: pair[0])
+        for number, (key, frame) in enumerate(slices):
+            if number and key == slices[number - 1][0]:
+                raise AmbiguousVolumeError(
+                    f"{name}: {slices[number - 1][1].name} and {frame.name} have the same "
+                    f"{settings.slice_order}; expected another one for each slice; choose another "
+                    "--slice-order"
+                )
+            placed.append(replace(frame, position=(0.0, 0.0, number * settings.spacing[2])))
+    return placed
+
+
+def _apart(groups: Iterable[list[tuple[Key, Frame]]]) -> Iterator[list[tuple[Key, Frame]]]:
+    """Yield the slices of each group, or of each combination of values that as many slices have as any other.
+
+    Echoes and phases are volumes each, in the same places; `factors.py` names them.
+    """
+    for slices in groups:
+        factors = []
+        for name in FACTORS:
+            counts = Counter(frame.labels.get(name, "") for _, frame in slices)
+            if len(counts) > 1 and len(set(counts.values())) == 1 and len(slices) > len(counts):
+                factors.append(name)
+        parts: dict[tuple[str, ...], list[tuple[Key, Frame]]] = {}
+        for pair in slices:
+            parts.setdefault(tuple(pair[1].labels.get(name, "") for name in factors), []).append(pair)
+        yield from parts.values()
+
+
+def order_told(frames: list[Frame], settings: ReadSettings) -> list[Notice]:
+    """Return notices on what is not known of slices without a place, and on what contradicts the user."""
+    if settings.slice_order == "position":
+        return [] if frames[0].is_placed else _unplaced_told(frames[0], settings)
+    assert settings.spacing is not None
+    told = [
+        Notice(
+            "W-POSITION-MISSING",
+            f"slices follow each other by {settings.slice_order} at the distances of --spacing; on which "
+            "side the first one lies is not known: the mesh may be a mirror image",
+        )
+    ]
+    x, y, z = settings.spacing
+    dataset = frames[0].header.dataset
+    pixel = elements.numbers(dataset, 0x00280030) or []
+    others = []
+    if len(pixel) == 2 and not (_is_near(pixel[1], x) and _is_near(pixel[0], y)):
+        others.append(f"--spacing has pixels of {x:g} x {y:g} mm, the file of {pixel[1]:g} x {pixel[0]:g} mm")
+    ends = [elements.numbers(frame.header.dataset, 0x00201041) or [] for frame in (frames[0], frames[-1])]
+    if all(ends):
+        step = abs(ends[1][0] - ends[0][0]) / (len(frames) - 1)
+        if not _is_near(step, z):
+            others.append(f"--spacing has slices at {z:g} mm, their SliceLocation has {step:g} mm on average")
+    return [*told, *notices("W-SPACING-CONTRADICTED", others)]
+
+
+def _unplaced_told(frame: Frame, settings: ReadSettings) -> list[Notice]:
+    """Return notices on frames whose file tells no positions, and on distances that it lacks besides."""
+    dataset = frame.header.dataset
+    has_step = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050)
+    lacking = [] if frame.tells_spacing else ["of pixels"]
+    lacking += [] if has_step else ["of frames"]
+    told = [Notice("W-POSITION-MISSING", NO_POSITIONS)]
+    if lacking and settings.spacing is None:
+        sentence = f"the file tells no distances {' and '.join(lacking)}, 1 mm is taken; --spacing gives them"
+        told.append(Notice("W-SPACING-MISSING", sentence))
+    return told
+
+
+def _is_near(one: float, other: float) -> bool:
+    return abs(one - other) <= SAME_LENGTH * other
+
+
+def _by_instance(frame: Frame, name: str) -> Key:
+    return *_number(frame, 0x00200013, "InstanceNumber", name), frame.index
+
+
+def _by_location(frame: Frame, name: str) -> Key:
+    return _number(frame, 0x00201041, "SliceLocation", name)
+
+
+def _by_filename(frame: Frame, _name: str) -> Key:
+    """Return a key that sorts numbers in names as numbers."""
+    parts = re.split(r"(\d+)", frame.header.file.name)
+    numbered = (part.zfill(20) if n % 2 else part for n, part in enumerate(parts))
+    return *numbered, frame.header.file.name, float(frame.index)
+
+
+def _number(frame: Frame, tag: int, element: str, name: str) -> tuple[float]:
+    found = elements.numbers(frame.header.dataset, tag)
+    if not found:
+        raise VolumeError(
+            f"{name}: {frame.name} has no {element}; expected one in every slice; choose another "
+            "--slice-order"
+        )
+    return (found[0],)
+
+
+KEYS: dict[str, Callable[[Frame, str], Key]] = {
+    "instance": _by_instance,
+    "location": _by_location,
+    "filename": _by_filename,
+}

@@ -1,0 +1,71 @@
+"""Hold the frames of one series with the same size and orientation, sorted along their normal."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dmc_cli.volume import VolumeEntry
+from dmc_cli.volume_io.dicom.distances import same_place
+from dmc_cli.volume_io.dicom.frames import Frame
+
+
+@dataclass(eq=False)
+class Stack:
+    """Frames of one series with the same size and orientation.
+
+    Attributes:
+        uid: SeriesInstanceUID.
+        series_number: The scanner's own number, for the order only.
+        description: SeriesDescription, and what tells this stack from others of the series.
+        modality: CT, MR, ...
+        frames: Its frames, in the order of their positions along the normal once sorted.
+        same_place: Slices closer than this, in millimetres, lie in one place; known once sorted.
+    """
+
+    uid: str
+    series_number: int
+    description: str
+    modality: str
+    frames: list[Frame] = field(default_factory=list)
+    same_place: float = 0.0
+
+    def places(self) -> list[float]:
+        """Return the position of each frame along the normal in millimetres, in the frames' order."""
+        orientation = np.array(self.frames[0].orientation)
+        normal = np.cross(orientation[:3], orientation[3:])
+        return [float(normal @ np.array(frame.position)) for frame in self.frames]
+
+    def sort(self) -> None:
+        """Order the frames by place, then by name and number."""
+        keys = [
+            (place, frame.header.file.name, frame.index)
+            for place, frame in zip(self.places(), self.frames, strict=True)
+        ]
+        order = sorted(range(len(keys)), key=keys.__getitem__)
+        self.frames = [self.frames[n] for n in order]
+        self.same_place = same_place(np.array(self.places()), min(self.frames[0].spacing))
+
+    def by_place(self) -> list[list[Frame]]:
+        """Return the frames of each place, once sorted."""
+        starts = np.diff(self.places(), prepend=-np.inf) >= self.same_place
+        found: list[list[Frame]] = []
+        for frame, is_new in zip(self.frames, starts, strict=True):
+            if is_new:
+                found.append([])
+            found[-1].append(frame)
+        return found
+
+    def place_count(self) -> int:
+        """Return the number of different places, once sorted."""
+        return 1 + int((np.diff(self.places()) >= self.same_place).sum())
+
+    def entry(self, number: int) -> VolumeEntry:
+        """Return the stack as `dmc info` lists it."""
+        columns, rows = self.frames[0].pixels.shape
+        return VolumeEntry(
+            number=number,
+            description=self.description,
+            modality=self.modality,
+            size=(columns, rows, len(self.frames)),
+            uid=self.uid,
+        )
