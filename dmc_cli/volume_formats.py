@@ -17,6 +17,14 @@ _GRID = ("spacing", "origin")
 
 _ZIP = b"PK\x03\x04"
 
+_HDF = b"\x89HDF"
+
+_IMAGES = (
+    *(b"\x89PNG\r\n", b"\xff\xd8\xff"),
+    *(b"\0\0\0\x0cjP  \r\n", b"\xff\x4f\xff\x51"),
+)
+"""How PNG, JPEG and JPEG 2000 begin."""
+
 _MGH_TYPES = tuple(bytes((0, 0, 0, code)) for code in (0, 1, 3, 4, 10))
 
 
@@ -31,9 +39,10 @@ class VolumeFormat:
     Attributes:
         title: Its name, and what of it is read where suffixes do not say so.
         suffixes: Those that mean it; any other file is judged by its content.
-        begins: Whether a file with these first bytes, unpacked where they are gzipped, is one of it.
+        begins: Whether a file with these first bytes, unpacked where they are packed, is one of it.
         may_begin: Whether it is one of it unless it begins like another format.
         options: The fields of `ReadSettings` that its reader looks at, but those that are for all formats.
+        unpacks_gzip: Whether its reader unpacks a gzipped file itself, piece by piece into the values.
         layout: Of a format whose header tells where the values lie: returns its `Layout`.
         read: Of any other: puts a volume together from pieces. Such a format comes from standard input only
             if it tells how it begins.
@@ -45,6 +54,7 @@ class VolumeFormat:
     begins: Callable[[bytes], bool] = _never
     may_begin: Callable[[bytes], bool] = _never
     options: tuple[str, ...] = ()
+    unpacks_gzip: bool = False
     layout: str = ""
     read: str = ""
     entries: str = ""
@@ -85,6 +95,7 @@ FORMATS: dict[str, VolumeFormat] = {
         suffixes=(".nii", ".nii.gz"),
         begins=lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"),
         options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
+        unpacks_gzip=True,
         layout="nifti:nifti_layout",
     ),
     "meta": VolumeFormat(
@@ -98,6 +109,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="Analyze (.hdr and .img)",
         begins=lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c"),
         options=("volume_index", "allow_outside", *_GRID),
+        unpacks_gzip=True,
         layout="analyze:analyze_layout",
     ),
     "mgh": VolumeFormat(
@@ -107,12 +119,14 @@ FORMATS: dict[str, VolumeFormat] = {
             start[:4] == b"\0\0\0\1" and start[20:24] in _MGH_TYPES and start[28:29] == b"\0"
         ),
         options=("volume_index",),
+        unpacks_gzip=True,
         layout="mgh:mgh_layout",
     ),
     "afni": VolumeFormat(
         title="AFNI (pairs)",
         suffixes=(".head", ".brik", ".brik.gz"),
         options=("volume_index", "allow_outside"),
+        unpacks_gzip=True,
         layout="afni:afni_layout",
     ),
     "parrec": VolumeFormat(
@@ -125,16 +139,35 @@ FORMATS: dict[str, VolumeFormat] = {
     "minc": VolumeFormat(
         title="MINC 1 and 2",
         suffixes=(".mnc",),
-        begins=lambda start: start[:4] in (b"CDF\x01", b"CDF\x02", b"\x89HDF"),
+        begins=lambda start: (
+            start[:4] in (b"CDF\x01", b"CDF\x02") or (start[:4] == _HDF and b"minc-2.0" in start)
+        ),
+        may_begin=lambda start: start[:4] == _HDF,
         options=("volume_index", *_GRID),
         read="minc:minc_volume",
         entries="minc:minc_entries",
+    ),
+    "hdf5": VolumeFormat(
+        title="HDF5 and NeXus (FILE:/DATASET where a file holds several)",
+        suffixes=(".h5", ".hdf5", ".hdf", ".nxs", ".nx5", ".he5"),
+        begins=lambda start: start[:4] == _HDF and b"minc-2.0" not in start,
+        may_begin=lambda start: start[:4] == _HDF,
+        options=("volume_index", *_GRID),
+        read="hdf5:hdf5_volume",
+        entries="hdf5:hdf5_entries",
+    ),
+    "images": VolumeFormat(
+        title="folders of PNG, BMP, JPEG or JPEG 2000 slices",
+        begins=lambda start: start.startswith(_IMAGES) or (start[:2] == b"BM" and start[6:10] == bytes(4)),
+        options=("slice_gaps", "allow_outside", *_GRID),
+        read="images:images_volume",
+        entries="images:images_entries",
     ),
     "tiff": VolumeFormat(
         title="TIFF stacks",
         suffixes=(".tif", ".tiff"),
         begins=lambda start: start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "slice_gaps", "allow_outside", *_GRID),
         read="tiff:tiff_volume",
         entries="tiff:tiff_entries",
     ),
@@ -157,6 +190,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="raw",
         suffixes=(".raw", ".raw.gz"),
         options=("shape", "dtype", "byte_order", "skip_bytes", *_GRID),
+        unpacks_gzip=True,
         layout="raw:raw_layout",
     ),
 }
@@ -183,7 +217,7 @@ def format_of_suffix(name: str) -> str | None:
 
 
 def format_of_start(start: bytes) -> str | None:
-    """Return the format of a file with these first bytes, unpacked where they are gzipped, or None."""
+    """Return the format of a file with these first bytes, unpacked where they are packed, or None."""
     certain = (key for key, known in FORMATS.items() if known.begins(start))
     likely = (key for key, known in FORMATS.items() if known.may_begin(start))
     return next(certain, None) or next(likely, None)

@@ -110,14 +110,14 @@ def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[s
 
 
 def _holds_values(file: str) -> bool:
-    """Return whether a file in a folder looks like a slice."""
+    """Return whether a file in a folder looks like a slice or a volume."""
     try:
         with Path(file).open("rb") as stream:
-            start = stream.read(132)
+            start = stream.read(400)
     except OSError:
         return True
     is_zip = start.startswith(b"PK") and start[128:] != b"DICM"
-    return not is_zip and any(FORMATS[name].can_begin(start) for name in ("dicom", "tiff"))
+    return not is_zip and any(known.can_begin(start) for known in FORMATS.values())
 
 
 def _refuse_read(keys: set[object], owners: dict[object, Output], path: str) -> None:

@@ -25,9 +25,9 @@ from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, Read
 def convert(input: str, quiet: bool, verbose: int, **values: Any) -> None:
     """Turn the volume INPUT into the mesh OUTPUT.
 
-    INPUT is a file, a folder (DICOM or TIFF slices, a Zarr store), synth:FIELD:N (for example
-    synth:iwp:128), or - for standard input. OUTPUT is a mesh file, whose suffix tells the format, or - for
-    standard output.
+    INPUT is a file, packed or not, FILE:/DATASET of HDF5, a folder of DICOM or of images, a zip,
+    synth:FIELD:N (for example synth:iwp:128), or - for standard input. OUTPUT is a mesh file, whose
+    suffix tells the format, or - for standard output.
 
     \b
     Examples:

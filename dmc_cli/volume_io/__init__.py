@@ -1,9 +1,15 @@
 """Read and write volumes, one file or folder per format; `read` is the one way in. NumPy only, never Warp.
 
 read             a volume from a path, whatever its format
-stream           standard input, as a file
+inputs           what an input is, and where once it is unpacked
+stream           a stream, as a file
+packed           files that are packed as a whole
 content          a format told by the first bytes
 unused_options   options that a format has no use for
+folder           what a folder holds
+image_kinds, slice_names, scanner_log, image_stack  folders of images: kinds, order, distances, values
+left_out         how what is not used is named
+zip_archive, unzipped  entries of a zip that can be what they claim; a zip of no DICOM, unpacked
 within           which files belong to an input
 pair, data_files  a header's data files
 axes             what the axes of an array are called, and which volume of it is wanted
@@ -18,6 +24,8 @@ nibabel_headers  what headers of nibabel's classes say of the values
 nifti, analyze, mgh, afni  formats whose headers nibabel reads
 slices           a volume from slices that have a scale each
 parrec, minc/    formats with such slices
+hdf_path, hdf_storage, hdf5/  a dataset in a file: how it is named, stored and read
+images           folders of PNG, BMP, JPEG and JPEG 2000
 nrrd/, tiff/, zarr/, dicom/  formats that take several files of code
 volume_file      volumes written
 """

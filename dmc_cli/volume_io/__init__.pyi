@@ -1,13 +1,12 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
+from .inputs import input_format as input_format, read_layout as read_layout
 from .layout import exists as exists
 from .pair import pair_files as pair_files
 from .raw import RAW_TYPES as RAW_TYPES
 from .read import (
     check_input as check_input,
-    input_format as input_format,
     list_volumes as list_volumes,
-    read_layout as read_layout,
     read_volume as read_volume,
 )
 from .synthetic import FIELDS as FIELDS, PREFIX as PREFIX, synthetic_volume as synthetic_volume

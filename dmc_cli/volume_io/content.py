@@ -1,12 +1,10 @@
 """Tell a file's format from its first bytes."""
 
-import gzip
-import zlib
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_formats import format_of_start
-from dmc_cli.volume_io.decoding import GZIP_MAGIC
+from dmc_cli.volume_io.packed import packing_of, unpacked_stream
 
 START = 4096
 """Bytes of a file that are looked at, unpacked."""
@@ -18,19 +16,22 @@ def format_of_content(path: Path, name: str) -> str | None:
 
 
 def first_bytes(path: Path, name: str, count: int) -> bytes:
-    """Return the first `count` bytes of a file, unpacked where they are gzipped, or fewer where it ends.
+    """Return the first `count` bytes of a file, unpacked where it is packed, or fewer where it ends.
 
     Raises:
-        DamagedVolumeError: What is gzipped there is damaged.
+        UnsupportedFormatError: The package that unpacks it is missing.
+        DamagedVolumeError: What is packed there is damaged.
     """
     with path.open("rb") as file:
         start = file.read(count)
-    if not start.startswith(GZIP_MAGIC):
-        return start
-    try:
-        with gzip.open(path) as stream:
-            return stream.read(count)
-    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise DamagedVolumeError(
-            f"{name}: the gzipped file is damaged at its start ({error}); get the file again"
-        ) from error
+        packing = packing_of(start)
+        if packing is None:
+            return start
+        file.seek(0)
+        try:
+            return unpacked_stream(file, packing, name).read(count)
+        except DamagedVolumeError as error:
+            raise DamagedVolumeError(
+                f"{name}: what {packing} packed is damaged at its start ({error.__cause__}); get the file "
+                "again"
+            ) from error

@@ -1,7 +1,7 @@
 """Find the data files that a header names: a list, or a pattern such as slice%03d.raw with a range."""
 
 import re
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.layout import exists
@@ -12,14 +12,22 @@ MAX_FILES = 100_000
 
 
 def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path:
-    """Return the file that a header names, relative to the header's folder.
+    r"""Return the file that a header names, relative to the header's folder.
+
+    A path that Windows wrote, such as `raw\scan.raw`, is read with slashes where no file has that name.
 
     Raises:
         VolumeError: It is not there, or outside the folder and `allow_outside` is not set.
     """
     found = header.parent / named
+    if "\\" in named and not exists(found):
+        found = header.parent / named.replace("\\", "/")
     if not exists(found):
-        raise VolumeError(f"{name}: its data file {named[:200]!r} is not there; put it beside the header")
+        beside = PureWindowsPath(named).name
+        renamed = f", and call it {beside[:200]!r} there" if exists(header.parent / beside) and beside else ""
+        raise VolumeError(
+            f"{name}: its data file {named[:200]!r} is not there; put it beside the header{renamed}"
+        )
     check_beside(header, found, named, name, allow_outside)
     return found
 

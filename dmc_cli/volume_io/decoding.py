@@ -1,4 +1,4 @@
-"""Decode streams of bytes: raw, gzip and zlib, bzip2, decimal text, hexadecimal digits.
+"""Decode streams of bytes: raw, gzip and zlib, bzip2, xz, zstd, decimal text, hexadecimal digits.
 
 Each generator yields the bytes in pieces of bounded size and simply ends where the file ends; who
 reads knows how many bytes were promised. Nothing is decoded beyond what is taken.
@@ -17,6 +17,12 @@ CHUNK = 1 << 20
 """Bytes that are read or decoded at a time: large enough to be fast, small enough to stay in the cache."""
 
 GZIP_MAGIC = b"\x1f\x8b"
+BZIP2_MAGIC = b"BZh"
+XZ_MAGIC = b"\xfd7zXZ\0"
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+
+MOST_DICTIONARY = 1 << 27
+"""Bytes that xz may take for its dictionary."""
 
 DEFLATE_RATIO = 1040
 """Bytes that a deflated byte unpacks to, at most: the limit is 1032; what claims more is a bomb."""
@@ -24,10 +30,15 @@ DEFLATE_RATIO = 1040
 BZIP2_RATIO = 1_200_000
 """The same of bzip2: one block of 46 bytes holds up to 45 MB of one value."""
 
+XZ_RATIO, ZSTD_RATIO = 10_000, 50_000
+"""The same of xz, and of zstd, whose blocks of one value take 4 bytes for 128 KiB."""
+
 LARGEST_RATIO: dict[Encoding, float] = {
     "raw": 1,
     "gzip": DEFLATE_RATIO,
     "bzip2": BZIP2_RATIO,
+    "xz": XZ_RATIO,
+    "zstd": ZSTD_RATIO,
     "text": 4.5,
     "hex": 0.5,
 }
@@ -59,6 +70,16 @@ class DecodedStream:
             self._rest = self._rest[taken:]
             filled += taken
         return filled
+
+    def read(self, count: int) -> bytes:
+        """Return the next bytes; fewer than `count` only where the stream ends.
+
+        Raises:
+            DamagedVolumeError: The stream cannot be decoded.
+        """
+        content = bytearray(count)
+        found = self.fill(memoryview(content))
+        return bytes(content[:found])
 
     def skip(self, count: int) -> int:
         """Drop the next bytes; returns how many there were, at most `count`."""
@@ -103,10 +124,24 @@ def new_inflater(wbits: int) -> Any:
     return isal_zlib.decompressobj(wbits=wbits)
 
 
-def _new_bunzipper(_: bytes) -> Any:
+def _new_bunzipper() -> Any:
     import bz2
 
     return bz2.BZ2Decompressor()
+
+
+def _new_unxz() -> Any:
+    import lzma
+
+    return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MOST_DICTIONARY)
+
+
+def _new_unzstd() -> Any:
+    try:
+        from compression import zstd  # from Python 3.14 on
+    except ImportError:
+        from backports import zstd
+    return zstd.ZstdDecompressor()
 
 
 def _gzip_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
@@ -130,23 +165,36 @@ def _gzip_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
             pending += file.read(CHUNK)
 
 
-def _bzip2_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
-    """Decompress bzip2 streams, piece by piece; bytes behind the last are ignored."""
-    pending = file.read(CHUNK)
-    first = True
-    while pending and (first or pending.startswith(b"BZh")):
-        first = False
-        bunzipper = _new_bunzipper(pending)
-        while not bunzipper.eof:
-            if bunzipper.needs_input and not pending:
-                pending = file.read(CHUNK)
-                if not pending:
-                    return
-            piece = bunzipper.decompress(pending, CHUNK)
-            pending = b""
-            if piece:
-                yield piece
-        pending = bunzipper.unused_data or file.read(CHUNK)
+def _chunks_by(
+    new_unpacker: Callable[[], Any], begins: bytes
+) -> Callable[[BinaryIO, np.dtype[Any]], Iterator[bytes]]:
+    """Return a generator of what streams that begin so unpack to; bytes behind the last are ignored.
+
+    Args:
+        new_unpacker: Makes a decompressor of one stream, with the methods of Python's bz2.
+        begins: The first bytes of a stream.
+    """
+
+    def chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
+        pending = file.read(CHUNK)
+        first = True
+        while pending and (first or pending.startswith(begins)):
+            first = False
+            unpacker = new_unpacker()
+            while not unpacker.eof:
+                if unpacker.needs_input and not pending:
+                    pending = file.read(CHUNK)
+                    if not pending:
+                        return
+                piece = unpacker.decompress(pending, CHUNK)
+                pending = b""
+                if piece:
+                    yield piece
+            pending = unpacker.unused_data or file.read(CHUNK)
+            if len(pending) < len(begins):
+                pending += file.read(CHUNK)
+
+    return chunks
 
 
 def _text_chunks(file: BinaryIO, dtype: np.dtype[Any]) -> Iterator[bytes]:
@@ -177,7 +225,9 @@ def _hex_chunks(file: BinaryIO, _: np.dtype[Any]) -> Iterator[bytes]:
 _decoders: dict[Encoding, Callable[[BinaryIO, np.dtype[Any]], Iterator[bytes]]] = {
     "raw": _raw_chunks,
     "gzip": _gzip_chunks,
-    "bzip2": _bzip2_chunks,
+    "bzip2": _chunks_by(_new_bunzipper, BZIP2_MAGIC),
+    "xz": _chunks_by(_new_unxz, XZ_MAGIC),
+    "zstd": _chunks_by(_new_unzstd, ZSTD_MAGIC),
     "text": _text_chunks,
     "hex": _hex_chunks,
 }

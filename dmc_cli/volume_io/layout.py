@@ -26,8 +26,8 @@ from dmc_cli.volume import Space, VolumeEntry
 
 Triple = tuple[float, float, float]
 
-Encoding = Literal["raw", "gzip", "bzip2", "text", "hex"]
-"""How values are stored: raw bytes; a gzip or zlib stream; bzip2; decimal text; hexadecimal digits."""
+Encoding = Literal["raw", "gzip", "bzip2", "xz", "zstd", "text", "hex"]
+"""How bytes are stored: as they are; a gzip or zlib stream; bzip2, xz, zstd; decimal text; hexadecimals."""
 
 FROM_END = -1
 """As `Layout.offset`: the values are the last bytes of the file, whatever stands before them."""

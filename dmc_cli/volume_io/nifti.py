@@ -170,7 +170,7 @@ def _form(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ..
         affine = header.get_sform()
         if header["qform_code"] > 0 and np.isfinite(affine).all() and _is_flat(affine):
             told = "the header's sform is flat, its axes do not span the space; the qform is taken"
-            return _qform(header, name), "RAS", (Notice("W-GEOMETRY-CONFLICT", told),)
+            return _qform(header, name), "RAS", (Notice("W-GEOMETRY-CONTRADICTED", told),)
         return affine, "RAS", _contradiction(affine, header)
     if header["qform_code"] > 0:
         return _qform(header, name), "RAS", ()
@@ -207,7 +207,7 @@ def _contradiction(affine: Float64Array, header: Any) -> tuple[Notice, ...]:
         return ()
     sform, pixdim = (" x ".join(f"{length:.6g}" for length in each) for each in (lengths, told))
     sentence = f"the header's sform has nodes {sform} apart, its pixdim {pixdim}; the sform is taken"
-    return (Notice("W-GEOMETRY-CONFLICT", sentence),)
+    return (Notice("W-GEOMETRY-CONTRADICTED", sentence),)
 
 
 def _spacing(header: Any) -> tuple[float, float, float]:

@@ -1,7 +1,9 @@
-"""Take standard input as a file: no more of it than its header asks for, and than the disk holds."""
+"""Take a stream, standard input or what is unpacked, as a file.
+
+No more of it than its header asks for, and than the disk holds.
+"""
 
 import shutil
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,39 +23,49 @@ LEAST_FREE, MOST_FREE = 0.05, 1 << 30
 
 
 @contextmanager
-def spooled_stream(promised: Callable[[Path], int | None]) -> Iterator[Path]:
-    """Give a temporary file with standard input, in a folder of its own, gone at the end.
+def spooled(
+    read: Callable[[int], bytes], file_name: str, name: str, promised: Callable[[Path], int | None]
+) -> Iterator[Path]:
+    """Give a temporary file with what a stream holds, in a folder of its own, gone at the end.
 
     Args:
+        read: Takes a number of bytes; returns the next ones, fewer only at the end.
+        file_name: What the file is called.
+        name: The input, for messages.
         promised: Takes a file with its first bytes; tells the most bytes that are needed, or None.
 
     Raises:
         VolumeError: It cannot be read, or has no end.
     """
-    with tempfile.TemporaryDirectory() as folder, Path(folder, STREAM).open("wb") as file:
+    with tempfile.TemporaryDirectory() as folder, Path(folder, file_name).open("wb") as file:
         path = Path(file.name)
         try:
-            copied = file.write(sys.stdin.buffer.read(START_BYTES))
+            copied = file.write(read(START_BYTES))
             file.flush()
             most = promised(path) if copied == START_BYTES else copied
             while most is None or copied < most:
-                _check_disk(path, copied)
+                _check_disk(path, copied, name)
                 count = PIECE_BYTES if most is None else min(PIECE_BYTES, most - copied)
-                piece = sys.stdin.buffer.read(count)
+                piece = read(count)
                 if not piece:
                     break
                 copied += file.write(piece)
             file.flush()
         except OSError as error:
-            raise VolumeError(f"{STREAM}: standard input cannot be read ({error}); give a file") from error
+            raise VolumeError(f"{_what(name)} cannot be read ({error}); give a file") from error
         yield path
 
 
-def _check_disk(path: Path, copied: int) -> None:
+def _what(name: str) -> str:
+    """Return what a message calls the stream."""
+    return f"{name}: standard input" if name == STREAM else f"{name}: what is packed there"
+
+
+def _check_disk(path: Path, copied: int, name: str = STREAM) -> None:
     """Raise VolumeError where the next piece would fill the disk."""
     disk = shutil.disk_usage(path.parent)
     if disk.free - PIECE_BYTES < min(LEAST_FREE * disk.total, MOST_FREE):
         raise VolumeError(
-            f"{STREAM}: standard input has no end after {copied >> 20} MiB, and {path.parent} has "
+            f"{_what(name)} has no end after {copied >> 20} MiB, and {path.parent} has "
             f"{disk.free >> 20} MiB left; expected a volume; give a file"
         )

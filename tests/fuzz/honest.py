@@ -2,6 +2,7 @@
 
 import bz2
 import gzip
+import lzma
 import zipfile
 
 import nibabel as nib
@@ -247,6 +248,57 @@ def make_minc(folder):
     return [folder / "one.mnc", folder / "two.mnc", folder / "packed.mnc"]
 
 
+def make_images(folder):
+    """A folder a kind, with a scanner's log; the log and a slice of each are damaged."""
+    from openjpeg.utils import encode_array
+    from PIL import Image
+
+    paths = []
+    values = VALUES.astype("u2")
+    for suffix in (".png", ".bmp", ".jp2"):
+        inside = folder / suffix[1:]
+        inside.mkdir()
+        for k, plane in enumerate(values):
+            path = inside / f"rec{k:04d}{suffix}"
+            if suffix == ".jp2":
+                path.write_bytes(encode_array(np.tile(plane, (8, 8)), bits_stored=16, codec_format=1))
+            else:
+                Image.fromarray(plane if suffix == ".png" else plane.astype("u1")).save(path)
+        paths.append(path)
+    log = paths[0].parent / "rec.log"
+    log.write_text(
+        "[Reconstruction]\nSections Count=6\nResult Image Width (pixels)=8\nPixel Size (um)=17.5\n"
+    )
+    return [*paths, log]
+
+
+def make_hdf5(folder):
+    import h5py
+
+    with h5py.File(folder / "a.h5", "w") as file:
+        file.create_dataset("entry/data", data=VALUES, chunks=(3, 7, 8), compression="gzip")
+    with h5py.File(folder / "b.nxs", "w") as file:
+        file.attrs["default"] = "entry"
+        data = file.create_group("entry")
+        data.attrs.update(signal="data", axes=["z", "y", "x"])
+        data["data"] = VALUES
+        for axis, size in zip("zyx", VALUES.shape, strict=True):
+            data[axis] = np.arange(size) * 0.5
+            data[axis].attrs["units"] = "um"
+    return [folder / "a.h5", folder / "b.nxs"]
+
+
+def make_packed(folder):
+    content = make_nrrd(folder)[0].read_bytes()
+    (folder / "a.nrrd.gz").write_bytes(gzip.compress(content))
+    (folder / "a.nrrd.bz2").write_bytes(bz2.compress(content))
+    (folder / "a.nrrd.xz").write_bytes(lzma.compress(content))
+    with zipfile.ZipFile(folder / "other.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(folder / "raw.nrrd", "scan/raw.nrrd")
+        archive.writestr("scan/readme.txt", "of use to people")
+    return [folder / name for name in ("a.nrrd.gz", "a.nrrd.bz2", "a.nrrd.xz", "other.zip")]
+
+
 HONEST = {
     "afni": make_afni,
     "analyze": make_analyze,
@@ -254,12 +306,15 @@ HONEST = {
     "dicom": make_dicom,
     "dicom_meanings": make_meanings,
     "enhanced": make_enhanced,
+    "hdf5": make_hdf5,
+    "images": make_images,
     "meta": make_meta,
     "mgh": make_mgh,
     "minc": make_minc,
     "nifti": make_nifti,
     "nrrd": make_nrrd,
     "numpy": make_numpy,
+    "packed": make_packed,
     "parrec": make_parrec,
     "raw": make_raw,
     "tiff": make_tiff,

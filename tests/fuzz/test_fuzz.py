@@ -11,7 +11,14 @@ from tests.fuzz.honest import HONEST
 from tests.fuzz.mutation import mutated
 from tests.fuzz.trial import settings_for, target_of, try_file
 
-NEEDED = {"compressed": ("openjpeg", "jpeg_ls"), "minc": ("h5py",), "tiff": ("tifffile",), "zarr": ("zarr",)}
+NEEDED = {
+    "compressed": ("openjpeg", "jpeg_ls"),
+    "hdf5": ("h5py",),
+    "images": ("PIL", "openjpeg"),
+    "minc": ("h5py",),
+    "tiff": ("tifffile",),
+    "zarr": ("zarr",),
+}
 """The packages that a reader needs."""
 
 CRASHERS = sorted((Path(__file__).parent / "crashers").glob("*-*"))

@@ -44,7 +44,7 @@ def settings_for(reader):
 
 def target_of(path, reader):
     """What a reader is given to read a file: the file, or the folder that it belongs to."""
-    if reader in ("compressed", "dicom"):
+    if reader in ("compressed", "dicom", "images"):
         return path.parent
     if reader == "zarr":
         return next(folder for folder in path.parents if folder.suffix == ".zarr")

@@ -16,6 +16,7 @@ from dmc_cli.mesh_io.off import encode_off
 from dmc_cli.mesh_io.ply import encode_ply
 from dmc_cli.mesh_io.read import read_mesh
 from tests import shapes
+from tests.cases import case
 
 ENCODERS = {
     "binary.ply": (encode_ply, False),
@@ -126,6 +127,16 @@ def test_words_of_which_some_are_no_numbers_are_refused(tmp_path, monkeypatch):
 def test_negative_indices_count_from_the_last_vertex_so_far(tmp_path):
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 5 5 5\nv 6 6 6\nf -3 -2 -1\n"
     assert read_mesh(save(tmp_path, "a.obj", text)).faces[:, :3].tolist() == [[0, 1, 2], [2, 3, 4]]
+
+
+def test_three_cubes_that_count_from_their_own_vertices_are_read():
+    found = read_mesh(case("measure_obj") / "three_cubes_negative.obj")
+    assert (found.points.shape, found.faces.shape) == ((24, 3), (18, 4))
+    corners = found.points[found.faces].astype(float)
+    diagonals = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    areas = np.cross(*diagonals) / 2
+    assert np.linalg.norm(areas, axis=1).sum() == 18
+    assert (areas * corners.mean(axis=1)).sum() / 3 == 3
 
 
 @pytest.mark.parametrize("head", ["OFF\n4 2 0\n", "OFF 4 2 0\n", "# hello\nOFF\n\n4 2 # counts\n"])

@@ -70,7 +70,7 @@ def test_a_flat_sform_gives_way_to_a_qform(tmp_path, rows):
     volume = read(write(tmp_path / "a.nii", sform=rows))
     np.testing.assert_allclose(volume.affine, QFORM, rtol=1e-6)
     assert volume.space == "RAS"
-    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"]
     np.testing.assert_allclose(lps_affine(volume), read_with_itk(tmp_path / "a.nii")[1], atol=1e-5)
 
 
@@ -90,7 +90,7 @@ def test_pixdim_beside_another_sform_is_told(tmp_path, factor, is_told):
     rows = QFORM * [[factor], [1], [1], [1]]
     volume = read(write(tmp_path / "a.nii", sform=rows))
     np.testing.assert_allclose(volume.affine, rows, rtol=1e-6)
-    assert codes(volume) == ["W-GEOMETRY-CONFLICT"] * is_told
+    assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"] * is_told
 
 
 @pytest.mark.parametrize(
@@ -152,12 +152,12 @@ def test_the_cases_of_sforms():
     right = read(case("nifti_sform_bogus/qform_only.nii"))
     volume = read(case("nifti_sform_bogus/sform_zero_qform_good.nii"))
     np.testing.assert_array_equal(volume.affine, right.affine)
-    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"]
     with pytest.raises(DamagedVolumeError):
         read(case("nifti_sform_bogus/sform_nan_qform_good.nii"))
     volume = read(case("nifti_sform_bogus/sform_unit_pixdim_other.nii"))
     np.testing.assert_allclose(volume.spacing, (1, 1, 1))
-    assert codes(volume) == ["W-GEOMETRY-CONFLICT"]
+    assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"]
     assert "0.865759" in volume.warnings[0].sentence
 
 

@@ -83,7 +83,7 @@ def test_input_format_comes_before_the_suffix(tmp_path):
         ({"spacing": (2, 2, 2)}, "--spacing has no effect: the file tells its own"),
         ({"origin": (0, 0, 0)}, "--origin has no effect: the file tells its own"),
         ({"series": "3"}, "--series has no effect on nifti input; it is for dicom"),
-        ({"slice_gaps": "keep"}, "--slice-gaps has no effect on nifti input; it is for dicom"),
+        ({"slice_gaps": "keep"}, "--slice-gaps has no effect on nifti input; it is for dicom, images, tiff"),
         ({"duplicates": "first"}, "--duplicates has no effect on nifti input; it is for dicom"),
         ({"shape": (4, 4, 4)}, "--shape has no effect on nifti input; it is for raw"),
         ({"dtype": "int8"}, "--dtype has no effect on nifti input; it is for raw"),

@@ -18,7 +18,7 @@ from dmc_cli.errors import (
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import allocation
 from dmc_cli.volume_io.dicom.decoding import _behind_pixels
-from dmc_cli.volume_io.dicom.left_out import left_out, shortened
+from dmc_cli.volume_io.left_out import left_out, shortened
 from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save, save_stack
 from tests.volume_io.reading import counting, read

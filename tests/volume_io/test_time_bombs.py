@@ -15,8 +15,8 @@ from pydicom.encaps import encapsulate, generate_frames
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.dicom import effort as dicom_effort, reader as dicom, storage as dicom_storage
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream, TooMuchError
-from dmc_cli.volume_io.dicom.zip_archive import unpacked_start
 from dmc_cli.volume_io.unpacked_size import told_size
+from dmc_cli.volume_io.zip_archive import unpacked_start
 from tests.fuzz.trial import try_file
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save, save_stack
 from tests.volume_io.reading import counting, read
@@ -99,7 +99,7 @@ def test_an_entry_is_unpacked_no_further_than_it_is_looked_at(tmp_path, packer):
 
 
 def test_a_zip_of_too_many_entries_is_refused(tmp_path, monkeypatch):
-    from dmc_cli.volume_io.dicom import zip_archive as dicom_zip
+    from dmc_cli.volume_io import zip_archive as dicom_zip
 
     monkeypatch.setattr(dicom_zip, "MAX_ENTRIES", 3)
     path = tmp_path / "a.zip"

@@ -138,3 +138,42 @@ def test_a_loop_of_links_is_told(folder):
     (folder / "b.raw").symlink_to("a.raw")
     with pytest.raises(VolumeError, match="is not there"):
         read(nrrd(folder, "a.raw"))
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+@pytest.mark.parametrize("named", [r"raw\a.raw", r".\raw\a.raw"])
+def test_a_path_that_windows_wrote_is_read_with_slashes(tmp_path, header, named):
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "a.raw").write_bytes(VALUES.tobytes())
+    np.testing.assert_array_equal(read(header(tmp_path, named)).values, VALUES)
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+def test_slices_that_windows_named_are_read_with_slashes(tmp_path, header):
+    (tmp_path / "raw").mkdir()
+    for k, plane in enumerate(VALUES):
+        (tmp_path / "raw" / f"s{k}.raw").write_bytes(plane.tobytes())
+    for named in ("raw\\s%d.raw 0 2 1", "LIST\n" + "".join(f"raw\\s{k}.raw\n" for k in range(3))):
+        np.testing.assert_array_equal(read(header(tmp_path, named)).values, VALUES)
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+def test_a_backslash_that_is_a_name_s_own_stays_one(tmp_path, header):
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "a.raw").write_bytes(bytes(VALUES.nbytes))
+    (tmp_path / "raw\\a.raw").write_bytes(VALUES.tobytes())
+    np.testing.assert_array_equal(read(header(tmp_path, r"raw\a.raw")).values, VALUES)
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+def test_backslashes_lead_out_of_the_folder_no_more_than_slashes(folder, header):
+    refused_unless_allowed(header(folder, r"..\out\a.raw"))
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+def test_the_file_of_another_disk_is_told_what_to_call_it(tmp_path, header):
+    (tmp_path / "a.raw").write_bytes(VALUES.tobytes())
+    with pytest.raises(
+        VolumeError, match=r"is not there; put it beside the header, and call it 'a.raw' there"
+    ):
+        read(header(tmp_path, r"C:\scans\a.raw"))

@@ -1,8 +1,6 @@
 """Read DICOM: files, folders and zips to one volume; `reader` is the way in.
 
 source       the files of a folder, a zip or a DICOMDIR
-zip_archive  entries of a zip that can be what they claim
-left_out     what is told of files that are not used
 effort       how much of all headers is read
 deflated     a data set unpacked as it is read
 header       a file's header, with or without pydicom

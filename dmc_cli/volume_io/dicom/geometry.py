@@ -16,9 +16,9 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.distances import ALIKE, MOST_TIMES, gaps, is_even
 from dmc_cli.volume_io.dicom.frames import Frame
-from dmc_cli.volume_io.dicom.left_out import left_out
 from dmc_cli.volume_io.dicom.pixels import is_same_image
 from dmc_cli.volume_io.dicom.stack import Stack
+from dmc_cli.volume_io.left_out import left_out
 
 THICK = 0.75
 """Slices thicker than this many times their distance leave nothing out."""

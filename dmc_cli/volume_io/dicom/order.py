@@ -104,7 +104,7 @@ def order_told(frames: list[Frame], settings: ReadSettings) -> list[Notice]:
         step = abs(ends[1][0] - ends[0][0]) / (len(frames) - 1)
         if not _is_near(step, z):
             others.append(f"--spacing has slices at {z:g} mm, their SliceLocation has {step:g} mm on average")
-    return [*told, *notices("W-SPACING-CONTRADICTED", others)]
+    return [*told, *notices("W-OPTION-PREFERRED", others)]
 
 
 def _unplaced_told(frame: Frame, settings: ReadSettings) -> list[Notice]:

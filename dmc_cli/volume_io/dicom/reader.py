@@ -5,9 +5,9 @@ lay out its slices, read their values.
 """
 
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -15,7 +15,6 @@ from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
 from dmc_cli.volume_io.dicom.frames import Frame, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
-from dmc_cli.volume_io.dicom.left_out import MOST_NAMED, shortened
 from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
 from dmc_cli.volume_io.dicom.pixels import read_slices
 from dmc_cli.volume_io.dicom.place import NoSlice
@@ -23,7 +22,8 @@ from dmc_cli.volume_io.dicom.series import choose_stack, no_volume, put_aside, s
 from dmc_cli.volume_io.dicom.source import DicomFile, dicom_files
 from dmc_cli.volume_io.dicom.stack import Stack
 from dmc_cli.volume_io.dicom.storage import MAX_FRAMES
-from dmc_cli.volume_io.layout import ZARR_MARKERS, without_effect
+from dmc_cli.volume_io.layout import without_effect
+from dmc_cli.volume_io.left_out import MOST_NAMED, shortened
 
 
 def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -182,9 +182,5 @@ def _found(
         frames = ordered_frames(frames, settings, name)
     stacks = stacks_of(frames)
     if not stacks:
-        if any(file.archive and PurePosixPath(file.name).name in ZARR_MARKERS for file in files):
-            raise UnsupportedFormatError(
-                f"{name}: a zipped Zarr store found; expected a folder; unpack it and give the folder"
-            )
         raise damaged[0] if damaged else no_volume(name, [*notes, *reasons], len(frames))
     return _Found(stacks, frames, notes, [str(error) for error in damaged], reasons)

@@ -135,7 +135,7 @@ def _offsets_told(dataset: Any) -> list[Notice]:
         return []
     return [
         Notice(
-            "W-POSITION-CONTRADICTED",
+            "W-GEOMETRY-CONTRADICTED",
             f"GridFrameOffsetVector begins with {grid[0]:g}; expected 0, or the z of an axial dose's "
             "position; its numbers are taken as distances from the first",
         )

@@ -10,10 +10,10 @@ from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.factors import split_copies
 from dmc_cli.volume_io.dicom.frames import Frame
-from dmc_cli.volume_io.dicom.left_out import left_out
 from dmc_cli.volume_io.dicom.place import NO_POSITION
 from dmc_cli.volume_io.dicom.segments import split_segments
 from dmc_cli.volume_io.dicom.stack import Stack
+from dmc_cli.volume_io.left_out import left_out
 
 SAME_DIRECTION = 1e-3
 """Largest difference between direction cosines, or relative between spacings, within a stack."""

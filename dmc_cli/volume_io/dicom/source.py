@@ -15,10 +15,10 @@ from typing import BinaryIO
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.dicom.effort import Effort
-from dmc_cli.volume_io.dicom.left_out import left_out
-from dmc_cli.volume_io.dicom.zip_archive import ENTRY_MARK, unpacked_start, zip_entries
 from dmc_cli.volume_io.layout import check_file, exists
+from dmc_cli.volume_io.left_out import left_out
 from dmc_cli.volume_io.within import Bounds, Walk
+from dmc_cli.volume_io.zip_archive import ENTRY_MARK, unpacked_start, zip_entries
 
 HEAD_BYTES = (1 << 16, 1 << 26)
 """How much of a zip entry is unpacked to read its header; the second where the first is not enough."""

@@ -20,7 +20,6 @@ from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
 from dmc_cli.volume_io.minc.hdf import open_hdf
 from dmc_cli.volume_io.minc.image import MincImage
 from dmc_cli.volume_io.minc.netcdf import open_netcdf
-from dmc_cli.volume_io.pair import is_gzip
 from dmc_cli.volume_io.slices import stack_slices
 
 NETCDF_MAGIC = b"CDF\x01", b"CDF\x02"
@@ -31,7 +30,7 @@ def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     """Return the volume `settings.volume_index` of a MINC file.
 
     Raises:
-        UnsupportedFormatError: No MINC file, one that is gzipped, or h5py is missing.
+        UnsupportedFormatError: No MINC file, or h5py is missing.
         DamagedVolumeError: The file cannot be understood, or promises more than it holds.
         AmbiguousVolumeError: Several volumes, and none chosen.
         MemoryBudgetError: The values do not fit into the memory that is free.
@@ -80,8 +79,6 @@ def _opened(path: Path, name: str) -> MincImage:
             f"{name}: neither netCDF nor HDF5 found; expected a MINC file; choose another reader with "
             "--input-format"
         )
-    if is_gzip(path, name):
-        raise UnsupportedFormatError(f"{name}: a gzipped MINC file found; expected it unpacked; use gunzip")
     # what is not finite is refused with the affine; spacing of a kind that nibabel warns of is regular
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -5,22 +5,21 @@ ImageJ's or OME's metadata where the file has it, else from the settings; space 
 """
 
 import logging
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
+from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.axes import images_entry, unnamed_axes
+from dmc_cli.volume_io.image_kinds import KINDS
+from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
 from dmc_cli.volume_io.layout import (
-    Triple,
     check_file,
     check_lengths,
     chosen_origin,
@@ -28,26 +27,13 @@ from dmc_cli.volume_io.layout import (
     exists,
     scale_affine,
 )
-from dmc_cli.volume_io.lengths import Doubts
 from dmc_cli.volume_io.tiff.spacing import tiff_spacing
 from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_stack, stack_images
-from dmc_cli.volume_io.within import REMEDY, Bounds
-
-SUFFIXES = (".tif", ".tiff")
 
 MIN_IS_WHITE, PALETTE = 0, 3
 """Photometric interpretations whose values are no brightness."""
 
 MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install tifffile'
-
-
-def tiff_files(folder: Path) -> list[Path]:
-    """Return the TIFF files of a folder in the order of the numbers in their names."""
-
-    def key(path: Path) -> list[tuple[int, str]]:
-        return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name)]
-
-    return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=key)
 
 
 def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
@@ -58,20 +44,21 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: A file cannot be decoded.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    files = _files(path, name, settings.allow_outside)
-    size = sum(check_file(file, name if file == path else f"{name} ({file.name})") for file in files)
+    files = _files(path, name, settings)
+    if len(files) > 1:
+        return stack_volume(path, name, settings, progress, _slice_kind())
+    path = files[0]
+    check_file(path, name)
     tifffile = _tifffile(name)
-    found: Triple | None = None
-    doubts: Doubts = ()
-    notes: tuple[Notice, ...] = ()
-    with _told_errors(files, name):
-        if len(files) == 1:
-            with tifffile.TiffFile(files[0]) as tiff:
-                values, image, number = read_stack(tiff, files[0], name, settings)
-                found, doubts = tiff_spacing(tiff, name, number)
-                notes = (*_unfollowed(tiff, number), *unnamed_axes(image))
-        else:
-            values = _slices(tifffile, files, name, size, progress)
+    check_pages(path, name)
+    with _told_errors(name), tifffile.TiffFile(path) as tiff:
+        values, image, number = read_stack(tiff, path, name, settings)
+        found, doubts = tiff_spacing(tiff, name, number)
+        notes = (
+            *_unfollowed(tiff, number),
+            *_photometric(tiff.series[number].keyframe),
+            *unnamed_axes(image),
+        )
     if found is not None:
         check_lengths(name, found)
     spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
@@ -83,13 +70,29 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine=scale_affine(spacing, origin),
         space="none",
         path=name,
-        files=tuple(files),
+        files=(path,),
         format="tiff",
         warnings=(*notes, *warnings),
     )
 
 
+def _files(path: Path, name: str, settings: ReadSettings) -> tuple[Path, ...]:
+    """Return the file itself, or the slices of a folder."""
+    if not exists(path) or not path.is_dir():
+        return (path,)
+    return find_slices(path, name, _slice_kind(), settings.allow_outside)[0].files
+
+
+def _slice_kind() -> ImageKind:
+    return ImageKind("tiff", "TIFF", KINDS["TIFF"], _opened_slice, LARGEST_RATIO)
+
+
 def _tifffile(name: str) -> Any:
+    """Return the package that reads TIFF.
+
+    Raises:
+        UnsupportedFormatError: It is missing.
+    """
     try:
         import tifffile
     except ImportError as error:
@@ -98,10 +101,8 @@ def _tifffile(name: str) -> Any:
 
 
 @contextmanager
-def _told_errors(files: list[Path], name: str) -> Iterator[None]:
-    """Look at the chains of pages; tell in one message whatever tifffile meets then, and nothing else."""
-    for file in files:
-        check_pages(file, name)
+def _told_errors(name: str) -> Iterator[None]:
+    """Tell in one message whatever tifffile meets, and nothing else."""
     quiet = logging.getLogger("tifffile")
     level = quiet.level
     quiet.setLevel(logging.CRITICAL + 1)
@@ -117,19 +118,6 @@ def _told_errors(files: list[Path], name: str) -> Iterator[None]:
         quiet.setLevel(level)
 
 
-def _files(path: Path, name: str, allow_outside: bool) -> list[Path]:
-    """Return the file itself, or the slices of a folder, unless one is a link out of it."""
-    if not exists(path) or not path.is_dir():
-        return [path]
-    files, bounds = tiff_files(path), Bounds(path, allow_outside=allow_outside)
-    if not files:
-        raise VolumeError(f"{name}: no TIFF file found; expected a stack of slices; check the path")
-    for file in files:
-        if file.is_symlink() and not bounds.hold(file):
-            raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
-    return files
-
-
 def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """Return the stack as one entry, with the volumes that it holds; no value of a file with many is read.
 
@@ -137,12 +125,13 @@ def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
         VolumeError: As `tiff_volume`.
     """
     settings = replace(settings, volume_index=0)
-    files = _files(path, name, settings.allow_outside)
+    files = _files(path, name, settings)
     if len(files) > 1:
         return [VolumeEntry(description="tiff", size=tiff_volume(path, name, settings).shape)]
     check_file(files[0], name)
     tifffile = _tifffile(name)
-    with _told_errors(files, name), tifffile.TiffFile(files[0]) as tiff:
+    check_pages(files[0], name)
+    with _told_errors(name), tifffile.TiffFile(files[0]) as tiff:
         return [images_entry("tiff", stack_images(tiff, files[0], name, settings), settings, name)]
 
 
@@ -177,35 +166,24 @@ def check_pages(path: Path, name: str) -> None:
             position = int.from_bytes(tail, order)
 
 
-def _slices(tifffile: Any, files: list[Path], name: str, size: int, progress: Progress) -> AnyArray:
-    """Return the values of a folder of single pages."""
-    values: AnyArray | None = None
-    for k, path in enumerate(files):
-        with tifffile.TiffFile(path) as tiff:
-            page = tiff.pages[0]
-            if page.ndim != 2:
-                raise UnsupportedFormatError(
-                    f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
-                )
-            check_segments(tiff, page, name)
-            if values is None:
-                dtype = storable_type(name, widened_type(page.dtype))
-                rows, columns = page.shape
-                check_shape(name, (columns, rows, len(files)))
-                if len(files) * page.nbytes > LARGEST_RATIO * size:
-                    raise DamagedVolumeError(
-                        f"{name}: {size} bytes found for {len(files)} slices of {page.shape} pixels"
-                    )
-                values = allocate_values(name, (columns, rows, len(files)), dtype)
-            if page.shape != values.shape[1:] or widened_type(page.dtype) != values.dtype:
-                raise DamagedVolumeError(
-                    f"{path.name}: {page.shape} pixels of {page.dtype} found; expected {values.shape[1:]} of "
-                    f"{values.dtype} as in {files[0].name}"
-                )
-            values[k] = page.asarray()
-        progress.advance((k + 1) / len(files))
-    assert values is not None
-    return values
+@contextmanager
+def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
+    """Open a file of a single page."""
+    tifffile = _tifffile(name)
+    check_pages(path, name)
+    with _told_errors(name), tifffile.TiffFile(path) as tiff:
+        page = tiff.pages[0]
+        if page.ndim != 2:
+            raise UnsupportedFormatError(
+                f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
+            )
+        if len(tiff.pages) > 1:
+            raise UnsupportedFormatError(
+                f"{path.name}: {len(tiff.pages)} pages found; expected a slice a file, or a file with all slices; "
+                "give that file by itself"
+            )
+        check_segments(tiff, page, name)
+        yield Plane(page.shape, page.dtype, page.asarray, _photometric(page))
 
 
 def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
@@ -216,7 +194,13 @@ def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
         if named and series.kind != kind:
             told = f"the TIFF's metadata of {kind} cannot be read; its pages are taken as slices"
             notes.append(Notice("W-AXES-MISSING", told))
-    photometric = int(series.keyframe.photometric)
+    return tuple(notes)
+
+
+def _photometric(page: Any) -> tuple[Notice, ...]:
+    """Return what a page's values are, where that is no brightness."""
+    photometric = int(page.photometric)
+    notes = []
     if photometric == MIN_IS_WHITE:
         told = "the TIFF's lowest value is white (WhiteIsZero); values are taken as they are stored"
         notes.append(Notice("W-PHOTOMETRIC", told))

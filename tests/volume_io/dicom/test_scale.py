@@ -167,7 +167,7 @@ def test_dose_offsets_that_contradict_the_position_are_told(tmp_path, offsets, o
     volume = read(save(dataset, tmp_path / "a"))
     np.testing.assert_array_equal(physical(volume), values * 0.5)
     np.testing.assert_array_equal(volume.affine[:3, 2:], [[0, 1], [0, 2], [2, 3]])
-    assert ("W-POSITION-CONTRADICTED" in told(volume)) == is_told
+    assert ("W-GEOMETRY-CONTRADICTED" in told(volume)) == is_told
 
 
 @pytest.mark.parametrize("name", ["lut", "lut_and_rescale"])

@@ -10,7 +10,7 @@ import pytest
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.dicom.effort import Effort
 from dmc_cli.volume_io.dicom.source import DicomFile
-from dmc_cli.volume_io.dicom.zip_archive import _can_hold, _check_apart, unpacked_start
+from dmc_cli.volume_io.zip_archive import _can_hold, _check_apart, unpacked_start
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
 from tests.volume_io.reading import read
 

@@ -63,13 +63,14 @@ def test_the_finest_level_of_an_ome_image_with_its_scale(tmp_path, version):
 
 @pytest.mark.parametrize("folder", ["", "a.zarr/"])
 @pytest.mark.parametrize("version", [2, 3])
-def test_a_zipped_store_is_to_be_unpacked(tmp_path, version, folder):
+def test_a_zipped_store_is_read(tmp_path, version, folder):
     store = ome(tmp_path / "a.zarr", VALUES, version)
     with zipfile.ZipFile(tmp_path / "a.ome.zarr.zip", "w") as archive:
         for path in store.rglob("*"):
             archive.write(path, folder + str(path.relative_to(store)))
-    with pytest.raises(UnsupportedFormatError, match=r"a zipped Zarr store found.*unpack it"):
-        read(tmp_path / "a.ome.zarr.zip")
+    volume = read(tmp_path / "a.ome.zarr.zip")
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_allclose(volume.spacing, (0.0005, 0.002, 0.003))
 
 
 def test_channels_are_chosen_by_index(tmp_path):

@@ -1,4 +1,4 @@
-"""Name the files and entries of a DICOM input that no volume was made of."""
+"""Name the files and entries of an input that no volume was made of."""
 
 MOST_NAMED = 3
 """How many names a message lists; of the others it gives the number."""

@@ -1,4 +1,4 @@
-"""Look at the entries of a zip with DICOM: which can be what they claim, and their first bytes.
+"""Look at the entries of a zip: which can be what they claim, and their first bytes.
 
 A zip is read entry by entry and never unpacked. An entry that claims to be larger than its packed bytes can
 hold, or whose name leads out of the zip, is not touched; a zip whose entries share bytes is refused.
@@ -14,7 +14,7 @@ from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO, new_inflater
-from dmc_cli.volume_io.dicom.left_out import left_out
+from dmc_cli.volume_io.left_out import left_out
 
 MAX_ENTRY = 1 << 32
 """Largest zip entry that is read."""

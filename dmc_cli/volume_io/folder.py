@@ -1,0 +1,148 @@
+"""Tell what a folder holds: a Zarr store, a stack of images, one volume in a file, or DICOM.
+
+The kind that most files share wins; its reader names the others. Where no name has the suffix of an image or
+of another format, it is DICOM, whose files have any name, and no file is opened.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from dmc_cli.errors import AmbiguousVolumeError, VolumeError
+from dmc_cli.notices import Notice
+from dmc_cli.volume_formats import FORMATS, format_of_start, format_of_suffix
+from dmc_cli.volume_io.image_kinds import kind_of, most_common_kind
+from dmc_cli.volume_io.layout import exists
+from dmc_cli.volume_io.left_out import left_out, shortened
+from dmc_cli.volume_io.packed import inner_name
+from dmc_cli.volume_io.pair import PAIRS
+from dmc_cli.volume_io.within import Bounds, Walk
+from dmc_cli.volume_io.zarr import is_zarr
+
+DATA_SUFFIXES = tuple(data for _, data in PAIRS)
+"""Files that belong to a header beside them."""
+
+NO_VOLUMES = ("dicom", "raw", "zarr", "tiff", "images")
+"""Formats whose files are no volumes by themselves in a folder."""
+
+SYSTEM_FOLDERS = ("__macosx",)
+
+MOST_NESTED = 8
+"""Folders that hold nothing but one other folder, at most."""
+
+
+@dataclass(frozen=True)
+class FolderContent:
+    """What a folder holds.
+
+    Attributes:
+        format_name: Its reader.
+        path: The folder, one in it, or the only volume's file.
+        notices: What is left out of it.
+    """
+
+    format_name: str
+    path: Path
+    notices: tuple[Notice, ...] = ()
+
+
+def folder_content(path: Path, name: str) -> FolderContent:
+    """Return what a folder holds.
+
+    Raises:
+        VolumeError: It cannot be read.
+        AmbiguousVolumeError: Several volumes, or as many images of two kinds.
+    """
+    folder, files, folders = _entered(path, name)
+    if is_zarr(folder):
+        return FolderContent("zarr", folder)
+    volumes = [file for file in files if _is_volume(file)]
+    image = most_common_kind(files, name)
+    if not volumes and image is None:
+        is_store = len(folders) == 1 and not files and is_zarr(folder / folders[0])
+        return FolderContent("zarr", folder / folders[0]) if is_store else FolderContent("dicom", path)
+    kind, images = image or ("", 0)
+    is_stack = images >= max(2, len(volumes)) or not volumes
+    others = {file for file in files if kind_of(file) is None and file not in volumes}
+    if _holds_dicom(folder, others, images if is_stack else len(volumes)):
+        return FolderContent("dicom", path)
+    if is_stack:
+        return FolderContent("tiff" if kind == "TIFF" else "images", folder)
+    if len(volumes) > 1:
+        raise AmbiguousVolumeError(
+            f"{name}: {len(volumes)} volumes found in the folder ({shortened(volumes, ', ')}); expected one; "
+            "give the file that is wanted"
+        )
+    return _single(folder, volumes[0], [file for file in files if file != volumes[0]])
+
+
+def _entered(path: Path, name: str) -> tuple[Path, list[str], list[str]]:
+    """Return the first folder that holds more than another one, with the names of its files and folders."""
+    for _ in range(MOST_NESTED):
+        files, folders = _listed(path, name)
+        if files or len(folders) != 1 or is_zarr(path):
+            break
+        path = path / folders[0]
+    return path, files, folders
+
+
+def _listed(folder: Path, name: str) -> tuple[list[str], list[str]]:
+    """Return the names of a folder's files and of its folders, without hidden ones."""
+    try:
+        with os.scandir(folder) as listing:
+            entries = sorted((e.name, Path(e.path).is_dir()) for e in listing if not e.name.startswith("."))
+    except OSError as error:
+        raise VolumeError(
+            f"{name}: the folder cannot be read ({error.strerror}); check its access rights"
+        ) from error
+    folders = [entry for entry, is_folder in entries if is_folder and entry.lower() not in SYSTEM_FOLDERS]
+    return [entry for entry, is_folder in entries if not is_folder], folders
+
+
+def _is_volume(file: str) -> bool:
+    """Return whether a file's suffix means a volume, with the header of a pair for both of its files."""
+    plain = inner_name(file).lower()
+    if plain.endswith(DATA_SUFFIXES):
+        return False
+    return (
+        plain.endswith(".hdr")
+        or (format_of_suffix(file) or format_of_suffix(plain) or "raw") not in NO_VOLUMES
+    )
+
+
+def _holds_dicom(folder: Path, others: set[str], count: int) -> bool:
+    """Return whether so many files or more below a folder are DICOM; `others` are those in it that may be."""
+    found = 0
+    for file, status in Walk(folder, Bounds(folder)).files():
+        may_be = file in others if "/" not in file else kind_of(file) is None and not _is_volume(file)
+        if not status.st_size or not may_be:
+            continue
+        found += _is_dicom(folder / file)
+        if found >= max(count, 1):
+            return True
+    return False
+
+
+def _is_dicom(path: Path) -> bool:
+    """Return whether a file is named or begins like DICOM."""
+    if path.suffix.lower() in FORMATS["dicom"].suffixes:
+        return path.suffix.lower() != ".zip"
+    try:
+        with path.open("rb") as file:
+            start = file.read(132)
+    except OSError:
+        return False
+    return format_of_start(start) == "dicom" and not start.startswith(b"PK")
+
+
+def _single(folder: Path, volume: str, others: list[str]) -> FolderContent:
+    """Return the only volume of a folder; its data files are no strays."""
+    plain = inner_name(volume)
+    found = format_of_suffix(volume) or format_of_suffix(plain) or "analyze"
+    stem = plain[: plain.rfind(".")].lower() if "." in plain else plain.lower()
+    strays = [other for other in others if not other.lower().startswith(stem)]
+    told = tuple(Notice("W-FILES-LEFT-OUT", sentence) for sentence in left_out(strays, "file", "files"))
+    if found in ("nrrd", "meta"):  # their headers may name files of any name
+        told = ()
+    assert exists(folder / volume)
+    return FolderContent(found, folder / volume, told)

@@ -1,0 +1,134 @@
+"""Find the dataset of an HDF5 file that is meant: the one named, the one NeXus shows, or the only one."""
+
+from typing import Any
+
+from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.volume_io.left_out import shortened
+
+MOST_OBJECTS = 10_000
+"""Groups and datasets that are looked at."""
+
+MOST_LINKS = 32
+"""Soft links on the way to a dataset."""
+
+ITK_VALUES = "/ITKImage/0/VoxelData"
+"""Where ITK keeps the values of an image."""
+
+
+def is_volume(dataset: Any) -> bool:
+    """Return whether a dataset holds numbers along three axes or more, two nodes along the last three."""
+    shape = dataset.shape or ()
+    return dataset.dtype.kind in "iufb" and len(shape) >= 3 and min(shape[-3:]) > 1
+
+
+def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any]:
+    """Return the dataset that is meant, and the group that it is named in, which a link may lead out of.
+
+    Args:
+        file: An open file of h5py.
+        named: Its path in the file, or nothing.
+        name: The input, for messages.
+        h5py: The package.
+
+    Raises:
+        VolumeError: There is none of that name.
+        UnsupportedFormatError: None holds a volume, or it lies in another file.
+        AmbiguousVolumeError: Several do, and none is named.
+    """
+    if named:
+        found = followed(file, named, name, h5py)
+        if not isinstance(found, h5py.Dataset):
+            told = _listed(volumes_of(file, h5py)) or "none holds a volume"
+            raise VolumeError(f"{name}: {named} is no dataset; expected one of the file's: {told}")
+        return found, followed(file, named.rstrip("/").rpartition("/")[0], name, h5py)
+    shown = _shown(file, name, h5py)
+    if shown is not None:
+        return shown
+    found_volumes = volumes_of(file, h5py)
+    if any(dataset.name == ITK_VALUES for dataset in found_volumes):
+        return file[ITK_VALUES], file[ITK_VALUES].parent
+    if not found_volumes:
+        raise UnsupportedFormatError(
+            f"{name}: an HDF5 file without a dataset of numbers along three axes found; expected a volume"
+        )
+    if len(found_volumes) > 1:
+        raise AmbiguousVolumeError(
+            f"{name}: {len(found_volumes)} datasets found ({_listed(found_volumes)}); expected one; choose "
+            f"with {name}:{found_volumes[0].name}"
+        )
+    return found_volumes[0], found_volumes[0].parent
+
+
+def _listed(datasets: list[Any]) -> str:
+    sizes = [f"{dataset.name} of {' x '.join(map(str, dataset.shape))}" for dataset in datasets]
+    return shortened(sizes, ", ")
+
+
+def volumes_of(file: Any, h5py: Any) -> list[Any]:
+    """Return all datasets of a file that hold a volume; no link to elsewhere is followed."""
+    found: list[Any] = []
+    seen = 0
+
+    def look(_: str, item: Any) -> bool | None:
+        nonlocal seen
+        seen += 1
+        if isinstance(item, h5py.Dataset) and is_volume(item):
+            found.append(item)
+        return True if seen > MOST_OBJECTS else None
+
+    file.visititems(look)
+    return sorted(found, key=lambda dataset: str(dataset.name))
+
+
+def followed(file: Any, place: str, name: str, h5py: Any) -> Any:
+    """Return what lies at a place of a file, soft links followed in it, or None where nothing does.
+
+    Raises:
+        UnsupportedFormatError: A link leads to another file, or links have no end.
+    """
+    group, pending, links = file, place.split("/"), 0
+    while pending:
+        key = pending.pop(0)
+        if key in ("", "."):
+            continue
+        if not isinstance(group, h5py.Group):
+            return None
+        if not group.id.links.exists(key.encode()):
+            return None
+        kind = group.id.links.get_info(key.encode()).type
+        if kind == h5py.h5l.TYPE_HARD:
+            group = group[key]
+            continue
+        links += 1
+        if kind != h5py.h5l.TYPE_SOFT or links > MOST_LINKS:
+            raise UnsupportedFormatError(
+                f"{name}: {group.name} holds a link out of the file, {key[:80]!r}; expected all values in "
+                "this file; copy it with h5repack, or give the other file"
+            )
+        target = group.id.links.get_val(key.encode()).decode("utf-8", "replace")
+        group = file if target.startswith("/") else group
+        pending = [*target.split("/"), *pending]
+    return group
+
+
+def _shown(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
+    """Return the signal that NeXus' attribute `default` leads to, and its NXdata, or None."""
+    group = file
+    for _ in range(MOST_LINKS):
+        following = text_of(group.attrs.get("default", ""))
+        found = followed(file, f"{group.name}/{following}", name, h5py) if following else None
+        if not isinstance(found, h5py.Group):
+            break
+        group = found
+    signal = text_of(group.attrs.get("signal", ""))
+    dataset = followed(file, f"{group.name}/{signal}", name, h5py) if signal else None
+    return (dataset, group) if isinstance(dataset, h5py.Dataset) and is_volume(dataset) else None
+
+
+def text_of(value: Any) -> str:
+    """Return an attribute as text: a string, bytes, or an array of one of them; empty for anything else."""
+    if getattr(value, "shape", None) == (1,):
+        value = value[0]
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return value if isinstance(value, str) else ""

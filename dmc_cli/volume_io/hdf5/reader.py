@@ -1,0 +1,162 @@
+"""Read a dataset of an HDF5 file: `file.h5`, or `file.h5:/entry/data` where it holds several.
+
+Read through h5py, an extra. The last three axes are z, y, x unless NeXus names them otherwise; what comes
+before them counts volumes.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.array_types import AnyArray
+from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.progress import SILENT, Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume import (
+    Volume,
+    VolumeEntry,
+    allocate_values,
+    check_affine,
+    check_shape,
+    storable_type,
+    widened_type,
+)
+from dmc_cli.volume_io.hdf5.dataset import is_volume, meant_dataset
+from dmc_cli.volume_io.hdf5.geometry import HdfGeometry, hdf_geometry
+from dmc_cli.volume_io.hdf_path import split_dataset
+from dmc_cli.volume_io.hdf_storage import (
+    DEFLATE,
+    FLETCHER,
+    LZF,
+    SHUFFLE,
+    check_inside,
+    check_stored,
+    stored_slabs,
+)
+from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, file_entry
+
+MISSING = 'h5py is not installed; pip install "dmc-cli[hdf5]" or pip install h5py'
+
+MINC_GROUP = "minc-2.0"
+
+
+def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
+    """Return the volume of a dataset.
+
+    Raises:
+        UnsupportedFormatError: No dataset with a volume, an unusual packing, or h5py is missing.
+        DamagedVolumeError: The file cannot be understood, or promises more than it holds.
+        AmbiguousVolumeError: Several datasets or volumes, and none chosen.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    with _opened(path, name) as (dataset, geometry):
+        place, nodes = _grid(dataset, geometry, name, settings)
+        check_inside(dataset, name)
+        filters = (DEFLATE, SHUFFLE, FLETCHER, LZF)
+        source, _ = split_dataset(path)
+        check_stored(dataset, source.stat().st_size, name, "copy it with h5repack -f GZIP=4", filters)
+        spacing, notices = chosen_spacing(geometry.spacing, settings)
+        origin, unused = chosen_origin(geometry.origin, settings)
+        affine = np.eye(4)
+        directions = np.eye(3) if geometry.directions is None else geometry.directions
+        affine[:3, :3] = directions * np.array(spacing)
+        affine[:3, 3] = origin
+        check_affine(name, affine)
+        values = _values(dataset, geometry, place, nodes, name, progress)
+    return Volume(
+        values=values,
+        affine=affine,
+        space=geometry.space,
+        path=name,
+        files=(source,),
+        format="hdf5",
+        warnings=(*geometry.notices, *notices, *unused),
+    )
+
+
+def hdf5_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """Return the volumes of a dataset as one entry.
+
+    Raises:
+        VolumeError: As `hdf5_volume`.
+    """
+    with _opened(path, name) as (dataset, geometry):
+        nz, ny, nx = (int(dataset.shape[axis]) for axis in geometry.order)
+        return [file_entry("hdf5", math.prod(dataset.shape) // (nz * ny * nx), (nx, ny, nz))]
+
+
+@contextmanager
+def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
+    """Open the dataset that is meant, with its geometry; tell in one message whatever h5py meets."""
+    source, named = split_dataset(path)
+    check_file(source, name)
+    try:
+        import h5py
+    except ImportError as error:
+        raise UnsupportedFormatError(f"{name}: an HDF5 file found, but {MISSING}") from error
+    try:
+        with h5py.File(source, "r") as file:
+            if not named and MINC_GROUP in file:
+                raise UnsupportedFormatError(f"{name}: a MINC 2 file found; read it with --input-format minc")
+            dataset, group = meant_dataset(file, named, name, h5py)
+            if not is_volume(dataset):
+                raise UnsupportedFormatError(
+                    f"{name}: {dataset.name} of type {dataset.dtype} and shape {dataset.shape} found; "
+                    "expected numbers along z, y and x"
+                )
+            yield dataset, hdf_geometry(file, dataset, group, name, h5py)
+    except (DmcError, MemoryError):
+        raise
+    except Exception as error:
+        # h5py raises whatever HDF5 runs into
+        told = " ".join(str(error).split())[:200]
+        raise DamagedVolumeError(
+            f"{name}: the HDF5 file cannot be read ({type(error).__name__}: {told}); get the file again"
+        ) from error
+
+
+def _grid(
+    dataset: Any, geometry: HdfGeometry, name: str, settings: ReadSettings
+) -> tuple[tuple[int, ...], tuple[int, int, int]]:
+    """Return the chosen place along the axes that count volumes, and the nodes along x, y, z.
+
+    Raises:
+        UnsupportedFormatError: The axes z, y, x are not the last three.
+    """
+    outer = tuple(axis for axis in range(dataset.ndim) if axis not in geometry.order)
+    if outer != tuple(range(dataset.ndim - 3)):
+        raise UnsupportedFormatError(
+            f"{name}: axes found of which x, y and z are not the last three; expected channels and times "
+            "before them; reorder the dataset"
+        )
+    sizes = tuple(int(dataset.shape[axis]) for axis in outer)
+    index = chosen_index(name, math.prod(sizes), settings.volume_index)
+    place = tuple(int(n) for n in np.unravel_index(index, sizes)) if sizes else ()
+    nz, ny, nx = (int(dataset.shape[axis]) for axis in geometry.order)
+    check_shape(name, (nx, ny, nz))
+    return place, (nx, ny, nz)
+
+
+def _values(
+    dataset: Any,
+    geometry: HdfGeometry,
+    place: tuple[int, ...],
+    nodes: tuple[int, int, int],
+    name: str,
+    progress: Progress,
+) -> AnyArray:
+    """Return the values of a volume, shape (nz, ny, nx), read a few slices at a time."""
+    dtype = storable_type(name, widened_type(dataset.dtype))
+    values = allocate_values(name, nodes, dtype)
+    back = np.argsort(geometry.order)
+    target = values.transpose(tuple(int(axis) for axis in back))
+    done = 0
+    for slab in stored_slabs(dataset, place, name):
+        target[done : done + len(slab)] = slab
+        done += len(slab)
+        progress.advance(done / len(target))
+    return values

@@ -1,0 +1,100 @@
+"""Look at how a dataset of HDF5 is stored, before any value of it is read.
+
+What HDF5 would follow into other files, or would unpack whatever comes out, is refused.
+"""
+
+import math
+from collections.abc import Collection, Iterator
+from itertools import product
+from typing import Any
+
+from dmc_cli.array_types import AnyArray
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.volume_io.decoding import DEFLATE_RATIO
+from dmc_cli.volume_io.unpacked_size import SLACK, passes
+
+LARGEST_CHUNK = 64
+"""Times the dataset's own bytes that a chunk may have: what passes the border is stored, too."""
+
+DEFLATE, SHUFFLE, FLETCHER, LZF = 1, 2, 3, 32000
+"""HDF5's own numbers of the filters that are unpacked; the third is a checksum."""
+
+
+def check_inside(dataset: Any, name: str) -> None:
+    """Raise UnsupportedFormatError for a dataset whose values lie in other files or datasets."""
+    if dataset.external or dataset.is_virtual:
+        raise UnsupportedFormatError(
+            f"{name}: {dataset.name} found in other files; expected all values in this one; "
+            "copy it with h5repack"
+        )
+
+
+def check_stored(
+    dataset: Any, size: int, name: str, remedy: str, filters: Collection[int] = (DEFLATE, SHUFFLE, FLETCHER)
+) -> None:
+    """Refuse a dataset that its file cannot hold, chunks that are not there, and other filters.
+
+    Args:
+        dataset: An open dataset of h5py.
+        size: Bytes of the file.
+        name: The input, for messages.
+        remedy: What to do about an unusual filter.
+        filters: Those that are unpacked.
+
+    Raises:
+        UnsupportedFormatError: It is packed by another filter.
+        DamagedVolumeError: More is promised than stored.
+    """
+    pipeline = dataset.id.get_create_plist()
+    found = [pipeline.get_filter(index)[0] for index in range(pipeline.get_nfilters())]
+    if {*found} - {*filters} or len({*found}) < len(found):
+        raise UnsupportedFormatError(
+            f"{name}: an image packed by HDF5's filters {found} found; expected gzip; {remedy}"
+        )
+    promised = math.prod(dataset.shape) * dataset.dtype.itemsize
+    stored = min(dataset.id.get_storage_size(), size)
+    grid = math.prod(-(-n // c) for n, c in zip(dataset.shape, dataset.chunks or dataset.shape, strict=True))
+    is_absent = dataset.chunks is not None and dataset.id.get_num_chunks() < grid
+    chunk = math.prod(dataset.chunks or ()) * dataset.dtype.itemsize
+    is_absent = is_absent or chunk > LARGEST_CHUNK * promised + SLACK
+    is_packed = DEFLATE in found or LZF in found
+    if promised > stored * (DEFLATE_RATIO if is_packed else 1) or is_absent:
+        raise DamagedVolumeError(
+            f"{name}: {stored} bytes found for an image of {' x '.join(map(str, dataset.shape))} values of "
+            f"{dataset.dtype.name}; the file is incomplete or damaged; get it again"
+        )
+
+
+def stored_slabs(dataset: Any, place: tuple[int, ...], name: str) -> Iterator[AnyArray]:
+    """Yield a volume's slices along the last three axes, as many at a time as lie in a chunk.
+
+    Args:
+        dataset: An open dataset of h5py.
+        place: The volume's place along the axes before the last three.
+        name: The input, for messages.
+
+    Raises:
+        DamagedVolumeError: A chunk unpacks to far more than its place.
+    """
+    nz = dataset.shape[-3]
+    depth = 1 if dataset.chunks is None else dataset.chunks[-3]
+    for first in range(0, nz, depth):
+        last = min(first + depth, nz)
+        if dataset.compression == "gzip":
+            _check_chunks(dataset, (*place, first), name)
+        yield dataset[(*place, slice(first, last))]
+
+
+def _check_chunks(dataset: Any, start: tuple[int, ...], name: str) -> None:
+    """Refuse chunks of the slices from `start` on that unpack to far more than their place."""
+    chunk = dataset.chunks
+    expected = math.prod(chunk) * dataset.dtype.itemsize
+    outer = tuple(at // size * size for at, size in zip(start, chunk, strict=False))
+    inner = (range(0, n, size) for n, size in zip(dataset.shape[-2:], chunk[-2:], strict=True))
+    for offsets in product(*inner):
+        _, content = dataset.id.read_direct_chunk((*outer, *offsets))
+        if passes("zlib", content, expected):
+            raise DamagedVolumeError(
+                f"{name}: {len(content)} bytes found that unpack to more than the {expected} of a chunk; get "
+                "the file again"
+            )

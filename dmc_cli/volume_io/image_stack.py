@@ -1,0 +1,213 @@
+"""Put a volume together from a folder of images, a slice each, of whatever kind.
+
+The slices are those of one name and kind, in the order of the numbers in their names; what else lies in the
+folder is named. Distances are the settings', else those of the scanner's text beside them; space none.
+"""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.array_types import AnyArray
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
+from dmc_cli.notices import Notice
+from dmc_cli.progress import Progress
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume import Volume, allocate_values, check_shape, storable_type, widened_type
+from dmc_cli.volume_io.layout import Triple, check_file, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume_io.left_out import left_out, shortened
+from dmc_cli.volume_io.scanner_log import ScannerLog, log_texts, read_logs
+from dmc_cli.volume_io.slice_names import Slices, missing_numbers, ordered_slices
+from dmc_cli.volume_io.within import REMEDY, Bounds
+
+
+@dataclass(frozen=True)
+class Plane:
+    """An image whose values are not decoded yet.
+
+    Attributes:
+        shape: Rows and columns.
+        dtype: Type of its values.
+        read: Decodes them: an array of that shape.
+        notices: What is told of them.
+    """
+
+    shape: tuple[int, int]
+    dtype: np.dtype[Any]
+    read: Callable[[], AnyArray]
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True)
+class ImageKind:
+    """A kind of images.
+
+    Attributes:
+        format_name: The reader's name.
+        title: What messages call them, such as `TIFF`.
+        suffixes: Those of its files.
+        open_plane: Opens a file: takes its path and the input's name.
+        largest_ratio: Bytes of values a byte of the files, at most.
+    """
+
+    format_name: str
+    title: str
+    suffixes: tuple[str, ...]
+    open_plane: Callable[[Path, str], AbstractContextManager[Plane]]
+    largest_ratio: float
+
+
+def find_slices(folder: Path, name: str, kind: ImageKind, allow_outside: bool) -> tuple[Slices, list[str]]:
+    """Return the slices of a folder, and the names of its other files.
+
+    Raises:
+        VolumeError: There is none, or one is a link out of the folder.
+        AmbiguousVolumeError: The names do not tell which file is which slice.
+    """
+    visible = sorted(path for path in folder.iterdir() if not path.name.startswith(".") and path.is_file())
+    files = [path for path in visible if path.suffix.lower() in kind.suffixes]
+    if not files:
+        raise VolumeError(f"{name}: no {kind.title} file found; expected a stack of slices; check the path")
+    bounds = Bounds(folder, allow_outside=allow_outside)
+    for file in files:
+        if file.is_symlink() and not bounds.hold(file):
+            raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
+    others = [path.name for path in visible if path not in {*files}]
+    return ordered_slices(files, name), others
+
+
+def stack_volume(
+    folder: Path, name: str, settings: ReadSettings, progress: Progress, kind: ImageKind
+) -> Volume:
+    """Return the volume of a folder of slices.
+
+    Raises:
+        VolumeError: There is no slice, or too few.
+        UnsupportedFormatError: Images that are not grey.
+        DamagedVolumeError: A file cannot be decoded, or slices differ in size or type.
+        AmbiguousVolumeError: Names or numbers leave open which slices belong together; slices are missing.
+        MemoryBudgetError: The values do not fit into the memory that is free.
+    """
+    slices, others = find_slices(folder, name, kind, settings.allow_outside)
+    positions, notices = _gaps(slices, settings, name)
+    values, seen = _filled(slices.files, name, kind, progress)
+    rows, columns = values.shape[1:]
+    texts = log_texts(folder, others)
+    log = read_logs(texts, columns, rows, len(slices.files), _stem(slices.files[0]))
+    spacing, told = _spacing(log, slices, settings, kind)
+    origin, _ = chosen_origin(None, settings)
+    used = {log.file.name} if log is not None else set()
+    strays = [*slices.strays, *(other for other in others if other not in used)]
+    notices += [*seen, *slices.notices]
+    notices += [Notice("W-FILES-LEFT-OUT", sentence) for sentence in left_out(strays, "file", "files")]
+    return Volume(
+        values=values,
+        affine=scale_affine(spacing, origin),
+        space="none",
+        slice_positions=None if positions is None else positions * spacing[2],
+        path=name,
+        files=(*slices.files, *(text for text in texts if text.name in used)),
+        format=kind.format_name,
+        warnings=(*told, *notices),
+    )
+
+
+def _stem(file: Path) -> str:
+    """Return what comes before a slice's number, in small letters."""
+    return file.stem.lower().rstrip("0123456789")
+
+
+def _gaps(slices: Slices, settings: ReadSettings, name: str) -> tuple[AnyArray | None, list[Notice]]:
+    """Return where slices lie whose numbers have gaps, in steps from the first, or None where they have none.
+
+    Raises:
+        AmbiguousVolumeError: Numbers are missing, and the settings do not keep the gaps.
+    """
+    missing = missing_numbers(slices)
+    steps = np.diff(slices.numbers)
+    if not len(steps) or (steps == slices.step).all():
+        return None, []
+    told = f"numbers {shortened(list(map(str, missing)), ', ')}" if missing else "numbers of uneven steps"
+    if settings.slice_gaps != "keep":
+        raise AmbiguousVolumeError(
+            f"{name}: {told} missing between {slices.files[0].name} and {slices.files[-1].name}; expected "
+            f"numbers that go by {slices.step}; add the slices, or span the gaps with --slice-gaps keep"
+        )
+    positions = (np.array(slices.numbers, np.float64) - slices.numbers[0]) / slices.step
+    return positions, [Notice("W-SLICES-MISSING", f"{told} missing; the gaps are spanned")]
+
+
+def _spacing(
+    log: ScannerLog | None, slices: Slices, settings: ReadSettings, kind: ImageKind
+) -> tuple[Triple, list[Notice]]:
+    """Return the distances in mm: the settings' where they are given, else the text's, else 1 mm."""
+    notices = list(log.notices) if log is not None else []
+    if log is None or log.spacing is None:
+        chosen, told = chosen_spacing(None, settings, f"the {kind.title}")
+        return chosen, [*notices, *told]
+    x, y, z = log.spacing
+    if not log.is_whole:
+        z *= max(slices.step, log.step)
+    sizes = " x ".join(f"{length:g}" for length in (x, y, z))
+    if settings.spacing is not None:
+        sentence = f"{log.file.name} tells distances of {sizes} mm; those of --spacing are taken"
+        return settings.spacing, [Notice("W-OPTION-PREFERRED", sentence)]
+    sentence = f"{log.file.name} tells distances of {sizes} mm of the nodes, which are taken"
+    return (x, y, z), [Notice("W-SPACING-FROM-LOG", sentence), *notices]
+
+
+def _filled(
+    files: tuple[Path, ...], name: str, kind: ImageKind, progress: Progress
+) -> tuple[AnyArray, list[Notice]]:
+    """Return the values of all slices, shape (nz, ny, nx), and what is told of them, each once.
+
+    Raises:
+        DamagedVolumeError: Slices of different sizes or types, or more values than the files can hold.
+    """
+    size = sum(check_file(file, f"{name} ({file.name})") for file in files)
+    values: AnyArray | None = None
+    seen: dict[Notice, None] = {}
+    for k, file in enumerate(files):
+        with kind.open_plane(file, name) as plane:
+            values = _held(values, plane, files, name, kind, size)
+            _check_alike(plane, values, file, files[0], name)
+            values[k] = plane.read()
+            seen.update(dict.fromkeys(plane.notices))
+        progress.advance((k + 1) / len(files))
+    assert values is not None
+    return values, list(seen)
+
+
+def _held(
+    values: AnyArray | None, plane: Plane, files: tuple[Path, ...], name: str, kind: ImageKind, size: int
+) -> AnyArray:
+    """Return the array of all slices, made when the first one is known.
+
+    Raises:
+        DamagedVolumeError: Files of `size` bytes in all cannot hold it.
+    """
+    if values is not None:
+        return values
+    rows, columns = plane.shape
+    dtype = widened_type(plane.dtype).newbyteorder("=")
+    storable_type(name, dtype)
+    check_shape(name, (columns, rows, len(files)))
+    if len(files) * rows * columns * plane.dtype.itemsize > kind.largest_ratio * size:
+        raise DamagedVolumeError(
+            f"{name}: {size} bytes found for {len(files)} slices of {columns} x {rows} pixels; get the files "
+            "again"
+        )
+    return allocate_values(name, (columns, rows, len(files)), dtype)
+
+
+def _check_alike(plane: Plane, values: AnyArray, file: Path, first: Path, name: str) -> None:
+    """Raise DamagedVolumeError for a slice of another size or type than the first one."""
+    if plane.shape != values.shape[1:] or widened_type(plane.dtype).newbyteorder("=") != values.dtype:
+        raise DamagedVolumeError(
+            f"{name}: {file.name}: {plane.shape} pixels of {plane.dtype} found; expected "
+            f"{values.shape[1:]} of {values.dtype} as in {first.name}; put what is no slice elsewhere"
+        )

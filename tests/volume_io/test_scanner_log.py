@@ -1,0 +1,155 @@
+"""Distances of nodes from the text that a scanner left beside its slices: read where they are sure."""
+
+import numpy as np
+import pytest
+
+from dmc_cli.errors import AmbiguousVolumeError
+from tests.cases import case
+from tests.volume_io.reading import counting, read
+
+PIL = pytest.importorskip("PIL.Image")
+
+VALUES = counting((4, 6, 7), "u1")
+
+NRECON = """[System]
+Scanner=Skyscan1172
+[Acquisition]
+Camera Pixel Size (um)=   11.40
+Image Pixel Size (um)=   9.98
+[Reconstruction]
+Section to Section Step={step}
+Sections Count={count}
+Result Image Width (pixels)={width}
+Result Image Height (pixels)=6
+Pixel Size (um)={size}
+"""
+
+
+def nrecon(step=1, count=4, width=7, size="17.50"):
+    return NRECON.format(step=step, count=count, width=width, size=size)
+
+
+def stack(folder, texts=(), step=1, first=100):
+    for k, plane in enumerate(VALUES):
+        PIL.fromarray(plane).save(folder / f"scan_rec{first + k * step:08d}.png")
+    for name, text in dict(texts).items():
+        (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return folder
+
+
+def codes(volume):
+    return [notice.code for notice in volume.warnings]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "spacing"),
+    [
+        ("scan_rec.log", nrecon(), (0.0175,) * 3),
+        ("scan_rec.log", nrecon().replace("\n", "\r\n"), (0.0175,) * 3),
+        ("scan_rec.log", "[Reconstruction]\nPixel Size (um)=17.50\n", (0.0175,) * 3),
+        ("scan.txt", "Pixel Size (µm)\t: 5.25\n", (0.00525,) * 3),
+        ("scan.txt", "Pixel Size (µm)\t: 5.25\n".encode("latin-1"), (0.00525,) * 3),
+        ("scan.txt", "Voxel size = 5.25 nm\n".encode("utf-16"), (5.25e-6,) * 3),
+        ("scan.txt", "Voxel size: 10.5 x 10.5 x 12 um\n", (0.0105, 0.0105, 0.012)),
+        ("scan.txt", "Image width: 7\nPixel size (mm): 0.5\nSlice increment (mm): 2\n", (0.5, 0.5, 2)),
+        ("scan.txt", "el_size_mm: 0.0607 0.0607 0.0610\n", (0.0607, 0.0607, 0.061)),
+        ("scan.txt", "Element Size [mm]   0.018 0.018 0.02\n", (0.018, 0.018, 0.02)),
+        (
+            "scan.txt",
+            "! header\nOrig-ISQ-Dim-p        70   60   40\nOrig-ISQ-Dim-um       1400  1200  1200\n",
+            (0.02, 0.02, 0.03),
+        ),
+        ("scan.xtekct", "[XTekCT]\nVoxelSizeX=0.04\nVoxelSizeY=0.05\nVoxelSizeZ=0.06\n", (0.04, 0.05, 0.06)),
+        ("scan.pca", "[Geometry]\nVoxelSizeX=0.02\nVoxelSizeY=0.02\nVoxelSizeZ=0.02\n", (0.02,) * 3),
+    ],
+)
+def test_the_distances_are_read_and_told(tmp_path, name, text, spacing):
+    volume = read(stack(tmp_path, {name: text}))
+    np.testing.assert_allclose(volume.spacing, spacing, rtol=1e-12)
+    assert codes(volume) == ["W-SPACING-FROM-LOG"]
+    assert name in volume.warnings[0].sentence
+    assert volume.files[-1].name == name
+    np.testing.assert_array_equal(volume.values, VALUES)
+
+
+def test_a_stack_of_tiff_files_has_its_log_too(tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    for k, plane in enumerate(VALUES):
+        tifffile.imwrite(tmp_path / f"scan_rec{k:08d}.tif", plane)
+    (tmp_path / "scan_rec.log").write_text(nrecon())
+    volume = read(tmp_path)
+    np.testing.assert_allclose(volume.spacing, (0.0175,) * 3)
+    assert volume.format == "tiff"
+
+
+@pytest.mark.parametrize("folder", ["clean", "scan_rec", "scan_spr", "thumbs"])
+def test_the_folders_of_the_case_hold_the_same_volume(folder):
+    pytest.importorskip("tifffile")
+    volume = read(case("tiff_folder_log") / folder)
+    np.testing.assert_array_equal(volume.values, read(case("tiff_folder_log") / "clean").values)
+    assert volume.shape == (64, 48, 40)
+    named = {"scan_spr": "scan_rec_spr.bmp", "thumbs": "Thumbs.db", "scan_rec": "scan_rec.log"}
+    sentences = " ".join(notice.sentence for notice in volume.warnings)
+    assert named.get(folder, "") in sentences
+    assert volume.spacing == pytest.approx((0.0175,) * 3 if folder == "scan_rec" else (1, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("step", "told", "between"), [(1, 1, 17.5), (2, 2, 35), (2, 1, 35), (1, 4, 70), (4, 4, 70)]
+)
+def test_slices_lie_as_far_apart_as_their_numbers(tmp_path, step, told, between):
+    volume = read(stack(tmp_path, {"scan_rec.log": nrecon(step=told)}, step=step))
+    assert volume.spacing == pytest.approx((0.0175, 0.0175, between / 1000))
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("Pixel Size=17.5\n", "W-UNIT-MISSING"),
+        ("Pixel Size (parasang)=17.5\n", "W-UNIT-UNKNOWN"),
+        ("Pixel Size (um)=0\n", "W-GEOMETRY-CONTRADICTED"),
+        ("Pixel Size (um)=1e999\n", "W-GEOMETRY-CONTRADICTED"),
+        (nrecon(width=14), "W-GEOMETRY-CONTRADICTED"),
+    ],
+)
+def test_what_is_not_sure_is_not_used_and_told(tmp_path, text, code):
+    volume = read(stack(tmp_path, {"scan_rec.log": text}))
+    assert volume.spacing == (1, 1, 1)
+    assert codes(volume) == [code, "W-SPACING-MISSING"]
+    with pytest.raises(AmbiguousVolumeError, match=code):
+        read(tmp_path, strict=True)
+
+
+def test_slices_that_the_text_counts_otherwise_are_told(tmp_path):
+    volume = read(stack(tmp_path, {"scan_rec.log": nrecon(count=5)}))
+    assert volume.spacing == pytest.approx((0.0175,) * 3)
+    assert "W-SLICES-COUNT" in codes(volume)
+
+
+def test_the_given_spacing_is_preferred_and_that_is_told(tmp_path):
+    volume = read(stack(tmp_path, {"scan_rec.log": nrecon()}), spacing=(1, 2, 3))
+    assert volume.spacing == (1, 2, 3)
+    assert codes(volume) == ["W-OPTION-PREFERRED"]
+
+
+def test_the_text_of_the_reconstruction_is_surer_than_that_of_the_scan(tmp_path):
+    """Whatever the first is called; and the one with the slices' name than others."""
+    scan = "[Acquisition]\nImage Pixel Size (um)=9.98\n"
+    volume = read(stack(tmp_path, {"a.log": scan, "z.log": nrecon()}))
+    assert volume.spacing == pytest.approx((0.0175,) * 3)
+    assert any("a.log" in notice.sentence for notice in volume.warnings)
+    volume = read(stack(tmp_path, {"a.log": nrecon(size=3), "scan_rec.log": nrecon(), "z.log": scan}))
+    assert volume.spacing == pytest.approx((0.0175,) * 3)
+
+
+def test_two_texts_that_differ_are_not_used(tmp_path):
+    volume = read(stack(tmp_path, {"a.log": nrecon(), "z.log": nrecon(size=3)}))
+    assert volume.spacing == (1, 1, 1)
+    assert codes(volume)[:2] == ["W-GEOMETRY-CONTRADICTED", "W-SPACING-MISSING"]
+
+
+def test_other_texts_are_left_out_by_name(tmp_path):
+    texts = {"notes.txt": "nothing of use: 3\n", "many.log": "a" * 300_000, "odd.log": bytes(range(256)) * 9}
+    volume = read(stack(tmp_path, texts))
+    assert codes(volume) == ["W-SPACING-MISSING", "W-FILES-LEFT-OUT"]
+    assert "many.log, notes.txt, odd.log" in volume.warnings[1].sentence
