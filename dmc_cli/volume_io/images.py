@@ -79,7 +79,8 @@ def _opened(path: Path, name: str) -> Iterator[Plane]:
         raise UnsupportedFormatError(f"{name}: images found, but {MISSING['Pillow']}") from error
     with _told(path, name), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # large images, and metadata that nobody looks at
-        with Image.open(path, formats=("PNG", "BMP", "DIB", "JPEG")) as image:
+        # opened here: Pillow leaves a file open that cannot be read
+        with path.open("rb") as file, Image.open(file, formats=("PNG", "BMP", "DIB", "JPEG")) as image:
             frames = getattr(image, "n_frames", 1)
             if frames > 1:
                 raise UnsupportedFormatError(
