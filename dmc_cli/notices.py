@@ -16,7 +16,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-SPACING-MISSING": "no distance of the nodes, along all axes or some; 1 mm is taken",
     "W-ORIENTATION-MISSING": "no orientation: axes are the grid's own, or those the format's programs assume",
     "W-AXES-MISSING": "axes without names, more than a volume has; taken as the message says",
-    "W-GEOMETRY-CONTRADICTED": "two statements about the geometry that differ; the message says which is taken",
+    "W-GEOMETRY-CONTRADICTED": "statements about the geometry that differ; the message says which is taken",
     "W-UNIT-DOUBTFUL": "a unit that puts nodes farther apart, or nearer, than any are; taken as told",
     "W-PHOTOMETRIC": "values that are no brightness (white is low, a colour table); taken as stored",
     "W-SLICES-COUNT": "a text beside the slices tells of another number of them",

@@ -179,8 +179,8 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
             )
         if len(tiff.pages) > 1:
             raise UnsupportedFormatError(
-                f"{path.name}: {len(tiff.pages)} pages found; expected a slice a file, or a file with all slices; "
-                "give that file by itself"
+                f"{path.name}: {len(tiff.pages)} pages found; expected a slice a file; give a "
+                "file that has all slices by itself"
             )
         check_segments(tiff, page, name)
         yield Plane(page.shape, page.dtype, page.asarray, _photometric(page))
