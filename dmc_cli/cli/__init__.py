@@ -11,7 +11,7 @@ terminal       what is printed, escaped
 light_nibabel  of nibabel no more than is asked for
 parameters     arguments to values
 sections       options under the headings of a help text
-options        the options that commands share, each from its settings field
+options/       the options that commands share, each from its settings field
 convert, measure, info, synth, reproduce, doctor, completion  a command each
 templates      names of a batch's outputs
 batch_file     a batch's options out of a TOML file

@@ -1,0 +1,28 @@
+# What commands use of the options.
+
+from .from_settings import default_of as default_of, gather as gather, setting as setting, stack as stack
+from .mesh import mesh_options as mesh_options
+from .output import (
+    force_option as force_option,
+    json_option as json_option,
+    output_argument as output_argument,
+    output_options as output_options,
+)
+from .reading import (
+    input_argument as input_argument,
+    noise_options as noise_options,
+    read_options as read_options,
+)
+from .run import (
+    device_option as device_option,
+    memory_option as memory_option,
+    run_options as run_options,
+    threads_option as threads_option,
+    verbosity_options as verbosity_options,
+)
+from .surface import (
+    batch_isovalue_option as batch_isovalue_option,
+    isovalue_option as isovalue_option,
+    shape_of_surface_options as shape_of_surface_options,
+    surface_options as surface_options,
+)

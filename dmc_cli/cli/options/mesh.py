@@ -1,0 +1,44 @@
+"""Offer the options of what is done to a mesh before it is written."""
+
+from dmc_cli.cli.options.from_settings import setting, stack
+from dmc_cli.settings import MeshSettings
+
+mesh_options = stack(
+    setting(
+        MeshSettings,
+        "simplify",
+        section="Mesh",
+        help="Remove quads by the valences of their vertices: the pattern 3-X-3-Y, 3-3-3-3, or both.",
+    ),
+    setting(
+        MeshSettings,
+        "simplify_rules",
+        section="Mesh",
+        help="Keep the mesh manifold and unfolded, or follow the papers' bare rules.",
+    ),
+    setting(
+        MeshSettings,
+        "project",
+        "--project/--no-project",
+        section="Mesh",
+        is_flag=True,
+        help="Put the vertices of simplification back on the surface.",
+    ),
+    setting(
+        MeshSettings,
+        "remesh",
+        section="Mesh",
+        type=int,
+        metavar="ROUNDS",
+        help="Reduce irregular vertices in ROUNDS rounds of edge rotations, quad collapses and splits; 20 do"
+        " most of it. Implies --simplify all.",
+    ),
+    setting(
+        MeshSettings,
+        "relax",
+        section="Mesh",
+        type=int,
+        metavar="N",
+        help="Smooth on the surface in N steps: vertices glide to where quads have better shapes.",
+    ),
+)

@@ -1,0 +1,85 @@
+"""Offer the options of what is written, and how."""
+
+from typing import get_args
+
+import click
+
+from dmc_cli import mesh_formats
+from dmc_cli.cli.options.from_settings import setting, stack
+from dmc_cli.cli.parameters import ChoiceList, complete_files
+from dmc_cli.cli.sections import SectionedOption
+from dmc_cli.settings import OutputSettings, Requirement
+
+output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
+
+output_options = stack(
+    setting(
+        OutputSettings,
+        "output_format",
+        section="Output",
+        type=click.Choice(tuple(mesh_formats.FORMATS)),
+        help=f"The format, where the suffix ({', '.join(mesh_formats.known_suffixes())}) does not tell.",
+    ),
+    setting(
+        OutputSettings,
+        "normals",
+        "--normals/--no-normals",
+        section="Output",
+        is_flag=True,
+        help="Vertex normals.",
+    ),
+    setting(
+        OutputSettings,
+        "space",
+        section="Output",
+        help="Axes of the coordinates: the input's, RAS or LPS, or grid indices.",
+    ),
+    setting(
+        OutputSettings,
+        "unit",
+        section="Output",
+        help="Unit of the coordinates, and in the report of area, volume and bounds.",
+    ),
+    setting(
+        OutputSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
+    ),
+    setting(
+        OutputSettings,
+        "halfedges",
+        section="Output",
+        metavar="FILE",
+        shell_complete=complete_files,
+        help="Write the halfedges and colours, too: .npz or .txt.",
+    ),
+    setting(
+        OutputSettings,
+        "report",
+        section="Output",
+        metavar="FILE",
+        shell_complete=complete_files,
+        help="Write a JSON report; - is standard output.",
+    ),
+    setting(
+        OutputSettings,
+        "require",
+        section="Output",
+        type=ChoiceList(get_args(Requirement)),
+        again=ChoiceList.again,
+        help=f"Write no mesh and end with status 6 unless it is: {', '.join(get_args(Requirement))}.",
+    ),
+    setting(
+        OutputSettings, "check", section="Output", is_flag=True, help="Verify every invariant before writing."
+    ),
+    setting(
+        OutputSettings, "allow_empty", section="Output", is_flag=True, help="An empty surface is no error."
+    ),
+    setting(
+        OutputSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."
+    ),
+    setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists."),
+)
+
+force_option = setting(OutputSettings, "force", section="Output", is_flag=True, help="Overwrite what exists.")
+json_option = click.option(
+    "--json", "as_json", cls=SectionedOption, section="Output", is_flag=True, help="JSON instead of text."
+)

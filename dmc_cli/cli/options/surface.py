@@ -1,0 +1,82 @@
+"""Offer the options of the surface: its level, the method of contouring, and what methods have of their own."""
+
+import click
+
+from dmc_cli.cli.options.from_settings import Decorator, default_of, setting, stack
+from dmc_cli.cli.parameters import complete_values
+from dmc_cli.methods import METHODS, method_named, option_values
+from dmc_cli.settings import SurfaceSettings
+
+
+def method_option(name: str, help: str) -> Decorator:
+    """Make an option of the surface that methods have or have not, with their values; `help` is for all."""
+    taken = {method: method_named(method).options.get(name, ()) for method in METHODS}
+    if len(set(taken.values())) > 1:
+        help += "".join(f" Of {method}: {', '.join(values)}." for method, values in taken.items() if values)
+    default = default_of(SurfaceSettings, "method")
+    return setting(
+        SurfaceSettings,
+        name,
+        section="Surface",
+        type=click.Choice(option_values(name)),
+        show_default=taken[default][0] if taken[default] else False,
+        help=help,
+    )
+
+
+def _method_help() -> str:
+    """Return the help text of `--method`: each method and its title."""
+    known = ", ".join(f"{name} ({method_named(name).title})" for name in METHODS)
+    return f"Contouring method: {known}."
+
+
+_ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
+
+_SEVERAL_ISOVALUES = "keep one of them, or give all of them to dmc batch"
+
+isovalue_option = setting(
+    SurfaceSettings,
+    "isovalue",
+    "-i",
+    "--isovalue",
+    section="Surface",
+    type=float,
+    again=_SEVERAL_ISOVALUES,
+    help=_ISOVALUE_HELP,
+)
+
+batch_isovalue_option = setting(
+    SurfaceSettings,
+    "isovalue",
+    "-i",
+    "--isovalue",
+    section="Surface",
+    type=float,
+    multiple=True,
+    help=f"{_ISOVALUE_HELP} May be given several times.",
+)
+
+shape_of_surface_options = stack(
+    setting(
+        SurfaceSettings,
+        "method",
+        section="Surface",
+        metavar=f"[{'|'.join(METHODS)}]",
+        shell_complete=complete_values(*METHODS),
+        help=_method_help(),
+    ),
+    setting(
+        SurfaceSettings, "inside", section="Surface", help="The side of the isovalue that is the object."
+    ),
+    method_option("topology", "A 2-manifold always, or the asymptotic decider's own answer."),
+    method_option("placement", "Where the vertices lie."),
+    method_option("border", "Leave the mesh open at the volume's border, or close it."),
+    setting(
+        SurfaceSettings,
+        "orientation",
+        section="Surface",
+        help="Normals out of the object, or along the gradient.",
+    ),
+)
+
+surface_options = stack(isovalue_option, shape_of_surface_options)
