@@ -61,6 +61,29 @@ def codes(volume):
         ),
         ("scan.xtekct", "[XTekCT]\nVoxelSizeX=0.04\nVoxelSizeY=0.05\nVoxelSizeZ=0.06\n", (0.04, 0.05, 0.06)),
         ("scan.pca", "[Geometry]\nVoxelSizeX=0.02\nVoxelSizeY=0.02\nVoxelSizeZ=0.02\n", (0.02,) * 3),
+        ("scan.pca", "[Geometry]\nVoxelSizeX=0.02\nVoxelSizeY=0.02\n", (0.02,) * 3),
+        ("scan.pcr", "[VolumeData]\nVoxelSizeRec=0.0125\nVolume_SizeX=70\n", (0.0125,) * 3),
+        ("scan.vgi", "{volume1}\n[geometry]\nresolution = 0.5 0.5 0.7\nunit = mm\n", (0.5, 0.5, 0.7)),
+        ("scan.vgi", "{volume1}\n[geometry]\nresolution = 50 50 70\nunit = um\n", (0.05, 0.05, 0.07)),
+        ("scan.txt", "!  El_size_mm (x,y,z)      0.0820  0.0820  0.09\n", (0.082, 0.082, 0.09)),
+        ("scan.txt", "Dim-p 70 60 40\nDim-um 1400 1200 1200\n", (0.02, 0.02, 0.03)),
+        ("scan.txt", "VoxelSize 0.5 0.5 1.0 mm\n", (0.5, 0.5, 1)),
+        (
+            "scan.txt",
+            "Pixel size x (um): 12\nPixel size y (um): 14\nSlice thickness (um): 20\n",
+            (0.012, 0.014, 0.02),
+        ),
+        ("scan.txt", "Pixel Size: 12 um/pixel\n", (0.012,) * 3),
+        ("scan.txt", "Voxel Size [µm/voxel]=12\n", (0.012,) * 3),
+        ("scan_rec.log", nrecon().encode("utf-16-le"), (0.0175,) * 3),
+        ("scan_rec.log", nrecon().replace(".", ","), (0.0175,) * 3),
+        ("scan_rec.log", nrecon(size="17,432").replace(".", ","), (0.017432,) * 3),
+        ("scan_rec.log", "Software Version=1.6.10\n" + nrecon().replace(".", ","), (0.0175,) * 3),
+        ("scan_rec.log", nrecon(size="17,50"), (0.0175,) * 3),
+        ("scan.txt", "Voxel size: 0,5 x 0,5 x 0,7 mm\n", (0.5, 0.5, 0.7)),
+        ("scan.txt", "Voxel size (mm): 0.5,0.5,0.7\n", (0.5, 0.5, 0.7)),
+        ("scan.txt", "Voxel size (mm): 2,3,4\n", (2, 3, 4)),
+        ("scan.log", "Number of Rows=900\nNumber of Columns=7\nImage Pixel Size (um)=6\n", (0.006,) * 3),
     ],
 )
 def test_the_distances_are_read_and_told(tmp_path, name, text, spacing):
@@ -110,6 +133,10 @@ def test_slices_lie_as_far_apart_as_their_numbers(tmp_path, step, told, between)
         ("Pixel Size (um)=0\n", "W-GEOMETRY-CONTRADICTED"),
         ("Pixel Size (um)=1e999\n", "W-GEOMETRY-CONTRADICTED"),
         (nrecon(width=14), "W-GEOMETRY-CONTRADICTED"),
+        (nrecon(size="17,432"), "W-GEOMETRY-CONTRADICTED"),
+        ("Pixel Size (um)=12 mm\n", "W-GEOMETRY-CONTRADICTED"),
+        (nrecon() + nrecon(size=3), "W-GEOMETRY-CONTRADICTED"),
+        ("Number of Columns=1000\nImage Pixel Size (um)=6\n", "W-GEOMETRY-CONTRADICTED"),
     ],
 )
 def test_what_is_not_sure_is_not_used_and_told(tmp_path, text, code):
@@ -118,6 +145,20 @@ def test_what_is_not_sure_is_not_used_and_told(tmp_path, text, code):
     assert codes(volume) == [code, "W-SPACING-MISSING"]
     with pytest.raises(AmbiguousVolumeError, match=code):
         read(tmp_path, strict=True)
+
+
+def test_the_text_of_slices_that_are_called_otherwise_is_not_used(tmp_path):
+    text = "Filename Prefix=other_rec\nPixel Size (um)=12\n"
+    volume = read(stack(tmp_path, {"other_rec.log": text}))
+    assert volume.spacing == (1, 1, 1)
+    assert codes(volume)[:2] == ["W-GEOMETRY-CONTRADICTED", "W-SPACING-MISSING"]
+    (tmp_path / "other_rec.log").rename(tmp_path / "scan_rec.log")  # called like the slices, it is theirs
+    assert read(tmp_path).spacing == pytest.approx((0.012,) * 3)
+
+
+def test_what_a_text_says_twice_alike_is_no_contradiction(tmp_path):
+    text = nrecon() + "[File name convention]\nFilename Prefix=scan_rec\nPixel Size (mm)=0.0175\n"
+    assert read(stack(tmp_path, {"scan_rec.log": text})).spacing == pytest.approx((0.0175,) * 3)
 
 
 def test_slices_that_the_text_counts_otherwise_are_told(tmp_path):
