@@ -5,11 +5,11 @@ of another format, it is DICOM, whose files have any name, and no file is opened
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dmc_cli.errors import AmbiguousVolumeError, VolumeError
-from dmc_cli.notices import Notice
+from dmc_cli.notices import Notice, notices
 from dmc_cli.volume_formats import FORMATS, format_of_start, format_of_suffix
 from dmc_cli.volume_io.image_kinds import kind_of, most_common_kind
 from dmc_cli.volume_io.layout import exists
@@ -26,6 +26,9 @@ NO_VOLUMES = ("dicom", "raw", "zarr", "tiff", "images")
 """Formats whose files are no volumes by themselves in a folder."""
 
 SYSTEM_FOLDERS = ("__macosx",)
+
+TEXTS = (".txt", ".log", ".ini", ".md", ".pdf", ".html", ".csv", ".json", ".xml", ".db", ".sha256", ".md5")
+"""Suffixes of what lies beside the only folder that is meant."""
 
 MOST_NESTED = 8
 """Folders that hold nothing but one other folder, at most."""
@@ -53,14 +56,22 @@ def folder_content(path: Path, name: str) -> FolderContent:
         VolumeError: It cannot be read.
         AmbiguousVolumeError: Several volumes, or as many images of two kinds.
     """
-    folder, files, folders = _entered(path, name)
+    folder, files, folders, strays = _entered(path, name)
+    content = _content(path, folder, files, folders, name)
+    told = left_out(strays, "file", "files") if content.format_name != "dicom" else []
+    return replace(content, notices=(*notices("W-FILES-LEFT-OUT", told), *content.notices))
+
+
+def _content(path: Path, folder: Path, files: list[str], folders: list[str], name: str) -> FolderContent:
+    """Return what a folder holds that was entered from a path."""
     if is_zarr(folder):
         return FolderContent("zarr", folder)
     volumes = [file for file in files if _is_volume(file)]
     image = most_common_kind(files, name)
     if not volumes and image is None:
-        is_store = len(folders) == 1 and not files and is_zarr(folder / folders[0])
-        return FolderContent("zarr", folder / folders[0]) if is_store else FolderContent("dicom", path)
+        if len(folders) == 1 and not files and is_zarr(folder / folders[0]):
+            return FolderContent("zarr", folder / folders[0])
+        return _neither(path, folder, files, name)
     kind, images = image or ("", 0)
     is_stack = images >= max(2, len(volumes)) or not volumes
     others = {file for file in files if kind_of(file) is None and file not in volumes}
@@ -76,14 +87,45 @@ def folder_content(path: Path, name: str) -> FolderContent:
     return _single(folder, volumes[0], [file for file in files if file != volumes[0]])
 
 
-def _entered(path: Path, name: str) -> tuple[Path, list[str], list[str]]:
-    """Return the first folder that holds more than another one, with the names of its files and folders."""
+def _neither(path: Path, folder: Path, files: list[str], name: str) -> FolderContent:
+    """Return what a folder is that holds no volume or image by their names: a raw file, or DICOM.
+
+    Raises:
+        AmbiguousVolumeError: There are volumes or images in folders of it, and no DICOM.
+    """
+    raw = [file for file in files if format_of_suffix(inner_name(file)) == "raw"]
+    others = {file for file in files if file not in raw}
+    if len(raw) == 1 and not _holds_dicom(folder, others, 1):
+        return _single(folder, raw[0], [*others])
+    below: dict[str, str] = {}
+    for file, status in Walk(folder, Bounds(folder)).files():
+        inner, _, last = file.rpartition("/")
+        if _is_volume(last) or kind_of(last) is not None:
+            below.setdefault(inner, file)
+        elif not last.lower().endswith(TEXTS) and status.st_size and _is_dicom(folder / file):
+            return FolderContent("dicom", path)
+    if len(below) > 1:
+        raise AmbiguousVolumeError(
+            f"{name}: {len(below)} folders found with volumes or images "
+            f"({shortened([*below.values()], ', ')}); expected one; give the folder or file that is wanted"
+        )
+    return FolderContent("dicom", path)
+
+
+def _entered(path: Path, name: str) -> tuple[Path, list[str], list[str], list[str]]:
+    """Return the first folder that holds more than texts and another one, what it holds, and those texts.
+
+    What it holds are the names of its files and of its folders.
+    """
+    strays: list[str] = []
     for _ in range(MOST_NESTED):
         files, folders = _listed(path, name)
-        if files or len(folders) != 1 or is_zarr(path):
+        texts = [file for file in files if file.lower().endswith(TEXTS)]
+        if len(texts) < len(files) or len(folders) != 1 or is_zarr(path):
             break
+        strays += texts
         path = path / folders[0]
-    return path, files, folders
+    return path, files, folders, strays
 
 
 def _listed(folder: Path, name: str) -> tuple[list[str], list[str]]:

@@ -1,10 +1,11 @@
-"""Know the kinds of images that slices are written as, by their suffixes."""
+"""Know the kinds of images that slices are written as, by their suffixes, and the tag that turns them."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import PurePath
 
 from dmc_cli.errors import AmbiguousVolumeError
+from dmc_cli.notices import Notice
 
 KINDS = {
     "TIFF": (".tif", ".tiff"),
@@ -14,6 +15,14 @@ KINDS = {
     "JPEG": (".jpg", ".jpeg"),
 }
 """Suffixes by the name of the kind."""
+
+
+def turned(orientation: object, title: str) -> tuple[Notice, ...]:
+    """Return what is told of images whose tag Orientation, of TIFF and Exif, is not 1: as stored."""
+    if orientation in (None, 0, 1):
+        return ()
+    sentence = f"the {title} images are to be turned or mirrored by their tag Orientation; taken as stored"
+    return (Notice("W-IMAGE-TURNED", sentence),)
 
 
 def kind_of(file_name: str) -> str | None:

@@ -34,12 +34,19 @@ class Plane:
         dtype: Type of its values.
         read: Decodes them: an array of that shape.
         notices: What is told of them.
+        bits: Those of a pixel, where the type has more of them.
     """
 
     shape: tuple[int, int]
     dtype: np.dtype[Any]
     read: Callable[[], AnyArray]
     notices: tuple[Notice, ...] = ()
+    bits: int = 0
+
+    @property
+    def depth(self) -> int:
+        """Return the bits of a pixel."""
+        return self.bits or 8 * self.dtype.itemsize
 
 
 @dataclass(frozen=True)
@@ -171,10 +178,12 @@ def _filled(
     size = sum(check_file(file, f"{name} ({file.name})") for file in files)
     values: AnyArray | None = None
     seen: dict[Notice, None] = {}
+    depth = 0
     for k, file in enumerate(files):
         with kind.open_plane(file, name) as plane:
             values = _held(values, plane, files, name, kind, size)
-            _check_alike(plane, values, file, files[0], name)
+            depth = depth or plane.depth
+            _check_alike(plane, values, depth, file, files[0], name)
             values[k] = plane.read()
             seen.update(dict.fromkeys(plane.notices))
         progress.advance((k + 1) / len(files))
@@ -204,10 +213,15 @@ def _held(
     return allocate_values(name, (columns, rows, len(files)), dtype)
 
 
-def _check_alike(plane: Plane, values: AnyArray, file: Path, first: Path, name: str) -> None:
-    """Raise DamagedVolumeError for a slice of another size or type than the first one."""
+def _check_alike(plane: Plane, values: AnyArray, depth: int, file: Path, first: Path, name: str) -> None:
+    """Raise DamagedVolumeError for a slice of another size, type or number of bits than the first one."""
     if plane.shape != values.shape[1:] or widened_type(plane.dtype).newbyteorder("=") != values.dtype:
         raise DamagedVolumeError(
             f"{name}: {file.name}: {plane.shape} pixels of {plane.dtype} found; expected "
             f"{values.shape[1:]} of {values.dtype} as in {first.name}; put what is no slice elsewhere"
+        )
+    if plane.depth != depth:
+        raise DamagedVolumeError(
+            f"{name}: {file.name} has {plane.depth} bits a pixel, {first.name} has {depth}; expected the "
+            "same of all, for their values mean something else; convert them to one depth"
         )

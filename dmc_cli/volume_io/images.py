@@ -18,7 +18,7 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError,
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
-from dmc_cli.volume_io.image_kinds import KINDS, most_common_kind
+from dmc_cli.volume_io.image_kinds import KINDS, most_common_kind, turned
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, stack_volume
 from dmc_cli.volume_io.layout import check_file
 
@@ -32,6 +32,12 @@ LARGEST_RATIO = 5000
 
 SCALED = {"L;2": 85, "L;4": 17}
 """Grey of few bits that Pillow spreads over 8, and by what factor."""
+
+FEW_BITS = {"1": 1, "L;2": 2, "L;4": 4}
+"""Pillow's names of images of less than 8 bits."""
+
+ORIENTATION = 274
+"""Exif's tag."""
 
 GREY_MODES = ("1", "L", "I;16", "I;16B", "I", "F")
 """Pillow's names of grey images."""
@@ -74,10 +80,10 @@ def images_entries(path: Path, name: str, settings: ReadSettings) -> list[Volume
 def _opened(path: Path, name: str) -> Iterator[Plane]:
     """Open an image of Pillow's."""
     try:
-        from PIL import Image
+        from PIL import Image, UnidentifiedImageError
     except ImportError as error:
         raise UnsupportedFormatError(f"{name}: images found, but {MISSING['Pillow']}") from error
-    with _told(path, name), warnings.catch_warnings():
+    with _told(path, name, UnidentifiedImageError), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # large images, and metadata that nobody looks at
         # opened here: Pillow leaves a file open that cannot be read
         with path.open("rb") as file, Image.open(file, formats=("PNG", "BMP", "DIB", "JPEG")) as image:
@@ -92,7 +98,11 @@ def _opened(path: Path, name: str) -> Iterator[Plane]:
             dtype = np.dtype("u1")
             if is_grey and image.mode not in ("1", "L"):
                 dtype = np.dtype({"I": "i4", "F": "f4"}.get(image.mode, "u2"))
-            yield Plane((rows, columns), dtype, lambda: _grey(image, raw, path, name))
+            bits = FEW_BITS.get(image.mode, FEW_BITS.get(raw, 0))
+            notices = (
+                turned(image.getexif().get(ORIENTATION), str(image.format)) if "exif" in image.info else ()
+            )
+            yield Plane((rows, columns), dtype, lambda: _grey(image, raw, path, name), notices, bits)
 
 
 def _raw_mode(image: Any) -> str:
@@ -141,14 +151,16 @@ def _opened_jpeg_2000(path: Path, name: str) -> Iterator[Plane]:
 
 
 @contextmanager
-def _told(path: Path, name: str) -> Iterator[None]:
-    """Tell in one message whatever a decoder meets."""
+def _told(path: Path, name: str, unknown: type[Exception] = NotImplementedError) -> Iterator[None]:
+    """Tell in one message whatever a decoder meets; `unknown` is what it raises for a file of no kind."""
     try:
         yield
     except (DmcError, MemoryError):
         raise
     except Exception as error:
         told = " ".join(str(error).split())[:200]
+        if isinstance(error, unknown):
+            told = "it begins like no PNG, BMP or JPEG"
         raise DamagedVolumeError(
             f"{name}: {path.name} cannot be read ({told}); expected an image; get the file again"
         ) from error

@@ -75,7 +75,8 @@ def ordered_slices(files: list[Path], name: str) -> Slices:
         raise AmbiguousVolumeError(
             f"{name}: {' and '.join(same[:2])} have the same number; expected each slice once; leave one out"
         )
-    return Slices(tuple(chosen), numbers, strays)
+    ordered = sorted(zip(numbers, chosen, strict=True))  # the case of letters does not count
+    return Slices(tuple(file for _, file in ordered), tuple(number for number, _ in ordered), strays)
 
 
 def _natural_key(file: Path) -> list[tuple[int, str]]:

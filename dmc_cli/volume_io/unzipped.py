@@ -70,7 +70,7 @@ def _is_other(entry_name: str) -> bool:
     """Return whether an entry's suffix means an image or a volume of another format than DICOM."""
     plain = inner_name(entry_name).lower()
     meant = format_of_suffix(entry_name) or format_of_suffix(plain)
-    return kind_of(entry_name) is not None or plain.endswith(".hdr") or meant not in (None, "dicom", "raw")
+    return kind_of(entry_name) is not None or plain.endswith(".hdr") or meant not in (None, "dicom")
 
 
 def _is_dicom(path: Path, entry: zipfile.ZipInfo) -> bool:

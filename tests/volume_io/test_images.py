@@ -142,6 +142,45 @@ def test_colours_and_transparent_pixels_are_refused(tmp_path):
         read(tmp_path)
 
 
+@pytest.mark.parametrize("depth", [1, 2, 4])
+def test_slices_of_other_bits_are_refused(tmp_path, depth):
+    """ImageMagick writes an empty slice in as few bits as it takes: white is 1 there, and 255 elsewhere."""
+    save(tmp_path, numbered(".png"))
+    (tmp_path / "rec9.png").write_bytes(_png(VALUES[2] % 2, depth=depth))
+    told = rf"rec9.png has {depth} bits a pixel, rec7.png has 8.*convert them to one depth"
+    with pytest.raises(DamagedVolumeError, match=told):
+        read(tmp_path)
+    (tmp_path / "rec7.png").write_bytes(_png(VALUES[0] % 2, depth=depth))
+    with pytest.raises(DamagedVolumeError, match=rf"rec8.png has 8 bits a pixel, rec7.png has {depth}"):
+        read(tmp_path)
+
+
+def test_an_image_to_be_turned_for_display_is_told(tmp_path):
+    turned = PIL.Exif()
+    turned[0x112] = 6
+    for name, plane in zip(numbered(".jpg"), VALUES, strict=True):
+        PIL.fromarray(plane).save(tmp_path / name, exif=turned)
+    volume = read(tmp_path)
+    assert volume.shape == (7, 6, 4)
+    assert codes(volume) == ["W-SPACING-MISSING", "W-IMAGE-TURNED"]
+    turned[0x112] = 1
+    for name, plane in zip(numbered(".jpg"), VALUES, strict=True):
+        PIL.fromarray(plane).save(tmp_path / name, exif=turned)
+    assert codes(read(tmp_path)) == ["W-SPACING-MISSING"]
+
+
+def test_the_case_of_letters_does_not_change_the_order(tmp_path):
+    save(tmp_path, ["S1.png", "s2.PNG", "S3.Png", "s4.png"])
+    np.testing.assert_array_equal(read(tmp_path).values, VALUES)
+
+
+def test_a_file_that_is_no_image_is_told_in_words(tmp_path):
+    save(tmp_path, numbered(".png"))
+    (tmp_path / "rec8.png").write_bytes(b"II*\0 or something else")
+    with pytest.raises(DamagedVolumeError, match=r"rec8.png cannot be read \(it begins like no PNG, BMP or"):
+        read(tmp_path)
+
+
 def test_slices_that_differ_are_refused(tmp_path):
     for other in (np.zeros((6, 8), "u1"), np.zeros((6, 7), "<u2")):
         save(tmp_path, numbered(".png"), [*VALUES[:3], other])

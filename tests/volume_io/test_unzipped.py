@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, SettingsError, VolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io import unzipped
 from dmc_cli.volume_io.read import list_volumes
@@ -158,3 +158,40 @@ def test_nothing_is_left_of_a_zip(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     read(source)
     assert not list((tmp_path / "temporary").iterdir())
+
+
+def test_a_text_beside_the_only_folder_is_named(tmp_path):
+    folder, path = honest("nifti", tmp_path)
+    outer = tmp_path / "outer"
+    shutil.copytree(folder, outer / "scan")
+    (outer / "readme.txt").write_text("of use to people")
+    (outer / "scan.log").write_text("of use to the scanner")
+    for source in (outer, zipped(tmp_path / "a.zip", outer)):
+        volume = read(source)
+        np.testing.assert_array_equal(volume.values, read(path).values)
+        told = "2 files were left out: readme.txt, scan.log"
+        assert told in [notice.sentence for notice in volume.warnings]
+
+
+def test_volumes_in_several_folders_are_listed(tmp_path):
+    folder, path = honest("nrrd", tmp_path)
+    outer = tmp_path / "outer"
+    for name in ("one", "two"):
+        shutil.copytree(folder, outer / name)
+    for source in (outer, zipped(tmp_path / "a.zip", outer)):
+        with pytest.raises(
+            AmbiguousVolumeError, match=rf"2 folders found with volumes or images.*one/{path.name}, two/"
+        ):
+            read(source)
+
+
+def test_a_raw_file_alone_is_read_as_the_options_say(tmp_path):
+    values = np.arange(4 * 5 * 6, dtype="u1").reshape(4, 5, 6)
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (folder / "a.raw").write_bytes(values.tobytes())
+    for source in (folder, zipped(tmp_path / "a.zip", folder)):
+        volume = read(source, shape=(6, 5, 4), dtype="uint8")
+        np.testing.assert_array_equal(volume.values, values)
+        with pytest.raises(SettingsError, match="--shape"):
+            read(source)

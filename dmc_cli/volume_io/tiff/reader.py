@@ -5,6 +5,7 @@ ImageJ's or OME's metadata where the file has it, else from the settings; space 
 """
 
 import logging
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,7 +18,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.axes import images_entry, unnamed_axes
-from dmc_cli.volume_io.image_kinds import KINDS
+from dmc_cli.volume_io.image_kinds import KINDS, turned
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
 from dmc_cli.volume_io.layout import (
     check_file,
@@ -32,6 +33,9 @@ from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_sta
 
 MIN_IS_WHITE, PALETTE = 0, 3
 """Photometric interpretations whose values are no brightness."""
+
+ORIENTATION = 274
+"""The tag that says how a page is to be turned."""
 
 MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install tifffile'
 
@@ -56,7 +60,7 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         found, doubts = tiff_spacing(tiff, name, number)
         notes = (
             *_unfollowed(tiff, number),
-            *_photometric(tiff.series[number].keyframe),
+            *_shown(tiff.series[number].keyframe),
             *unnamed_axes(image),
         )
     if found is not None:
@@ -113,6 +117,12 @@ def _told_errors(name: str) -> Iterator[None]:
     except Exception as error:
         # tifffile raises whatever its parsing and its codecs run into
         told = " ".join(str(error).split())[:200]
+        packed = re.search(r"<COMPRESSION\.(\w+).*requires the 'imagecodecs' package", told)
+        if packed is not None:
+            raise UnsupportedFormatError(
+                f"{name}: a TIFF of compression {packed[1]} found, which needs imagecodecs; pip install "
+                "imagecodecs, or write the TIFF uncompressed, or packed by deflate"
+            ) from error
         raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
     finally:
         quiet.setLevel(level)
@@ -183,7 +193,7 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
                 "file that has all slices by itself"
             )
         check_segments(tiff, page, name)
-        yield Plane(page.shape, page.dtype, page.asarray, _photometric(page))
+        yield Plane(page.shape, page.dtype, page.asarray, _shown(page))
 
 
 def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
@@ -197,8 +207,8 @@ def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
     return tuple(notes)
 
 
-def _photometric(page: Any) -> tuple[Notice, ...]:
-    """Return what a page's values are, where that is no brightness."""
+def _shown(page: Any) -> tuple[Notice, ...]:
+    """Return how a page is to be shown, where that is not as it is stored: no brightness, or turned."""
     photometric = int(page.photometric)
     notes = []
     if photometric == MIN_IS_WHITE:
@@ -207,4 +217,5 @@ def _photometric(page: Any) -> tuple[Notice, ...]:
     if photometric == PALETTE:
         told = "the TIFF's values are places in a colour table; they are taken as they are stored"
         notes.append(Notice("W-PHOTOMETRIC", told))
+    notes += turned(page.tags.valueof(ORIENTATION), "TIFF")
     return tuple(notes)

@@ -1,4 +1,5 @@
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -278,3 +279,34 @@ def test_the_files_that_ome_names_are_looked_at(tmp_path, named, taken):
         return
     with pytest.raises(DamagedVolumeError, match=r"a\.tif \(b\.tif\): the file is empty"):
         tiff_ome.check_ome(xml, 6, path, "a.tif", False)
+
+
+@pytest.mark.parametrize("stack", [True, False])
+def test_pages_to_be_turned_for_display_are_told(tmp_path, stack):
+    values = np.arange(3 * 4 * 5, dtype="u1").reshape(3, 4, 5)
+    tag = [(274, "H", 1, 5, True)]
+    if stack:
+        tifffile.imwrite(tmp_path / "a.tif", values, extratags=tag, photometric="minisblack")
+    else:
+        for k, plane in enumerate(values):
+            tifffile.imwrite(tmp_path / f"a{k}.tif", plane, extratags=tag)
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values, values)
+    assert "W-IMAGE-TURNED" in [notice.code for notice in volume.warnings]
+
+
+@pytest.mark.parametrize("stack", [True, False])
+def test_a_compression_that_needs_another_package_is_told(tmp_path, stack):
+    """Not that the file is damaged, as if another copy helped."""
+    if find_spec("imagecodecs"):
+        pytest.skip("imagecodecs is installed")
+    values = np.zeros((3, 40, 50), "u1")
+    image = pytest.importorskip("PIL.Image")
+    pages = [image.fromarray(plane) for plane in values]
+    if stack:
+        pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:], compression="tiff_lzw")
+    else:
+        for k, page in enumerate(pages):
+            page.save(tmp_path / f"a{k}.tif", compression="tiff_lzw")
+    with pytest.raises(UnsupportedFormatError, match=r"compression LZW.*imagecodecs.*deflate"):
+        read(tmp_path)
