@@ -149,10 +149,10 @@ FORMATS: dict[str, VolumeFormat] = {
     ),
     "hdf5": VolumeFormat(
         title="HDF5 and NeXus (FILE:/DATASET where a file holds several)",
-        suffixes=(".h5", ".hdf5", ".hdf", ".nxs", ".nx5", ".he5"),
+        suffixes=(".h5", ".hdf5", ".hdf", ".nxs", ".nx5", ".he5", ".ims"),
         begins=lambda start: start[:4] == _HDF and b"minc-2.0" not in start,
         may_begin=lambda start: start[:4] == _HDF,
-        options=("volume_index", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", *_GRID),
         read="hdf5:hdf5_volume",
         entries="hdf5:hdf5_entries",
     ),

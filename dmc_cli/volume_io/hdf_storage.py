@@ -4,7 +4,7 @@ What HDF5 would follow into other files, or would unpack whatever comes out, is 
 """
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -65,34 +65,40 @@ def check_stored(
         )
 
 
-def stored_slabs(dataset: Any, place: tuple[int, ...], name: str) -> Iterator[AnyArray]:
-    """Yield a volume's slices along the last three axes, as many at a time as lie in a chunk.
+def stored_slabs(dataset: Any, where: Sequence[int | None], name: str) -> Iterator[AnyArray]:
+    """Yield a volume's planes along the first of its axes, as many at a time as lie in a chunk.
 
     Args:
         dataset: An open dataset of h5py.
-        place: The volume's place along the axes before the last three.
+        where: For each axis the volume's place, or None for the three axes that are its own.
         name: The input, for messages.
 
     Raises:
         DamagedVolumeError: A chunk unpacks to far more than its place.
     """
-    nz = dataset.shape[-3]
-    depth = 1 if dataset.chunks is None else dataset.chunks[-3]
-    for first in range(0, nz, depth):
-        last = min(first + depth, nz)
+    along = list(where).index(None)
+    depth = 1 if dataset.chunks is None else dataset.chunks[along]
+    for first in range(0, dataset.shape[along], depth):
+        parts: list[int | slice] = [
+            slice(0, n) if w is None else w for w, n in zip(where, dataset.shape, strict=True)
+        ]
+        parts[along] = slice(first, min(first + depth, dataset.shape[along]))
         if dataset.compression == "gzip":
-            _check_chunks(dataset, (*place, first), name)
-        yield dataset[(*place, slice(first, last))]
+            _check_chunks(dataset, parts, name)
+        yield dataset[tuple(parts)]
 
 
-def _check_chunks(dataset: Any, start: tuple[int, ...], name: str) -> None:
-    """Refuse chunks of the slices from `start` on that unpack to far more than their place."""
-    chunk = dataset.chunks
-    expected = math.prod(chunk) * dataset.dtype.itemsize
-    outer = tuple(at // size * size for at, size in zip(start, chunk, strict=False))
-    inner = (range(0, n, size) for n, size in zip(dataset.shape[-2:], chunk[-2:], strict=True))
-    for offsets in product(*inner):
-        _, content = dataset.id.read_direct_chunk((*outer, *offsets))
+def _check_chunks(dataset: Any, parts: Sequence[int | slice], name: str) -> None:
+    """Refuse chunks of a part of a dataset that unpack to far more than their place."""
+    expected = math.prod(dataset.chunks) * dataset.dtype.itemsize
+    along = (
+        range(part // size * size, part + 1, size)
+        if isinstance(part, int)
+        else range(part.start // size * size, part.stop, size)
+        for part, size in zip(parts, dataset.chunks, strict=True)
+    )
+    for offsets in product(*along):
+        _, content = dataset.id.read_direct_chunk(offsets)
         if passes("zlib", content, expected):
             raise DamagedVolumeError(
                 f"{name}: {len(content)} bytes found that unpack to more than the {expected} of a chunk; get "

@@ -1,6 +1,7 @@
 """Datasets of HDF5 and NeXus files: which is meant, where it lies, and what is refused."""
 
 import gzip
+import json
 import sys
 
 import numpy as np
@@ -239,3 +240,154 @@ def test_h5py_may_be_missing(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(UnsupportedFormatError, match=r"h5py is not installed; pip install .*dmc-cli\[hdf5\]"):
         read(path)
+
+
+def test_axes_of_vigra_are_taken_by_their_names(path):
+    """ilastik writes the channels last."""
+    values = np.stack([VALUES, VALUES + 1], axis=-1)
+    tags = json.dumps({"axes": [{"key": key} for key in "zyxc"]})
+    write(path, {"exported_data": values}, axistags=tags)
+    with pytest.raises(AmbiguousVolumeError, match=r"2 volumes found \(channel 0 to 1\).*--channel"):
+        read(path)
+    for choice in ({"channel": "1"}, {"volume_index": 1}):
+        np.testing.assert_array_equal(read(path, **choice).values, VALUES + 1)
+    assert list_volumes(str(path), ReadSettings())[0].volumes == (
+        "channel 0, 6 x 5 x 4",
+        "channel 1, 6 x 5 x 4",
+    )
+    write(
+        path,
+        {"data": VALUES.T[None, ..., None]},
+        axistags=json.dumps({"axes": [{"key": k} for k in "txyzc"]}),
+    )
+    volume = read(path)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert codes(volume) == ["W-SPACING-MISSING"]
+    write(path, {"data": VALUES}, axistags=json.dumps({"axes": [{"key": "z"}]}))
+    with pytest.raises(DamagedVolumeError, match="1 axistags for 3 axes"):
+        read(path)
+
+
+@pytest.mark.parametrize("storage", [{}, {"chunks": (2, 3, 1, 5), "compression": "gzip"}])
+def test_a_volume_may_lie_across_the_stored_axes(path, storage):
+    values = counting((4, 5, 2, 6), "<i2")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("data", data=values, **storage)
+        for dimension, label in zip(file["data"].dims, ("y", "x", "channel", "z"), strict=True):
+            dimension.label = label
+    volume = read(path, channel="1")
+    np.testing.assert_array_equal(volume.values, values[:, :, 1].transpose(2, 0, 1))
+
+
+def test_scales_of_dimensions_are_places(path):
+    with h5py.File(path, "w") as file:
+        file["data"] = VALUES
+        for k, (label, step) in enumerate((("z", 3.0), ("y", 2.0), ("x", 1.0))):
+            file[label] = step * np.arange(VALUES.shape[k])
+            file[label].attrs["units"] = "um"
+            file[label].make_scale(label)
+            file["data"].dims[k].attach_scale(file[label])
+    volume = read(path)
+    np.testing.assert_allclose(volume.spacing, (0.001, 0.002, 0.003))
+    assert volume.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("label", "unit"),
+    [
+        ("energy", "eV"),
+        ("wavelength", "angstrom"),
+        ("qz", "1/angstrom"),
+        ("time", ""),
+        ("a", "K"),
+        ("theta", ""),
+    ],
+)
+def test_what_is_no_place_is_no_axis_of_space(path, label, unit):
+    places = [np.arange(4.0), np.arange(5.0), np.arange(6.0)]
+    with pytest.raises(UnsupportedFormatError, match=rf"the axis {label} in .*expected axes of space"):
+        read(nexus(path, [label, "y", "x"], places, [unit, "mm", "mm"]))
+
+
+def test_times_that_nexus_names_are_chosen_by_name(path):
+    values = counting((3, 4, 5, 6), "<i2")
+    places = [np.arange(float(n)) for n in values.shape]
+    nexus(path, ["t", "z", "y", "x"], places, ["s", "mm", "mm", "mm"], values)
+    volume = read(path, time="2")
+    np.testing.assert_array_equal(volume.values, values[2])
+    assert volume.warnings == ()
+
+
+@pytest.mark.parametrize("angles", ["theta", "rotation_angle"])
+def test_images_with_an_angle_each_are_no_slices(path, angles):
+    write(path, {"exchange/data": VALUES, f"exchange/{angles}": np.arange(4.0)})
+    with pytest.raises(UnsupportedFormatError, match=rf"an angle a slice in {angles}.*projections"):
+        read(path)
+
+
+def test_axes_without_names_are_told(path):
+    write(path, {"data": np.stack([VALUES, VALUES])})
+    assert "W-AXES-MISSING" in codes(read(path, volume_index=1))
+    with pytest.raises(AmbiguousVolumeError, match="W-AXES-MISSING"):
+        read(path, volume_index=1, spacing=(1, 1, 1), strict=True)
+    write(path, {"data": VALUES[None, :, None, :, :, None]})
+    volume = read(path, spacing=(1, 1, 1), strict=True)
+    np.testing.assert_array_equal(volume.values, VALUES)
+
+
+def test_an_array_of_matlabs_is_told(path):
+    volume = read(write(path, {"data": VALUES}, MATLAB_class=np.bytes_("int16")))
+    assert codes(volume) == ["W-AXES-MISSING", "W-SPACING-MISSING"]
+
+
+def test_a_group_stands_for_its_only_dataset(path):
+    write(
+        path, {"one/data": VALUES, "two/data": VALUES + 1, "two/more/data": VALUES, "none/table": np.zeros(3)}
+    )
+    np.testing.assert_array_equal(read(f"{path}:/one").values, VALUES)
+    with pytest.raises(AmbiguousVolumeError, match=r"2 datasets found .*choose with .*a\.h5:/two/data"):
+        read(f"{path}:/two")
+    with pytest.raises(UnsupportedFormatError, match="without a dataset of numbers along three axes"):
+        read(f"{path}:/none")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "spacing"),
+    [
+        ({"pixel_size_um": 12.0}, 0.012),
+        ({"voxel_size": [5.0, 5.0, 5.0], "unit": "nm"}, 5e-6),
+        ({"resolution": 2.0, "units": "mm"}, 2.0),
+        ({"spacing": 3.0, "units": ["um", "um", "um"]}, 0.003),
+        ({"voxel_size": [1.0, 2.0, 3.0], "unit": "um"}, "W-SPACING-MISSING"),
+        ({"voxel_size_um": [1.0, 2.0, 3.0]}, "W-SPACING-MISSING"),
+        ({"voxel_size": 1.0, "units": ["um", "nm", "um"]}, "W-UNIT-MISSING"),
+    ],
+)
+@pytest.mark.parametrize("owner", ["entry/data", "entry", "/"])
+def test_one_length_with_its_unit_counts(path, attributes, spacing, owner):
+    write(path, {"entry/data": VALUES})
+    with h5py.File(path, "a") as file:
+        file[owner].attrs.update(attributes)
+    volume = read(path)
+    if isinstance(spacing, str):
+        assert codes(volume)[0] == spacing
+        assert volume.spacing == (1, 1, 1)
+    else:
+        assert volume.spacing == pytest.approx((spacing,) * 3)
+        assert volume.warnings == ()
+
+
+def test_components_of_itk_are_volumes_to_choose_from(path):
+    image = sitk.GetImageFromArray(np.stack([VALUES, VALUES + 1], axis=-1), isVector=True)
+    sitk.WriteImage(image, str(path))
+    np.testing.assert_array_equal(read(path, channel="1").values, VALUES + 1)
+
+
+def test_places_along_some_axes_only_are_told(path):
+    places = [np.arange(4.0), np.arange(5.0), np.arange(6.0)]
+    nexus(path, ["z", "y", "x"], places, ["mm"] * 3)
+    with h5py.File(path, "a") as file:
+        del file["entry/data/z"]
+    volume = read(path)
+    assert codes(volume) == ["W-SPACING-MISSING", "W-SPACING-MISSING"]
+    assert "no places along z" in volume.warnings[0].sentence

@@ -1,6 +1,7 @@
 """Read datasets of HDF5 and NeXus files, and images that ITK wrote as HDF5; `reader` is the way in.
 
 dataset   which dataset of a file is meant
+named_axes  what a file calls the axes of its dataset
 geometry  what a file says of its dataset's axes, lengths and units
 reader    the volume of a dataset
 """

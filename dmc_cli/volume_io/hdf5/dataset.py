@@ -16,9 +16,9 @@ ITK_VALUES = "/ITKImage/0/VoxelData"
 
 
 def is_volume(dataset: Any) -> bool:
-    """Return whether a dataset holds numbers along three axes or more, two nodes along the last three."""
+    """Return whether a dataset holds numbers along three axes or more, two nodes along three at least."""
     shape = dataset.shape or ()
-    return dataset.dtype.kind in "iufb" and len(shape) >= 3 and min(shape[-3:]) > 1
+    return dataset.dtype.kind in "iufb" and sum(size > 1 for size in shape) >= 3
 
 
 def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any]:
@@ -37,6 +37,8 @@ def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any
     """
     if named:
         found = followed(file, named, name, h5py)
+        if isinstance(found, h5py.Group):
+            return _only(volumes_of(found, h5py), name.removesuffix(named), name)
         if not isinstance(found, h5py.Dataset):
             told = _listed(volumes_of(file, h5py)) or "none holds a volume"
             raise VolumeError(f"{name}: {named} is no dataset; expected one of the file's: {told}")
@@ -47,6 +49,16 @@ def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any
     found_volumes = volumes_of(file, h5py)
     if any(dataset.name == ITK_VALUES for dataset in found_volumes):
         return file[ITK_VALUES], file[ITK_VALUES].parent
+    return _only(found_volumes, f"{name}:", name)
+
+
+def _only(found_volumes: list[Any], before: str, name: str) -> tuple[Any, Any]:
+    """Return the only one of datasets and its group; `before` stands before a dataset's name in messages.
+
+    Raises:
+        UnsupportedFormatError: There is none.
+        AmbiguousVolumeError: There are several.
+    """
     if not found_volumes:
         raise UnsupportedFormatError(
             f"{name}: an HDF5 file without a dataset of numbers along three axes found; expected a volume"
@@ -54,7 +66,7 @@ def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any
     if len(found_volumes) > 1:
         raise AmbiguousVolumeError(
             f"{name}: {len(found_volumes)} datasets found ({_listed(found_volumes)}); expected one; choose "
-            f"with {name}:{found_volumes[0].name}"
+            f"with {before}{found_volumes[0].name}"
         )
     return found_volumes[0], found_volumes[0].parent
 

@@ -1,7 +1,7 @@
 """Read a dataset of an HDF5 file: `file.h5`, or `file.h5:/entry/data` where it holds several.
 
-Read through h5py, an extra. The last three axes are z, y, x unless NeXus names them otherwise; what comes
-before them counts volumes.
+Read through h5py, an extra. Axes are taken by their names; of those without one the last three are z, y, x,
+and the others count volumes.
 """
 
 import math
@@ -25,6 +25,7 @@ from dmc_cli.volume import (
     storable_type,
     widened_type,
 )
+from dmc_cli.volume_io.axes import Choice, Image, chosen_volume, listed_volumes
 from dmc_cli.volume_io.hdf5.dataset import is_volume, meant_dataset
 from dmc_cli.volume_io.hdf5.geometry import HdfGeometry, hdf_geometry
 from dmc_cli.volume_io.hdf_path import split_dataset
@@ -37,7 +38,7 @@ from dmc_cli.volume_io.hdf_storage import (
     check_stored,
     stored_slabs,
 )
-from dmc_cli.volume_io.layout import check_file, chosen_index, chosen_origin, chosen_spacing, file_entry
+from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, file_entry
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[hdf5]" or pip install h5py'
 
@@ -54,7 +55,8 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
     with _opened(path, name) as (dataset, geometry):
-        place, nodes = _grid(dataset, geometry, name, settings)
+        choice = chosen_volume([geometry.image], settings, name)
+        check_shape(name, geometry.image.nodes)
         check_inside(dataset, name)
         filters = (DEFLATE, SHUFFLE, FLETCHER, LZF)
         source, _ = split_dataset(path)
@@ -66,7 +68,7 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine[:3, :3] = directions * np.array(spacing)
         affine[:3, 3] = origin
         check_affine(name, affine)
-        values = _values(dataset, geometry, place, nodes, name, progress)
+        values = _values(dataset, geometry.image, choice, name, progress)
     return Volume(
         values=values,
         affine=affine,
@@ -85,8 +87,10 @@ def hdf5_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
         VolumeError: As `hdf5_volume`.
     """
     with _opened(path, name) as (dataset, geometry):
-        nz, ny, nx = (int(dataset.shape[axis]) for axis in geometry.order)
-        return [file_entry("hdf5", math.prod(dataset.shape) // (nz * ny * nx), (nx, ny, nz))]
+        image = geometry.image
+        listed = listed_volumes([image], settings, name)
+        count = math.prod(dataset.shape) // math.prod(image.nodes)
+        return [file_entry("hdf5", count, image.nodes, listed)]
 
 
 @contextmanager
@@ -119,43 +123,14 @@ def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
         ) from error
 
 
-def _grid(
-    dataset: Any, geometry: HdfGeometry, name: str, settings: ReadSettings
-) -> tuple[tuple[int, ...], tuple[int, int, int]]:
-    """Return the chosen place along the axes that count volumes, and the nodes along x, y, z.
-
-    Raises:
-        UnsupportedFormatError: The axes z, y, x are not the last three.
-    """
-    outer = tuple(axis for axis in range(dataset.ndim) if axis not in geometry.order)
-    if outer != tuple(range(dataset.ndim - 3)):
-        raise UnsupportedFormatError(
-            f"{name}: axes found of which x, y and z are not the last three; expected channels and times "
-            "before them; reorder the dataset"
-        )
-    sizes = tuple(int(dataset.shape[axis]) for axis in outer)
-    index = chosen_index(name, math.prod(sizes), settings.volume_index)
-    place = tuple(int(n) for n in np.unravel_index(index, sizes)) if sizes else ()
-    nz, ny, nx = (int(dataset.shape[axis]) for axis in geometry.order)
-    check_shape(name, (nx, ny, nz))
-    return place, (nx, ny, nz)
-
-
-def _values(
-    dataset: Any,
-    geometry: HdfGeometry,
-    place: tuple[int, ...],
-    nodes: tuple[int, int, int],
-    name: str,
-    progress: Progress,
-) -> AnyArray:
-    """Return the values of a volume, shape (nz, ny, nx), read a few slices at a time."""
+def _values(dataset: Any, image: Image, choice: Choice, name: str, progress: Progress) -> AnyArray:
+    """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time."""
+    assert image.grid is not None
     dtype = storable_type(name, widened_type(dataset.dtype))
-    values = allocate_values(name, nodes, dtype)
-    back = np.argsort(geometry.order)
-    target = values.transpose(tuple(int(axis) for axis in back))
+    values = allocate_values(name, image.nodes, dtype)
+    target = values.transpose(tuple(int(axis) for axis in np.argsort(image.grid)))
     done = 0
-    for slab in stored_slabs(dataset, place, name):
+    for slab in stored_slabs(dataset, choice.where, name):
         target[done : done + len(slab)] = slab
         done += len(slab)
         progress.advance(done / len(target))

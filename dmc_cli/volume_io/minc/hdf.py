@@ -51,7 +51,7 @@ def open_hdf(path: Path, name: str) -> MincImage:
         valid=image.attrs.get("valid_range"),
         ends=(np.asarray(ends[0]), np.asarray(ends[1])),
         ends_axes=ends_axes,
-        slabs=lambda place: stored_slabs(image, place, name),
+        slabs=lambda place: stored_slabs(image, (*place, None, None, None), name),
     )
 
 
