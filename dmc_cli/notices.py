@@ -46,6 +46,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
     "W-NORMALS-LEFT-OUT": "the mesh's format holds no normals",
+    "W-MESH-UNREAD": "a mesh file holds more than is read of it (normals, values, other cells)",
     "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",
 }
 """Codes of what was done as the file or the user says, each with what it means."""

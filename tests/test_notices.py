@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from dmc_cli.notices import (
     refuse_uncertain,
     warning_keys,
 )
+from dmc_cli.volume_io import numpy_file
 
 PACKAGE = Path(__file__).resolve().parent.parent / "dmc_cli"
 
@@ -38,6 +40,13 @@ def test_codes_have_one_form_and_one_meaning():
 
 def test_every_code_is_used_somewhere():
     text = "".join(path.read_text() for path in PACKAGE.rglob("*.py") if path.name != "notices.py")
+    assert {code for code in CODES if f'"{code}"' not in text} == set()
+
+
+def test_every_code_is_named_by_a_test_that_provokes_it():
+    own = {"test_notices.py"}
+    tests = Path(__file__).resolve().parent
+    text = "".join(path.read_text() for path in tests.rglob("test_*.py") if path.name not in own)
     assert {code for code in CODES if f'"{code}"' not in text} == set()
 
 
@@ -77,20 +86,66 @@ def test_the_report_and_the_description_tell_codes(unplaced, tmp_path, run):
     ]
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["convert", "{volume}", "{output}", "-i", 0.5],
-        ["info", "{volume}"],
-    ],
-)
-def test_strict_ends_with_status_4_and_writes_nothing(words, unplaced, tmp_path, run):
-    output = tmp_path / "new" / "a.ply"
-    output.parent.mkdir()
-    words = [str(word).format(volume=unplaced, output=output) for word in words]
-    result = run(*words, "--strict")
-    assert result.exit_code == 4
-    assert "W-SPACING-MISSING" in result.stderr
-    assert "--spacing" in result.stderr
-    assert not list(output.parent.iterdir())
-    assert run(*words, "--strict", "--spacing", "1,1,1").exit_code == 0
+COMMANDS = {
+    "convert": ["convert", "{volume}", "{output}", "-i", 0.5],
+    "info": ["info", "{volume}"],
+    "measure": ["measure", "{mesh}", "--volume", "{volume}", "-i", 0.5],
+    "batch": ["batch", "{volume}", "-i", 0.5, "-o", "{output}"],
+}
+
+
+@pytest.fixture
+def call(unplaced, tmp_path, run):
+    """Run a command of `COMMANDS` with further words; return its result and what it has written."""
+    mesh = tmp_path / "mesh.ply"
+    assert run("convert", unplaced, mesh, "-i", 0.5, "--spacing", "1,1,1").exit_code == 0
+
+    def called(command, *more):
+        output = tmp_path / "new" / "a.ply"
+        output.parent.mkdir(exist_ok=True)
+        places = {"volume": unplaced, "output": output, "mesh": mesh}
+        result = run(*(str(word).format(**places) for word in COMMANDS[command]), *more)
+        return result, list(output.parent.iterdir())
+
+    return called
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_strict_ends_with_status_4_and_writes_nothing(call, command):
+    result, written = call(command, "--strict")
+    assert result.exit_code == (8 if command == "batch" else 4)
+    if command == "batch":
+        (line,) = map(json.loads, result.stdout.splitlines())
+        assert (line["status"], line["vertices"]) == (4, None)
+        told = line["error"]
+    else:
+        told = result.stderr
+    assert "W-SPACING-MISSING" in told
+    assert "--spacing" in told
+    assert not written
+    result, _ = call(command, "--strict", "--spacing", "1,1,1")
+    assert result.exit_code == 0
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_strict_refuses_every_code_about_meaning_and_no_other(call, command, monkeypatch):
+    read = numpy_file.numpy_volume
+    told = []
+
+    def telling(*arguments):
+        return replace(read(*arguments), warnings=tuple(Notice(code, "told") for code in told))
+
+    monkeypatch.setattr(numpy_file, "numpy_volume", telling)
+    for code in ABOUT_MEANING:
+        told[:] = [code]
+        result, written = call(command, "--strict")
+        assert (result.exit_code, written) == (8 if command == "batch" else 4, [])
+        assert code in result.stderr + result.stdout
+    told[:] = ABOUT_THE_RUN
+    assert call(command, "--strict")[0].exit_code == 0
+
+
+def test_people_see_the_codes_beside_the_sentences(call):
+    for command in ("convert", "info", "measure"):
+        result, _ = call(command)
+        assert "tells no spacing; --spacing gives it (W-SPACING-MISSING)" in result.stderr + result.stdout

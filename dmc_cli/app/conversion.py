@@ -55,7 +55,7 @@ from dmc_cli.report import (
     report_text,
 )
 from dmc_cli.runtime import Device, launch_kernels, load_kernels, select_device
-from dmc_cli.settings import ConvertSettings, OutputSettings
+from dmc_cli.settings import ConvertSettings, OutputSettings, OutputUnit
 from dmc_cli.volume import Volume, intact, output_affine
 
 
@@ -149,7 +149,7 @@ def _make_mesh(
 
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
     mesh = file_of_mesh(stages.mesh, normals if output.normals else None, space, output.unit)
-    return mesh, None if output.halfedges is None else _dump(stages, normals), report
+    return mesh, None if output.halfedges is None else _dump(stages, normals, output.unit), report
 
 
 def compile_kernels(progress: Progress = SILENT) -> None:
@@ -287,7 +287,7 @@ def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
             )
 
 
-def _dump(stages: Stages, normals: Any) -> HalfedgeDump:
+def _dump(stages: Stages, normals: Any, unit: OutputUnit) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
     mesh, halfedges = stages.mesh, stages.mesh.require_halfedges()
     return HalfedgeDump(
@@ -299,6 +299,7 @@ def _dump(stages: Stages, normals: Any) -> HalfedgeDump:
         face_color=mesh.face_values[COLOR].numpy(),
         face_color24=mesh.face_values[COLOR24].numpy(),
         vertex_color=stages.vertex_color.numpy(),
+        unit=unit,
     )
 
 

@@ -79,7 +79,7 @@ def measure_mesh(
     """
     found = connect(mesh_of_file(mesh, device))
     topology, quality = measure_topology(found), measure_quality(found)
-    warnings: list[Notice] = []
+    warnings: list[Notice] = [*mesh.warnings]
     deviation = None
     if reference is not None:
         warnings += reference.volume.warnings

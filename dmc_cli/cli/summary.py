@@ -30,8 +30,7 @@ def echo_summary(report: dict[str, Any]) -> None:
 
 def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of the summary; what the report does not hold is left out."""
-    for warning in report.get("warnings", []):
-        yield f"warning: {warning}"
+    yield from (f"warning: {warning}" for warning in _warnings(report))
     yield f"volume    {volume_line(report['input'])}"
     yield f"surface   {_surface_line(report['surface'])}"
     yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
@@ -48,8 +47,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
 
 def measure_lines(report: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of `dmc measure`."""
-    for warning in report["warnings"]:
-        yield f"warning   {warning}"
+    yield from (f"warning   {warning}" for warning in _warnings(report))
     mesh, topology, quality = report["mesh"], report["topology"], report["quality"]
     yield f"mesh      {_mesh_line(mesh)}"
     yield f"topology  {_topology_line(topology)}, Euler characteristic {topology['euler_characteristic']}"
@@ -100,8 +98,7 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
             yield from (f"  {number:<4}  {volume}" for number, volume in enumerate(shown))
             if len(entry["volumes"]) > len(shown):
                 yield f"  and {len(entry['volumes']) - len(shown)} more; --json has them all"
-    for warning in description.get("warnings", []):
-        yield f"warning   {warning}"
+    yield from (f"warning   {warning}" for warning in _warnings(description))
 
 
 def doctor_lines(diagnosis: dict[str, Any]) -> Iterator[str]:
@@ -124,6 +121,12 @@ def doctor_lines(diagnosis: dict[str, Any]) -> Iterator[str]:
     cache = diagnosis["kernel_cache"]
     size = cache["bytes"] / 2**20
     yield f"kernels   {cache['modules']} compiled module(s), {size:.1f} MiB in {cache['path']}"
+
+
+def _warnings(report: dict[str, Any]) -> Iterator[str]:
+    """Yield each warning's sentence with its code, which `docs/formats.md` explains."""
+    for sentence, code in zip(report.get("warnings", []), report.get("warning_codes", []), strict=True):
+        yield f"{sentence} ({code})"
 
 
 def _surface_line(surface: dict[str, Any]) -> str:

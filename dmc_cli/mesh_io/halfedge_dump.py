@@ -4,8 +4,9 @@ Everything that follows from a halfedge's number is written out, so that a reade
 4f + c of `halfedges` is the halfedge at corner c of face f, with its origin, face, next and twin. Faces have
 four rows, triangles as well: the fourth corner of a triangle in `quads` is -1, and so are origin, next and
 twin in row 4f + 3, which is no halfedge; the next of row 4f + 2 is 4f then. The text has a line
-`name rows columns type` before each table, then a line per row. Entries of the zip archive carry no time, so
-that the same mesh gives the same bytes.
+`name rows columns type` before each table, then a line per row. Where the unit is not mm, a line
+`# UNIT=um` stands before all, or there is an entry `unit`. Entries of the zip archive carry no time, so that
+the same mesh gives the same bytes.
 """
 
 import math
@@ -23,7 +24,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.files import open_output, write_output
 from dmc_cli.mesh_io.halfedge_numbers import next_halfedges, next_in_quads
 from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
-from dmc_cli.settings import STREAM
+from dmc_cli.settings import STREAM, OutputUnit
 from dmc_cli.stop import check_stop
 
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -62,6 +63,7 @@ class HalfedgeDump:
         face_color: Colours 0 to 4, (F,) uint8.
         face_color24: The grid's colours, (F,) uint8.
         vertex_color: The colours of the vertices' cells, 0 to 7, (V,) uint8.
+        unit: The unit of the positions.
     """
 
     vertices: Float32Array
@@ -72,6 +74,7 @@ class HalfedgeDump:
     face_color: ByteArray
     face_color24: ByteArray
     vertex_color: ByteArray
+    unit: OutputUnit = "mm"
 
     def tables(self) -> Iterator[Table]:
         """Yield the tables in their order."""
@@ -141,10 +144,15 @@ def _write_archive(path: str, dump: HalfedgeDump, *, force: bool) -> None:
                 for piece in table.pieces():
                     check_stop()
                     member.write(piece.data)
+        if dump.unit != "mm":
+            with archive.open(zipfile.ZipInfo("unit.npy", _ZIP_EPOCH), "w") as member:
+                np.lib.format.write_array(member, np.array(dump.unit), (1, 0), allow_pickle=False)
 
 
 def _text(dump: HalfedgeDump) -> Iterator[bytes]:
     """Yield the tables as lines."""
+    if dump.unit != "mm":
+        yield f"# UNIT={dump.unit}\n".encode()
     for table in dump.tables():
         rows, columns = table.shape[0], math.prod(table.shape[1:])
         yield f"{table.name} {rows} {columns} {table.dtype.name}\n".encode()

@@ -12,6 +12,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, BoolArray, Float32Array, Float64Array, FloatArray, Int32Array
 from dmc_cli.errors import CallError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import Space
 
@@ -41,6 +42,7 @@ class MeshFile:
         vertex_values: Values of the vertices by their names, (V,) or (V, n), n at least 2, of one of
             `VALUE_TYPES`; NaN and infinity are values, too.
         face_values: Values of the faces likewise, one row per face; the label pair is `LABELS`.
+        warnings: What is told of the file that it was read from.
         triangle_count: Number of faces with three corners.
 
     Raises:
@@ -54,6 +56,7 @@ class MeshFile:
     unit: OutputUnit = "mm"
     vertex_values: Mapping[str, AnyArray] = field(default_factory=dict)
     face_values: Mapping[str, AnyArray] = field(default_factory=dict)
+    warnings: tuple[Notice, ...] = ()
     triangle_count: int = field(init=False)
 
     def __post_init__(self) -> None:

@@ -14,11 +14,15 @@ from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
-from dmc_cli.mesh_io.parsed import make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 CHUNK = 1 << 24
 """Characters of face lines that are cleaned at a time: the work takes sixteen times as much memory."""
+
+
+OTHER_PARTS = {b"vn": "normals", b"vt": "texture coordinates", b"l": "lines", b"p": "points"}
+"""What else a line may hold, by its first word."""
 
 
 def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
@@ -38,7 +42,7 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
 
 
 def read_obj(path: Path) -> MeshFile:
-    """Read the points and faces of an OBJ file; normals, textures, groups and lines are passed over.
+    """Read the points and faces of an OBJ file; normals, textures and lines are told, groups passed over.
 
     Raises:
         MeshFileError: The text is not what the format has.
@@ -64,7 +68,8 @@ def read_obj(path: Path) -> MeshFile:
     if (corners < 0).any():
         seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
         corners = np.where(corners < -1, corners + 1 + seen, corners)
-    return make_mesh(str(path), points, faces.counts, corners, data[:1024])
+    told = unread(path, [part for word, part in OTHER_PARTS.items() if _is_there(text, starts, word)])
+    return make_mesh(str(path), points, faces.counts, corners, data[:1024], warnings=told)
 
 
 def _split_lines(data: bytes) -> tuple[ByteArray, IntArray]:
@@ -78,6 +83,14 @@ def _starts_with(text: ByteArray, starts: IntArray, letter: bytes) -> BoolArray:
     second = np.minimum(starts + 1, len(text) - 1)
     found: BoolArray = (text[starts] == letter[0]) & (text[second] <= SPACE)
     return found
+
+
+def _is_there(text: ByteArray, starts: IntArray, word: bytes) -> bool:
+    """Return whether a line starts with a word of one letter or two."""
+    second = text[np.minimum(starts + 1, len(text) - 1)]
+    third = text[np.minimum(starts + 2, len(text) - 1)]
+    is_word = second <= SPACE if len(word) == 1 else (second == word[1]) & (third <= SPACE)
+    return bool(((text[starts] == word[0]) & is_word).any())
 
 
 def _lines(text: ByteArray, starts: IntArray, ends: IntArray, wanted: BoolArray) -> ByteArray:

@@ -1,8 +1,8 @@
 """Write and read OFF, the Geomview object file format: counts, points, then faces as `n a b c d`.
 
 It is text, positions and polygons only. Plain OFF has no place for normals or values, which `write` says in
-its result, and its readers disagree on comments, so the space is not told either; it is read where a comment
-has it.
+its result, and its readers disagree on comments, so the space is not told either, and the unit only where it
+is not the usual one; both are read where a comment has them.
 """
 
 import re
@@ -14,7 +14,7 @@ import numpy as np
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbers import parse_lines, whole_numbers
-from dmc_cli.mesh_io.parsed import make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
 
 HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
@@ -22,7 +22,8 @@ HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF\b")
 
 def encode_off(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
     """Yield the bytes of an OFF file; it is always text."""
-    yield f"OFF\n{len(mesh.points)} {len(mesh.faces)} 0\n".encode("ascii")
+    unit = f"# UNIT={mesh.unit}\n" if mesh.unit != "mm" else ""
+    yield f"OFF\n{unit}{len(mesh.points)} {len(mesh.faces)} 0\n".encode("ascii")
     for rows in chunks_of(mesh.points, np.float32):
         yield float_lines(rows)
     for faces in chunks_of(mesh.faces):
@@ -30,14 +31,14 @@ def encode_off(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
 
 
 def read_off(path: Path) -> MeshFile:
-    """Read the points and faces of a text OFF file; normals and colours are passed over.
+    """Read the points and faces of a text OFF file; normals and colours are told and not read.
 
     Raises:
         MeshFileError: The text is not what the format has, or it ends early.
         UnsupportedFormatError: The file is binary or four-dimensional, or a face has more than four corners.
     """
     data = path.read_bytes()
-    comments = b"".join(re.findall(rb"#[^\n]*", data)) if b"#" in data else b""
+    comments = b"".join(re.findall(rb"#[^\n]*\n", data)) if b"#" in data else b""
     text = re.sub(rb"#[^\n]*", b"", data) if comments else data
     header = HEADER.match(text)
     if header is None:
@@ -71,4 +72,9 @@ def read_off(path: Path) -> MeshFile:
         raise MeshFileError(f"{path}: a face with fewer corners than its first number tells was found")
     first = np.repeat(starts[faces] + 1 - (np.cumsum(counts) - counts), counts)
     corners = lines.values[first + np.arange(counts.sum())]
-    return make_mesh(str(path), points, counts, corners, comments)
+    parts = [
+        part for group, part in ((1, "texture coordinates"), (2, "colours"), (3, "normals")) if header[group]
+    ]
+    if "colours" not in parts and (lines.counts[faces] > 1 + counts).any():
+        parts.append("colours")
+    return make_mesh(str(path), points, counts, corners, comments, warnings=unread(path, parts))

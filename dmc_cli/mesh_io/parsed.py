@@ -1,5 +1,6 @@
 """Make a mesh of what a file had, once that is checked."""
 
+from pathlib import PurePath
 from typing import Any, get_args
 
 import numpy as np
@@ -8,6 +9,7 @@ from dmc_cli.array_types import AnyArray, Int32Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
+from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import FARTHEST_MM, Space
 
@@ -52,6 +54,15 @@ def make_mesh(
     faces = _rows_of_four(counts, corners)
     space, unit = find_space(comments), find_unit(comments)
     return MeshFile(points=points, faces=faces, space=space, unit=unit, **more)
+
+
+def unread(path: object, parts: list[str]) -> tuple[Notice, ...]:
+    """Return what is told of parts of a mesh file that are not read."""
+    if not parts:
+        return ()
+    return (
+        Notice("W-MESH-UNREAD", f"{PurePath(str(path)).name}: not read and not used: {', '.join(parts)}"),
+    )
 
 
 def find_space(comments: bytes) -> Space:

@@ -9,8 +9,12 @@ import numpy as np
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_formats import FORMATS, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.parsed import make_mesh
+from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.volume_io import exists
+
+FACES = ("triangle", "quad")
+OTHER_FACES = ("triangle", "quad", "polygon")
+"""How meshio calls the faces that are read, and how the names of all faces begin."""
 
 
 def read_mesh(path: str | Path) -> MeshFile:
@@ -41,7 +45,12 @@ def _reader(suffix: str) -> Callable[[Path], MeshFile]:
 
 
 def _read_with_meshio(path: Path) -> MeshFile:
-    """Read the triangles and quads of any other format."""
+    """Read the triangles and quads of any other format.
+
+    Raises:
+        UnsupportedFormatError: There is no reader, or faces of another kind.
+        MeshFileError: meshio cannot read it.
+    """
     import warnings
 
     import meshio
@@ -59,8 +68,18 @@ def _read_with_meshio(path: Path) -> MeshFile:
         points[:, : mesh.points.shape[1]] = mesh.points
     except (Exception, SystemExit) as error:
         raise MeshFileError(f"{path}: meshio cannot read it: {error}") from error
-    blocks: list[Any] = [block.data for block in mesh.cells if block.type in ("triangle", "quad")]
+    odd = [block for block in mesh.cells if block.type.startswith(OTHER_FACES) and block.type not in FACES]
+    if odd:
+        raise UnsupportedFormatError(
+            f"{path}: {len(odd[0].data)} faces of the kind {odd[0].type} found; expected triangles and "
+            "quads; triangulate other faces"
+        )
+    cells = [f"{len(block.data)} cells of {block.type}" for block in mesh.cells if block.type not in FACES]
+    values = [f"values {name}" for name in (*mesh.point_data, *mesh.cell_data)]
+    blocks: list[Any] = [block.data for block in mesh.cells if block.type in FACES]
     counts = [np.full(len(block), block.shape[1]) for block in blocks]
     empty = np.zeros(0, dtype=np.int64)
     corners = [block.ravel().astype(np.int64) for block in blocks]
-    return make_mesh(str(path), points, np.concatenate([empty, *counts]), np.concatenate([empty, *corners]))
+    told = unread(path, [*cells, *values])
+    found = np.concatenate([empty, *counts]), np.concatenate([empty, *corners])
+    return make_mesh(str(path), points, *found, warnings=told)

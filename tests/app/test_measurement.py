@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmc_cli.app.measurement import VolumeReference, measure_mesh
+from dmc_cli.app.measurement import VolumeReference, measure_file, measure_mesh
 from dmc_cli.contouring import extract_surface
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.runtime.device import Device
-from dmc_cli.settings import SurfaceSettings
+from dmc_cli.settings import MeasureSettings, SurfaceSettings
 from dmc_cli.volume.volume import Volume
 from tests import shapes
 
@@ -118,6 +118,13 @@ def test_points_outside_the_volume_are_told():
     assert found["warnings"] == [
         f"{len(mesh.points)} vertices lie outside the volume; they are measured at its border"
     ]
+    assert found["warning_codes"] == ["W-OUTSIDE-VOLUME"]
+
+
+def test_what_was_not_read_of_the_mesh_is_told(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+    found = measure_file(MeasureSettings(mesh=str(tmp_path / "a.obj")))
+    assert found["warning_codes"] == ["W-MESH-UNREAD"]
 
 
 def test_without_a_volume_there_is_no_deviation():

@@ -29,7 +29,7 @@ def converted(tmp_path, run):
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("um", 1e3), ("nm", 1e6), ("m", 1e-3)])
-@pytest.mark.parametrize("name", ["a.ply", "a.obj"])
+@pytest.mark.parametrize("name", ["a.ply", "a.obj", "a.off"])
 def test_everything_is_in_the_unit_that_was_asked_for(converted, unit, factor, name):
     plain, before, _ = converted(name=name)
     mesh, after, told = converted("--unit", unit, name=name)
@@ -80,3 +80,22 @@ def test_millimetres_leave_the_affine_as_it_is():
     volume = read_volume(SPHERE, ReadSettings())
     assert output_affine(volume, "native")[0] is volume.affine
     assert set(UNIT_LENGTHS) == set(OutputUnit.__args__)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".txt"])
+def test_a_dump_names_a_unit_that_is_not_the_usual_one(converted, tmp_path, suffix):
+    def dumped(unit):
+        path = tmp_path / f"{unit}{suffix}"
+        converted("--unit", unit, "--halfedges", path)
+        return path
+
+    plain, scaled = dumped("mm"), dumped("um")
+    if suffix == ".npz":
+        with np.load(plain) as before, np.load(scaled) as after:
+            before, after = dict(before), dict(after)
+        assert set(after) - set(before) == {"unit"}
+        assert after["unit"] == "um"
+        np.testing.assert_allclose(after["vertices"], before["vertices"] * 1e3, rtol=1e-6, atol=1e-4)
+    else:
+        assert plain.read_text().startswith("vertices ")
+        assert scaled.read_text().startswith("# UNIT=um\nvertices ")

@@ -51,6 +51,8 @@ def test_of_several_components_of_a_nrrd_file_the_first_is_described(run, tmp_pa
     assert result.exit_code == 0
     assert "values    7 to 7" in result.stdout
     assert "--volume-index N, N from 0 to 2; this is volume 0" in result.stdout
+    told = json.loads(run("info", tmp_path / "color.nrrd", "--json").stdout)
+    assert "W-FIRST-VOLUME" in told["warning_codes"]
     assert "values    8 to 8" in run("info", tmp_path / "color.nrrd", "--volume-index", 1).stdout
     assert run("convert", tmp_path / "color.nrrd", tmp_path / "a.ply", "-i", 1).exit_code == 4
 

@@ -20,6 +20,7 @@ TOPOLOGY = {
 def report(**changes):
     made = {
         "warnings": [],
+        "warning_codes": [],
         "input": INPUT,
         "settings": {"space": "native"},
         "surface": {"isovalue": 300.0, "stored_isovalue": 300.0},
@@ -42,13 +43,14 @@ def test_a_conversion_that_measured_nothing():
 def test_a_conversion_with_all_that_there_is():
     lines = report(
         warnings=["one", "two"],
+        warning_codes=["W-ONE", "W-TWO"],
         surface={"isovalue": 300.0, "stored_isovalue": 1323.5},
         mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234, "unit": "mm"},
         topology=TOPOLOGY,
         deviation={"max_relative": 1.234e-8, "max_mm": None, "rounding_mm": 1.5e-5},
         timings_ms={"total": 1234.5, "compile": 0.0, "relax": 340.4, "surface": 20.0, "coloring": 9.0},
     )
-    assert lines[:2] == ["warning: one", "warning: two"]
+    assert lines[:2] == ["warning: one (W-ONE)", "warning: two (W-TWO)"]
     assert lines[3:] == [
         "surface   isovalue 300, cut at the stored value 1323.5",
         "mesh      12 vertices, 10 quads, area 1.23457e+06 mm², volume -0.0001234 mm³, LPS",
@@ -102,6 +104,7 @@ def measured(**changes):
     quality |= {"scaled_jacobian_min": None, "min_angle": 41.16789, "max_angle": 142.8}
     made = {
         "warnings": [],
+        "warning_codes": [],
         "mesh": {"vertices": 12, "quads": 10, "triangles": 0, "unit": "mm"},
         "topology": TOPOLOGY,
         "quality": quality,
@@ -120,8 +123,8 @@ def test_a_mesh_file():
     ]
     mesh = {"vertices": 12, "quads": 0, "triangles": 20, "unit": "mm"}
     deviation = {"mean": 0.00018, "max": 0.00234, "max_relative": 1.8e-6, "max_mm": 8.1e-6}
-    lines = measured(warnings=["one"], mesh=mesh, deviation=deviation)
-    assert lines[:2] == ["warning   one", "mesh      12 vertices, 0 quads, 20 triangles"]
+    lines = measured(warnings=["one"], warning_codes=["W-ONE"], mesh=mesh, deviation=deviation)
+    assert lines[:2] == ["warning   one (W-ONE)", "mesh      12 vertices, 0 quads, 20 triangles"]
     told = "deviation mean 0.00018, at most 0.0023 in values, 1.8e-06 of their range, 8.1e-06 mm"
     assert lines[-1] == told
 
@@ -143,14 +146,18 @@ VOLUME = {
 
 
 def test_a_volume():
-    lines = list(info_lines({"path": "scan", **VOLUME, "series": [entry(1)], "warnings": ["one"]}))
+    lines = list(
+        info_lines(
+            {"path": "scan", **VOLUME, "series": [entry(1)], "warnings": ["one"], "warning_codes": ["W-ONE"]}
+        )
+    )
     assert lines == [
         "path      scan",
         "format    dicom, 40 file(s)",
         "volume    4 x 5 x 6 nodes of int16, 0.1235 x 1 x 2.5 mm, LPS",
         "values    -1024 to 3071.5",
         "affine    1 0 0 -12.3457; 0 1 0 0; 0 0 1 0",
-        "warning   one",
+        "warning   one (W-ONE)",
     ]
 
 

@@ -176,6 +176,7 @@ def test_far_from_the_origin_what_is_written_is_measured_and_refused(run, ball, 
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["warnings"][0].startswith("so far from the origin float32 coordinates are off by up to")
     assert "--space voxel" in report["warnings"][0]
+    assert "W-ROUNDING" in report["warning_codes"]
     deviation = report["deviation"]
     assert 4.0 < deviation["rounding_mm"] < 7.0
     assert deviation["max_mm"] > 1.0

@@ -35,6 +35,7 @@ def test_a_slice_cut_anywhere_in_its_header_is_told(tmp_path, syntax):
         assert volume.shape[2] == 2
         (warning,) = volume.sentences
         assert warning.startswith("a file was left out: IM2: "), kept
+        assert [notice.code for notice in volume.warnings] == ["W-FILE-DAMAGED"]
 
 
 @pytest.mark.parametrize("kept", [600, 800])

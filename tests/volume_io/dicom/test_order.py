@@ -111,6 +111,7 @@ def test_directions_have_length_1_whatever_their_rounding(tmp_path, cosines, rou
     assert np.linalg.norm(y) == pytest.approx(0.5, rel=1e-12)
     assert abs(x @ y) < 1e-12
     assert ("direction cosines" in texts(volume)) == rounded
+    assert ("W-ORIENTATION-ROUNDED" in [notice.code for notice in volume.warnings]) == rounded
 
 
 @pytest.mark.parametrize("cosines", [(0.9, 0, 0, 0, 1, 0), (1, 0, 0, 0.02, 1, 0)])

@@ -268,6 +268,7 @@ def test_uneven_slices_keep_their_positions(tmp_path, tilt):
         np.testing.assert_allclose(world(volume, k), position, atol=1e-9)
     told = r"vary from 1\.100 mm between IM000\d and IM000\d to 3\.500 mm between IM000\d and IM000\d"
     assert re.search(told, volume.sentences[0])
+    assert [notice.code for notice in volume.warnings] == ["W-SLICES-UNEVEN"]
 
 
 def test_rounded_positions_are_even(tmp_path):
@@ -307,12 +308,20 @@ def test_two_slices_in_one_place_are_refused_or_the_first_is_taken(tmp_path):
     volume = read(tmp_path, duplicates="first")
     np.testing.assert_array_equal(volume.values, STACK)
     assert volume.sentences == ("1 slice in the place of another one was left out: z",)
+    assert [notice.code for notice in volume.warnings] == ["W-DUPLICATES-DROPPED"]
 
 
 def test_slices_beside_the_line_are_refused(tmp_path):
     positions = [(10 + (k == 2), 20, 30 + k) for k in range(5)]
     with pytest.raises(UnsupportedFormatError, match=r"1\.000 mm beside the line"):
         read(save_stack(tmp_path, positions))
+
+
+def test_slices_a_little_beside_the_line_are_told(tmp_path):
+    positions = [(10 + 0.1 * (k == 2), 20, 30 + k) for k in range(5)]
+    volume = read(save_stack(tmp_path, positions))
+    assert "0.100 mm beside the line" in volume.sentences[0]
+    assert [notice.code for notice in volume.warnings] == ["W-SLICES-SHIFTED"]
 
 
 @pytest.mark.parametrize("packing", [zipfile.ZIP_DEFLATED, zipfile.ZIP_STORED, zipfile.ZIP_BZIP2])

@@ -381,3 +381,9 @@ def test_a_folder_of_raw_slices_with_a_pattern(shared_data):
 def test_a_component_of_real_tensors_and_vectors_is_to_be_chosen(shared_data, name):
     with pytest.raises(AmbiguousVolumeError, match=r"every node holds.*--volume-index N"):
         read(shared_data / "nrrd_encodings_tiny" / name)
+
+
+def test_a_left_handed_space_is_told_by_its_code(tmp_path):
+    extra = "space: 3D-left-handed\nspacings: 1 1 1\nunits: mm mm mm\n"
+    volume = read(write(tmp_path / "a.nrrd", header(extra=extra), VALUES.tobytes()))
+    assert [notice.code for notice in volume.warnings] == ["W-SPACE-LEFT-HANDED"]
