@@ -91,8 +91,8 @@ def test_a_dump_names_a_unit_that_is_not_the_usual_one(converted, tmp_path, suff
 
     plain, scaled = dumped("mm"), dumped("um")
     if suffix == ".npz":
-        with np.load(plain) as before, np.load(scaled) as after:
-            before, after = dict(before), dict(after)
+        with np.load(plain) as mm, np.load(scaled) as um:
+            before, after = dict(mm), dict(um)
         assert set(after) - set(before) == {"unit"}
         assert after["unit"] == "um"
         np.testing.assert_allclose(after["vertices"], before["vertices"] * 1e3, rtol=1e-6, atol=1e-4)
