@@ -102,13 +102,13 @@ FORMATS: dict[str, VolumeFormat] = {
         title="MetaImage",
         suffixes=(".mha", ".mhd"),
         may_begin=lambda start: b"NDims" in start and b"DimSize" in start,
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         layout="metaimage:metaimage_layout",
     ),
     "analyze": VolumeFormat(
         title="Analyze (.hdr and .img)",
         begins=lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c"),
-        options=("volume_index", "allow_outside", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
         unpacks_gzip=True,
         layout="analyze:analyze_layout",
     ),
@@ -118,14 +118,14 @@ FORMATS: dict[str, VolumeFormat] = {
         begins=lambda start: (
             start[:4] == b"\0\0\0\1" and start[20:24] in _MGH_TYPES and start[28:29] == b"\0"
         ),
-        options=("volume_index",),
+        options=(*_NAMED_AXES, "volume_index"),
         unpacks_gzip=True,
         layout="mgh:mgh_layout",
     ),
     "afni": VolumeFormat(
         title="AFNI (pairs)",
         suffixes=(".head", ".brik", ".brik.gz"),
-        options=("volume_index", "allow_outside"),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside"),
         unpacks_gzip=True,
         layout="afni:afni_layout",
     ),
@@ -143,7 +143,7 @@ FORMATS: dict[str, VolumeFormat] = {
             start[:4] in (b"CDF\x01", b"CDF\x02") or (start[:4] == _HDF and b"minc-2.0" in start)
         ),
         may_begin=lambda start: start[:4] == _HDF,
-        options=("volume_index", *_GRID),
+        options=(*_NAMED_AXES, "volume_index", *_GRID),
         read="minc:minc_volume",
         entries="minc:minc_entries",
     ),

@@ -12,7 +12,8 @@ import numpy as np
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
-from dmc_cli.volume_io.layout import Layout, check_file, chosen_index
+from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
+from dmc_cli.volume_io.layout import Layout, check_file
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 
 LARGEST_HEADER = 1 << 26
@@ -20,7 +21,7 @@ LARGEST_HEADER = 1 << 26
 
 
 def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """Return the layout of the sub-brick `settings.volume_index` of a pair.
+    """Return the layout of the chosen sub-brick of a pair.
 
     Raises:
         VolumeError: One of the two files is not there.
@@ -31,7 +32,8 @@ def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     header = _header(header_path, name)
     nx, ny, nz, volumes = (int(n) for n in header.get_data_shape())
     check_shape(name, (nx, ny, nz))
-    volume = chosen_index(name, volumes, settings.volume_index, "sub-bricks")
+    image = stacked_image((nx, ny, nz), _sub_bricks(header.info, volumes))
+    volume = flat_index(image, chosen_volume([image], settings, name, "sub-bricks"))
     factors = np.atleast_1d(header.info.get("BRICK_FLOAT_FACS", 0.0))
     factor = float(factors[volume]) if volume < len(factors) else 0.0
     return Layout(
@@ -45,9 +47,17 @@ def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         encoding="gzip" if is_gzip(data_path, name) else "raw",
         volumes=volumes,
         volume=volume,
+        listed=listed_volumes([image], settings, name),
         slope=factor or 1.0,  # 0 means that there is none
         format="afni",
     )
+
+
+def _sub_bricks(info: Any, count: int) -> Axis:
+    """Return the axis of sub-bricks: of time where the header says how times follow, with their labels."""
+    labels = str(info.get("BRICK_LABS", "")).split("~")
+    is_time = int(np.atleast_1d(info.get("TAXIS_NUMS", 0))[0]) > 1
+    return Axis("time" if is_time else "sub-brick", count, tuple(label[:100] for label in labels[:count]))
 
 
 def _header(path: Path, name: str) -> Any:

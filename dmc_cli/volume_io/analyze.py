@@ -13,8 +13,9 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
+from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
 from dmc_cli.volume_io.content import first_bytes
-from dmc_cli.volume_io.layout import Layout, chosen_index, scale_affine
+from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import settled_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
@@ -26,7 +27,7 @@ NO_ORIENTATION = "Analyze files tell no orientation; axes and origin are the gri
 
 
 def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """Return the layout of the volume `settings.volume_index` of an Analyze pair.
+    """Return the layout of the chosen volume of an Analyze pair.
 
     Raises:
         UnsupportedFormatError: No Analyze header, or values that are not single real numbers.
@@ -55,7 +56,10 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     offset = float(header["vox_offset"])
     if not math.isfinite(offset) or abs(offset) > 2**40:
         raise DamagedVolumeError(f"{name}: vox_offset is {offset:g}; expected a position in the file")
-    volumes = math.prod(sizes[3:])
+    names = ("time", "axis 5", "axis 6", "axis 7")  # the fourth is that of time points
+    others = [Axis(label, n) for label, n in zip(names, sizes[3:], strict=False)]
+    image = stacked_image(shape, *reversed(others))
+    choice = chosen_volume([image], settings, name)
     affine, told = _affine(header, settings, name)
     slope, intercept = scaling(header)
     return Layout(
@@ -67,8 +71,9 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         files=(data_path,),
         offset=int(abs(offset)),
         encoding="gzip" if is_gzip(data_path, name) else "raw",
-        volumes=volumes,
-        volume=chosen_index(name, volumes, settings.volume_index),
+        volumes=math.prod(sizes[3:]),
+        volume=flat_index(image, choice),
+        listed=listed_volumes([image], settings, name),
         slope=slope,
         intercept=intercept,
         format="analyze",

@@ -9,7 +9,6 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, product
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError, UnsupportedFormatError
 from dmc_cli.notices import Notice
@@ -117,6 +116,15 @@ def nameless_image(shape: Sequence[int], title: str = "") -> Image:
     )
 
 
+def stacked_image(nodes: Sequence[int], *others: Axis, behind: Sequence[Axis] = ()) -> Image:
+    """Return grids of nodes along x, y, z one after the other; the slowest of the other axes comes first.
+
+    `behind` are axes that are faster than the grid's own.
+    """
+    x, y, z = nodes
+    return Image((*others, Axis("z", z), Axis("y", y), Axis("x", x), *behind))
+
+
 @dataclass(frozen=True)
 class Choice:
     """A volume of several images.
@@ -144,8 +152,10 @@ def check_axes(images: Sequence[Image], name: str) -> None:
             )
 
 
-def chosen_volume(images: Sequence[Image], settings: ReadSettings, name: str) -> Choice:
-    """Return the volume that is wanted, of images that may have several.
+def chosen_volume(
+    images: Sequence[Image], settings: ReadSettings, name: str, what: str = "volumes"
+) -> Choice:
+    """Return the volume that is wanted, of images that may have several; `what` messages call them.
 
     Raises:
         UnsupportedFormatError: None of them has three axes of space.
@@ -163,7 +173,7 @@ def chosen_volume(images: Sequence[Image], settings: ReadSettings, name: str) ->
     ranges = {number: _ranges(images[number], settings, name) for number in whole}
     counts = [math.prod(len(each) for each in ranges[number].values()) for number in whole]
     told, options = _told_choices([images[number] for number in whole], settings, name)
-    left = chosen_index(name, sum(counts), settings.volume_index, told=told, options=options)
+    left = chosen_index(name, sum(counts), settings.volume_index, what, told, options)
     for number, count in zip(whole, counts, strict=True):
         if left < count:
             return Choice(number, _where(images[number], ranges[number], left))
@@ -215,11 +225,13 @@ def listed_volumes(images: Sequence[Image], settings: ReadSettings, name: str) -
     for image in whole:
         ranges = _ranges(image, settings, name)
         size = " x ".join(map(str, image.nodes))
-        for places in islice(product(*ranges.values()), MOST_LISTED - len(labels)):
+        count = math.prod(len(each) for each in ranges.values())
+        for number in range(min(count, MOST_LISTED - len(labels))):
+            where = _where(image, ranges, number)
             parts = [
                 image.axes[axis].label(place)
-                for axis, place in zip(ranges, places, strict=True)
-                if image.axes[axis].size > 1
+                for axis in ranges
+                if image.axes[axis].size > 1 and (place := where[axis]) is not None
             ]
             title = [image.title] if image.title and len(whole) > 1 else []
             labels.append(f"{', '.join([*title, *parts]) or 'the volume'}, {size}")

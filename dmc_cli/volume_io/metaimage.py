@@ -15,13 +15,13 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
+from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume_io.layout import (
     Encoding,
     Layout,
     Triple,
     check_file,
-    chosen_index,
     chosen_origin,
     chosen_spacing,
 )
@@ -71,7 +71,10 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     if not 1 <= components <= 1024:
         raise DamagedVolumeError(f"{name}: {components} channels found; expected one or some")
     volumes = math.prod(sizes[3:])
-    chosen = chosen_index(name, components * volumes, settings.volume_index, "channels or volumes")
+    others = [Axis(f"axis {n + 4}", size) for n, size in enumerate(sizes[3:])]  # the format names none
+    image = stacked_image(sizes[:3], *reversed(others), behind=[Axis("channel", components)])
+    choice = chosen_volume([image], settings, name, "channels or volumes")
+    chosen = flat_index(image, choice)
     files = _data_files(path, fields, trailing, dimension, name, settings.allow_outside)
     attached = files == (path,)
     offset = _whole_numbers(fields, "HeaderSize", name, [0])[0]
@@ -90,6 +93,7 @@ def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         component=chosen % components,
         volumes=volumes,
         volume=chosen // components,
+        listed=listed_volumes([image], settings, name),
         format="meta",
         warnings=notes,
     )

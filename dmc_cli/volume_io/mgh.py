@@ -12,8 +12,9 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
+from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
 from dmc_cli.volume_io.content import first_bytes
-from dmc_cli.volume_io.layout import Layout, check_file, chosen_index
+from dmc_cli.volume_io.layout import Layout, check_file
 from dmc_cli.volume_io.pair import is_gzip
 
 HEADER_BYTES = 284
@@ -24,7 +25,7 @@ NO_ORIENTATION = (
 
 
 def mgh_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """Return the layout of the volume `settings.volume_index` of an MGH file.
+    """Return the layout of the chosen volume of an MGH file.
 
     Raises:
         UnsupportedFormatError: No MGH file, or values of a type that it cannot have.
@@ -54,6 +55,8 @@ def mgh_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
             "numbers; the header is damaged"
         )
     check_shape(name, (nx, ny, nz))
+    image = stacked_image((nx, ny, nz), Axis("frame", volumes))
+    choice = chosen_volume([image], settings, name)
     try:
         dtype = header.get_data_dtype()
     except KeyError as error:
@@ -73,7 +76,8 @@ def mgh_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         offset=HEADER_BYTES,
         encoding="gzip" if is_gzip(path, name) else "raw",
         volumes=volumes,
-        volume=chosen_index(name, volumes, settings.volume_index),
+        volume=flat_index(image, choice),
+        listed=listed_volumes([image], settings, name),
         format="mgh",
         warnings=() if tells_orientation else (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),),
     )

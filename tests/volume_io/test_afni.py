@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.reading import assert_same_as_nibabel, counting, nibabels_own, read
 
@@ -80,6 +88,18 @@ def test_a_file_without_its_other_is_refused(tmp_path):
 def test_several_sub_bricks_are_chosen_from(tmp_path):
     with pytest.raises(AmbiguousVolumeError, match="3 sub-bricks found"):
         read(write(tmp_path, counting((3, 3, 4, 5))))
+
+
+def test_sub_bricks_are_times_where_the_header_has_times(tmp_path):
+    values = counting((3, 3, 4, 5), "<i2")
+    head = write(tmp_path, values, TAXIS_NUMS=(3, 0, 77002), BRICK_LABS="rest~task~rest again")
+    assert_same_as_nibabel(read(head, time="1"), nib.load(head), 1)
+    assert_same_as_nibabel(read(head, time="task"), nib.load(head), 1)
+    assert list_volumes(str(head), ReadSettings())[0].volumes[1] == "time 1 (task), 5 x 4 x 3"
+    head = write(tmp_path, values, BRICK_LABS="mean~t-value~p-value")
+    assert list_volumes(str(head), ReadSettings())[0].volumes[1] == "sub-brick 1 (t-value), 5 x 4 x 3"
+    with pytest.raises(SettingsError, match="has no such axis"):
+        read(head, time="1")
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.reading import counting, physical, read
 
 
@@ -73,3 +75,11 @@ def test_the_unit_of_the_header(tmp_path, unit, scale, codes):
     assert [notice.code for notice in volume.warnings] == ["W-ORIENTATION-MISSING", *codes]
     given = read(path, spacing=(1, 2, 3))
     assert given.spacing == ((1, 2, 3) if codes else volume.spacing)
+
+
+def test_the_fourth_axis_is_time(tmp_path):
+    values = counting((3, 4, 5, 6), "<i2")
+    path = write(tmp_path / "a.img", values)
+    np.testing.assert_array_equal(read(path, time="2").values, values[2])
+    np.testing.assert_array_equal(read(path, volume_index=1).values, values[1])
+    assert list_volumes(str(path), ReadSettings())[0].volumes[2] == "time 2, 6 x 5 x 4"

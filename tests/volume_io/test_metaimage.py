@@ -5,7 +5,15 @@ import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from hypothesis import given, strategies as st
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.reading import assert_same_as_itk, counting, read
 
 VALUES = counting((4, 3, 2))
@@ -89,6 +97,10 @@ def test_channels_and_volumes_are_chosen_by_index(tmp_path):
     with pytest.raises(AmbiguousVolumeError, match="15 channels or volumes"):
         read(path)
     np.testing.assert_array_equal(read(path, volume_index=7).values, values[2, ..., 1])
+    np.testing.assert_array_equal(read(path, channel="1", volume_index=2).values, values[2, ..., 1])
+    assert list_volumes(str(path), ReadSettings())[0].volumes[7] == "axis 4 2, channel 1, 2 x 3 x 4"
+    with pytest.raises(SettingsError, match="has no such axis"):  # the format does not say what it is
+        read(path, time="2")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
+from dmc_cli.settings import ReadSettings
+from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.reading import assert_same_as_nibabel, counting, nibabels_own, read
 
 OBLIQUE = np.array([[0.0, -1.5, 0.2, 5], [0.8, 0, 0, -7], [0, 0.3, 2.5, 9], [0, 0, 0, 1]])
@@ -53,6 +61,14 @@ def test_a_frame_of_several_is_chosen_by_its_index(tmp_path):
         read(path)
     for index in range(3):
         assert_same_as_nibabel(read(path, volume_index=index), loaded(path), index)
+
+
+def test_a_frame_is_a_time(tmp_path):
+    path = write(tmp_path / "a.mgz", counting((3, 4, 5, 6)))
+    assert_same_as_nibabel(read(path, time="2"), loaded(path), 2)
+    assert list_volumes(str(path), ReadSettings())[0].volumes[2] == "time 2, 6 x 5 x 4"
+    with pytest.raises(SettingsError, match="has no such axis"):
+        read(path, channel="1")
 
 
 def test_without_orientation_it_is_freesurfers_and_told(tmp_path):

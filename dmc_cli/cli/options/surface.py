@@ -1,4 +1,4 @@
-"""Offer the options of the surface: its level, the method of contouring, and what methods have of their own."""
+"""Offer the options of the surface: its level, the method of contouring, what methods have of their own."""
 
 import click
 

@@ -15,8 +15,9 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine
+from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, listed_volumes, stacked_image
 from dmc_cli.volume_io.content import first_bytes
-from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
+from dmc_cli.volume_io.layout import check_file, file_entry
 from dmc_cli.volume_io.minc.hdf import open_hdf
 from dmc_cli.volume_io.minc.image import MincImage
 from dmc_cli.volume_io.minc.netcdf import open_netcdf
@@ -27,7 +28,7 @@ HDF_MAGIC = b"\x89HDF"
 
 
 def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """Return the volume `settings.volume_index` of a MINC file.
+    """Return the chosen volume of a MINC file.
 
     Raises:
         UnsupportedFormatError: No MINC file, or h5py is missing.
@@ -38,8 +39,8 @@ def minc_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     with _told(name):
         image = _opened(path, name)
         shape = image.nodes()
-        index = chosen_index(name, math.prod(image.volumes), settings.volume_index)
-        place = tuple(int(n) for n in np.unravel_index(index, image.volumes)) if image.volumes else ()
+        choice = chosen_volume([_stored(image)], settings, name)
+        place = tuple(n for n in choice.where if n is not None)
         affine, told = image.world(settings)
         check_affine(name, affine)
         slabs = image.clipped(image.slabs(place))
@@ -67,7 +68,15 @@ def minc_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
     """
     with _told(name):
         image = _opened(path, name)
-        return [file_entry("minc", math.prod(image.volumes), image.nodes())]
+        image.nodes()
+        listed = listed_volumes([_stored(image)], settings, name)
+        return [file_entry("minc", math.prod(image.volumes), image.nodes(), listed)]
+
+
+def _stored(image: MincImage) -> Image:
+    """Return the axes, the last three in the order of the grid, whatever they are called."""
+    others = [Axis(label, int(n)) for label, n in zip(image.axes, image.volumes, strict=False)]
+    return stacked_image(image.nodes(), *others)
 
 
 def _opened(path: Path, name: str) -> MincImage:

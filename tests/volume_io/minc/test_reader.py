@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import map_file
 from dmc_cli.volume_io.read import list_volumes
@@ -91,6 +97,10 @@ def test_several_volumes_are_listed_and_chosen_from(tmp_path, kind):
         read(path)
     (entry,) = list_volumes(str(path), ReadSettings())
     assert entry.description == "minc, 3 volumes (--volume-index 0 to 2)"
+    assert entry.volumes[1] == "time 1, 5 x 4 x 2"
+    np.testing.assert_array_equal(read(path, time="1").values, read(path, volume_index=1).values)
+    with pytest.raises(SettingsError, match="has no such axis"):
+        read(path, channel="1")
     assert entry.size == (5, 4, 2)
 
 
