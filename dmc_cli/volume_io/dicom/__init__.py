@@ -10,10 +10,12 @@ place        where an image lies
 scale        what its values mean
 storage      how the frames of a file are stored
 increments   what the frames of a file are
+makers       where makers keep that in elements of their own
 labels       what tells apart images in one place
 frames       the images of a file
 order        slices without positions, in the order that is asked for
 distances    gaps and copies among the slices' places
+doubts       what contradicts the positions
 geometry     the affine of a stack of them
 stack        images of one series with the same size and orientation
 segments     those of a segmentation object

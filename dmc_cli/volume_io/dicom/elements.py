@@ -15,6 +15,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream
+from dmc_cli.volume_io.dicom.makers import KINDS
 from dmc_cli.volume_io.dicom.source import DicomFile
 
 IMPLICIT = "1.2.840.10008.1.2"
@@ -36,12 +37,14 @@ FEW_BYTES = 1 << 16
 _BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
 
 _UNTOLD = {
-    **dict.fromkeys((0x00189079, 0x00189082, 0x00189087, 0x00189089, 0x00209153, 0x00209255), "FD"),
+    **dict.fromkeys((0x00189079, 0x00189082, 0x00189087, 0x00189089, 0x00189090, 0x00209153), "FD"),
+    **dict.fromkeys((0x00209251, 0x00209255, 0x0020930D), "FD"),
     **dict.fromkeys((0x00209241, 0x00209245), "FL"),
     **dict.fromkeys((0x00209128, 0x00209157), "UL"),
     **dict.fromkeys((0x00209156, 0x00283002, 0x00620004, 0x0062000B, 0x0062000E), "US"),
     **dict.fromkeys((0x00540010, 0x00540020, 0x00540030, 0x00540060, 0x00540070, 0x00540080), "US"),
-    0x00540100: "US",
+    **dict.fromkeys((0x00540050, 0x00540090, 0x00540100), "US"),
+    **{tag: kind for tag, kind in KINDS.items() if kind in _BINARY},
 }
 """Binary elements that are asked for their numbers: with implicit VR a file does not tell what they are."""
 
@@ -114,11 +117,14 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
 def label(dataset: Any, tag: int) -> str:
     """Return an element's texts in a line, or its numbers where it is a binary one; else nothing."""
     element = _element(dataset, tag)
+    kind = None if element is None else _binary_kind(element, tag)
     try:
-        value = numbers(dataset, tag) if element is not None and _binary_kind(element, tag) else None
+        value = numbers(dataset, tag) if kind else None
     except DamagedVolumeError:
         return ""
-    return " ".join(f"{number:g}" for number in value) if value else "/".join(texts(dataset, tag))
+    # directions are computed for each slice, and differ in their last digits
+    digits = 10 if value and len(value) == 1 and kind != "f" else 6
+    return " ".join(f"{number:.{digits}g}" for number in value) if value else "/".join(texts(dataset, tag))
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
@@ -198,7 +204,8 @@ def _parse_items(dataset: Any, tag: int, element: Any, most: int) -> None:
 
 def _binary_kind(element: Any, tag: int) -> str | None:
     """Return how the numbers of a binary element are packed, as `struct` has it; None for one of text."""
-    return _BINARY.get(str(element.VR) if element.VR is not None else _UNTOLD.get(tag, ""))
+    told = "UN" if element.VR is None else str(element.VR)
+    return _BINARY.get(_UNTOLD.get(tag, "") if told == "UN" else told)
 
 
 def _element(dataset: Any, tag: int) -> Any:

@@ -12,6 +12,7 @@ from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.labels import (
     DISCRIMINATORS,
     FRAME_DISCRIMINATORS,
+    OBJECT,
     TIMES,
     VALUE_TYPE,
     described,
@@ -23,33 +24,42 @@ from dmc_cli.volume_io.dicom.stack import Stack
 def split_copies(stack: Stack) -> list[Stack]:
     """Return the stack, or one stack a combination of its factors, sorted by their values as numbers.
 
-    Where no factor is found the images stay together.
+    What every place has all values of comes before what is told of some places only. Where no factor is
+    found the images stay together.
     """
     parts = [stack]
     shared = _shared_places(parts)
+    candidates = _candidates(stack.frames) if shared else []
     factors: list[str] = []
-    for name in _candidates(stack.frames) if shared else ():
-        if not any(_differs(frames, name) for frames in shared):
-            continue
-        split = [piece for part in parts for piece in _parted(part, name)]
-        if all(piece.place_count() > 1 for piece in split):
-            parts = split
-            factors.append(name)
-            shared = _shared_places(parts)
-            if not shared:
-                break
+    for everywhere in (True, False):
+        for name in candidates:
+            if not any(_differs(frames, name) for frames in shared):
+                continue
+            split = [(part, piece) for part in parts for piece in _parted(part, name)]
+            if all(_is_volume(piece, part if everywhere else None) for part, piece in split):
+                parts = [piece for _, piece in split]
+                factors.append(name)
+                shared = _shared_places(parts)
     if factors:
+        factors.sort(key=candidates.index)
         parts.sort(key=lambda part: [sort_key(_value(part.frames[0], name)) for name in factors])
         parts = [_named(part, factors) for part in parts]
     return [piece for part in parts for piece in _by_time(part)]
+
+
+def _is_volume(piece: Stack, whole: Stack | None) -> bool:
+    """Return whether a stack has several places, all those of a whole one if it is given."""
+    count = piece.place_count()
+    return count > 1 and (whole is None or count == whole.place_count())
 
 
 def _candidates(frames: Iterable[Frame]) -> list[str]:
     """Return the labels of frames, in the order in which they are tried, each once."""
     told = dict.fromkeys(name for frame in frames for name in frame.labels)
     first = (*FRAME_DISCRIMINATORS, *DISCRIMINATORS)
-    others = [name for name in told if name not in first and name != VALUE_TYPE]
-    return [name for name in dict.fromkeys((*first, *others, VALUE_TYPE)) if name in told]
+    last = (VALUE_TYPE, OBJECT)
+    others = [name for name in told if name not in (*first, *last)]
+    return [name for name in dict.fromkeys((*first, *others, *last)) if name in told]
 
 
 def _value(frame: Frame, name: str) -> str:
@@ -70,8 +80,11 @@ def _differs(frames: list[Frame], name: str) -> bool:
 def _parted(stack: Stack, name: str) -> list[Stack]:
     """Return a stack for each value of a label."""
     parts: dict[str, Stack] = {}
+    # the stacks of an object are volumes of their own, each with places of its own
+    places = () if name == "stack" else stack.all_places or stack.different_places()
     for frame in stack.frames:
-        parts.setdefault(_value(frame, name), replace(stack, frames=[])).frames.append(frame)
+        part = parts.setdefault(_value(frame, name), replace(stack, frames=[], all_places=places))
+        part.frames.append(frame)
     return list(parts.values())
 
 

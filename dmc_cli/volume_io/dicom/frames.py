@@ -13,6 +13,7 @@ from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.elements import Header
 from dmc_cli.volume_io.dicom.increments import Increments, frame_increments, placed_alone, refuse_tiles
 from dmc_cli.volume_io.dicom.labels import (
+    OBJECT,
     SEGMENT,
     VALUE_TYPE,
     dimension_names,
@@ -96,6 +97,8 @@ def read_frames(header: Header, settings: ReadSettings) -> list[Frame]:
         steps = replace(steps, offsets=None)
     dimensions = dimension_names(dataset) if each else []
     common = {**image_labels(dataset), VALUE_TYPE: pixels.dtype.name}
+    if pixels.frames > 1:
+        common[OBJECT] = elements.text(dataset, 0x00200013)
     names = segment_names(dataset)
     if pixels.is_label_map:
         common[SEGMENT] = "all"

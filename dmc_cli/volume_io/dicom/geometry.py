@@ -14,7 +14,8 @@ from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom import elements
-from dmc_cli.volume_io.dicom.distances import ALIKE, MOST_TIMES, gaps, is_even
+from dmc_cli.volume_io.dicom.distances import ALIKE, MISSING, MOST_TIMES, gaps, is_even, shared_distance
+from dmc_cli.volume_io.dicom.doubts import contradictions_told
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.pixels import is_same_image
 from dmc_cli.volume_io.dicom.stack import Stack
@@ -54,12 +55,13 @@ def slice_geometry(stack: Stack, settings: ReadSettings, name: str) -> SliceGeom
     """
     frames, places, notes = _without_duplicates(stack, settings, name)
     distances = np.diff(places)
-    notes += _gaps(frames, distances, settings, name)
+    notes += _gaps(frames, places, stack, settings, name)
     first, last = np.array(frames[0].position), np.array(frames[-1].position)
     axis = (last - first) / (places[-1] - places[0])
     positions = np.array([frame.position for frame in frames])
     drift = positions - (first + np.outer(places - places[0], axis))
     notes += _drift(frames, np.linalg.norm(drift, axis=1), name)
+    notes += contradictions_told(frames, places, float(np.linalg.norm(axis)))
     orientation = np.array(frames[0].orientation)
     affine = np.eye(4)
     affine[:3, 0] = orientation[:3] * frames[0].spacing[0]
@@ -117,16 +119,25 @@ def _without_duplicates(
     return [frames[n] for n in kept], np.array([places[n] for n in kept]), notes
 
 
-def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, name: str) -> list[Notice]:
+def _gaps(
+    frames: list[Frame], places: Float64Array, stack: Stack, settings: ReadSettings, name: str
+) -> list[Notice]:
     """Refuse distances that look like a missing slice, or return warnings of them, as the settings say."""
+    distances = np.diff(places)
     found = gaps(distances)
     stated = _finer_distance(frames, distances)
+    others, ends = _places_of_others(frames, places, stack)
     if found:
         elsewhere = f"{_length(np.median(np.delete(distances, found)))} mm elsewhere"
+    elif others:
+        found, elsewhere = others, "other volumes of the series have slices there"
     elif stated:
         found, elsewhere = list(range(len(distances))), f"SpacingBetweenSlices is {_length(stated)} mm"
+    elif not stack.all_places and _lacks_numbers(frames, distances):
+        found = list(range(len(distances)))
+        elsewhere = "InstanceNumber leaves as many out, and slices are as thin as if they were there"
     else:
-        return []
+        return [*ends, *_thin_told(frames, distances)]
     told = f"{_told(frames, distances, found[0])}, {elsewhere}"
     if settings.slice_gaps == "refuse":
         raise AmbiguousVolumeError(
@@ -134,7 +145,38 @@ def _gaps(frames: list[Frame], distances: Float64Array, settings: ReadSettings, 
             "complete series; "
             "get the missing files, or bridge the gap with --slice-gaps keep"
         )
-    return [Notice("W-SLICES-MISSING", f"slices are missing: {told}")]
+    return [Notice("W-SLICES-MISSING", f"slices are missing: {told}"), *ends]
+
+
+def _places_of_others(
+    frames: list[Frame], places: Float64Array, stack: Stack
+) -> tuple[list[int], list[Notice]]:
+    """Return the numbers of the distances within which other volumes of the series have slices.
+
+    With them comes a notice if others go on beyond the ends. Thick slices leave nothing out.
+    """
+    others = np.array(stack.all_places)
+    if len(others) <= len(places):
+        return [], []
+    # a quarter of a distance off: others may lie a little beside
+    reach = shared_distance(places) / 4
+    within = np.searchsorted(places, others)
+    inside = (within > 0) & (within < len(places))
+    nearest = np.minimum(
+        np.abs(others - places[(within - 1).clip(0)]),
+        np.abs(others - places[within.clip(0, len(places) - 1)]),
+    )
+    beyond = int(((nearest > reach) & ~inside).sum())
+    sentence = f"{beyond} place(s) beyond the ends of this volume have slices of other volumes of the series"
+    ends = [Notice("W-SLICES-MISSING", sentence)] if beyond else []
+    if _thickness(frames) > THICK * float(np.diff(places).min()):
+        return [], ends
+    return sorted(set((within[(nearest > reach) & inside] - 1).tolist())), ends
+
+
+def _thickness(frames: list[Frame]) -> float:
+    """Return how thick slices are in millimetres, 0 where the file does not tell."""
+    return (elements.numbers(frames[0].header.dataset, 0x00180050) or [0.0])[0]
 
 
 def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | None:
@@ -142,13 +184,38 @@ def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | Non
 
     Slices as thick as they are far apart leave nothing out, whatever is stated: some derive one from others.
     """
-    dataset = frames[0].header.dataset
-    stated, thickness = (elements.numbers(dataset, tag) or [0.0] for tag in (0x00180088, 0x00180050))
+    stated = elements.numbers(frames[0].header.dataset, 0x00180088) or [0.0]
     least = float(distances.min())
-    times = round(least / stated[0]) if stated[0] > least / (MOST_TIMES + 1) else 0
-    if times < 2 or abs(least / stated[0] - times) > ALIKE or thickness[0] > THICK * least:
+    times = least / stated[0] if stated[0] > 0 else 0
+    is_whole = abs(times - round(times)) <= ALIKE or times > MOST_TIMES
+    if round(times) < 2 or not is_whole or _thickness(frames) > THICK * least:
         return None
     return stated[0] if frames[0].is_placed else None
+
+
+def _lacks_numbers(frames: list[Frame], distances: Float64Array) -> bool:
+    """Return whether InstanceNumber leaves out as many slices as thin ones leave space for, evenly.
+
+    A series of several volumes counts all of them; this is for one that is alone.
+    """
+    thickness = _thickness(frames)
+    numbers = [elements.numbers(frame.header.dataset, 0x00200013) for frame in frames]
+    if not thickness or frames[0].pixels.frames > 1 or not all(numbers):
+        return False
+    steps = np.abs(np.diff([number[0] for number in numbers if number]))
+    times = np.rint(distances / thickness)
+    return bool((steps == times).all() and times.min() >= 2)
+
+
+def _thin_told(frames: list[Frame], distances: Float64Array) -> list[Notice]:
+    """Return a notice on slices that are thin enough to have others between."""
+    thickness, least = _thickness(frames), float(distances.min())
+    if not frames[0].is_placed or not 0 < thickness * MISSING <= least:
+        return []
+    sentence = (
+        f"slices {_length(thickness)} mm thick at distances from {_length(least)} mm: others may be missing"
+    )
+    return [Notice("W-SLICES-MISSING", sentence)]
 
 
 def _drift(frames: list[Frame], sideways: Float64Array, name: str) -> list[Notice]:

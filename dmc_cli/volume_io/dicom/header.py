@@ -16,6 +16,7 @@ from dmc_cli.volume_io.dicom.elements import (
     text,
 )
 from dmc_cli.volume_io.dicom.labels import DISCRIMINATORS
+from dmc_cli.volume_io.dicom.makers import CREATORS, KINDS
 from dmc_cli.volume_io.dicom.source import HEAD_BYTES, DicomFile
 
 FLAT_BYTES = 1 << 16
@@ -25,9 +26,12 @@ WANTED = frozenset(
     (
         *(0x00020010, 0x00080016, 0x00080060, 0x0008103E, 0x00180050, 0x00180088, 0x00181164, 0x0020000E),
         *(0x00200011, 0x00200013, 0x00200032, 0x00200037, 0x00201041, 0x00280002, 0x00280004, 0x00280008),
-        *(0x00280010, 0x00280011, 0x00280030, 0x00280100, 0x00280101, 0x00280102, 0x00280103, 0x00280120),
+        *(0x00280010, 0x00280011, 0x00280030, 0x00280034, 0x00280100, 0x00280101, 0x00280102, 0x00280103),
+        0x00280120,
         *(0x00280121, 0x00281052, 0x00281053, 0x00541001, 0x00541102, 0x3004000E),
         *DISCRIMINATORS.values(),
+        *CREATORS,
+        *KINDS,
     )
 )
 """Every element that a single-frame image is asked for."""

@@ -11,8 +11,21 @@ from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.place import NoSlice
 
 TIMES = {0x00181063: "FrameTime", 0x00181065: "FrameTimeVector"}
-VIEWS = {0x00540050: "RotationVector", 0x00540090: "AngularViewVector"}
-PAGES = {0x00182001: "PageNumberVector"}
+VIEWS = {
+    0x00540050: "RotationVector",
+    0x00540090: "AngularViewVector",
+    0x00182003: "FramePrimaryAngleVector",
+    0x00182004: "FrameSecondaryAngleVector",
+    0x00181520: "PositionerPrimaryAngleIncrement",
+    0x00181521: "PositionerSecondaryAngleIncrement",
+}
+PAGES = {0x00182001: "PageNumberVector", 0x00182002: "FrameLabelVector"}
+PLACES = (0x00182005, 0x3004000C, 0x00200032, 0x00200037, 0x00201041, 0x00180088, 0x00540080)
+"""Elements that tell where frames lie."""
+
+NUCLEAR = "1.2.840.10008.5.1.4.1.1.20"
+RECONSTRUCTED = ("RECON TOMO", "RECON GATED TOMO")
+"""The third value of a nuclear medicine image's type where its frames are slices."""
 
 SLICES = 0x00540080
 FACTORS = {
@@ -60,7 +73,8 @@ def placed_alone(count: int) -> Increments:
 def refuse_tiles(dataset: Any) -> None:
     """Raise NoSlice for a whole-slide image: its frames lie side by side."""
     kind = elements.text(dataset, 0x00209311)
-    if kind.startswith("TILED") or elements.text(dataset, 0x00080016) == SLIDE:
+    whole, own = (elements.integer(dataset, tag) for tag in (0x00480006, 0x00280011))
+    if kind.startswith("TILED") or elements.text(dataset, 0x00080016) == SLIDE or (whole and whole != own):
         raise NoSlice("its frames are tiles of a whole-slide image, no slices")
 
 
@@ -74,6 +88,11 @@ def frame_increments(dataset: Any, count: int) -> Increments:
     if count == 1:
         return placed_alone(count)
     pointed = elements.tags(dataset, 0x00280009)
+    if not pointed:
+        # vectors that nothing points at still tell what differs
+        pointed = [
+            tag for tag in (*FACTORS, SLICES, *VIEWS) if len(elements.numbers(dataset, tag) or []) == count
+        ]
     _refuse_others(dataset, count, pointed)
     vectors = {tag: _vector(dataset, tag, count) for tag in (*FACTORS, SLICES) if tag in pointed}
     labels = [
@@ -96,6 +115,13 @@ def _refuse_others(dataset: Any, count: int, pointed: list[int]) -> None:
     timed = [name for tag, name in TIMES.items() if tag in dataset and not pointed]
     if timed and not any(tag in dataset for tag in (0x00180088, 0x00200032)):
         raise NoSlice(f"its {count} frames are times of one plane ({timed[0]}), no slices")
+    unknown = [tag for tag in pointed if tag not in (*FACTORS, *PLACES, *TIMES)]
+    if unknown:
+        raise NoSlice(f"its {count} frames differ in element {unknown[0]:08x}, which is not known; no slices")
+    is_nuclear = elements.text(dataset, 0x00080016) == NUCLEAR
+    kinds = elements.texts(dataset, 0x00080008)[2:3]
+    if is_nuclear and kinds and kinds[0] not in RECONSTRUCTED and SLICES not in pointed:
+        raise NoSlice(f"its {count} frames are of the kind {kinds[0]}, views or times, no slices")
     kind = PLANAR.get(elements.text(dataset, 0x00080016))
     if kind and not pointed:
         raise NoSlice(f"its {count} frames are times of one plane ({kind}), no slices")
@@ -116,6 +142,9 @@ def _offsets(dataset: Any, count: int, order: list[int]) -> list[float] | None:
     if 0x3004000C in dataset:
         grid = _vector(dataset, 0x3004000C, count)
         return [offset - grid[0] for offset in grid]
+    if 0x00182005 in dataset and 0x00200032 in dataset:
+        heights = _vector(dataset, 0x00182005, count)
+        return [height - heights[0] for height in heights]
     between = elements.numbers(dataset, 0x00180088)
     if elements.items(dataset, 0x00540022) and between:
         return [between[0] * n for n in order]

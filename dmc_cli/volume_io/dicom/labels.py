@@ -3,6 +3,7 @@
 from typing import Any
 
 from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.makers import CREATORS, GE, GE_COMPONENTS, GE_MOST, PRIVATE
 from dmc_cli.volume_io.dicom.place import Place
 
 DISCRIMINATORS = {
@@ -18,13 +19,27 @@ DISCRIMINATORS = {
     "trigger time": 0x00181060,
     "b-value": 0x00189087,
     "gradient direction": 0x00189089,
+    "respiratory phase": 0x00209245,
+    "RR interval": 0x00181062,
     "flip angle": 0x00181314,
     "repetition time": 0x00180080,
+    "coil": 0x00181250,
+    "phase encoding": 0x00181312,
+    "sequence": 0x00180024,
+    "averages": 0x00180083,
     "kernel": 0x00181210,
+    "filter": 0x00181160,
     "tube voltage": 0x00180060,
+    "contrast agent": 0x00180010,
+    "dose type": 0x30040004,
+    "dose summation": 0x3004000A,
     "frame reference time": 0x00541300,
+    "acquisition date": 0x00080022,
+    "acquisition date and time": 0x0008002A,
     "acquisition time": 0x00080032,
     "content time": 0x00080033,
+    "SOP class": 0x00080016,
+    "frame of reference": 0x00200052,
 }
 """What may tell apart images at the same place, in the order in which it is tried."""
 
@@ -44,17 +59,33 @@ FRAME_DISCRIMINATORS = {
     "trigger delay": (0x00189118, 0x00209153),
     "respiratory phase": (0x00209253, 0x00209245),
     "respiratory delay": (0x00209253, 0x00209255),
+    "RR interval": (0x00189118, 0x00209251),
+    "temporal offset": (0x00209310, 0x0020930D),
+    "velocity direction": (0x00189197, 0x00189090),
+    "spin labelling": (0x00189251, 0x00189257),
     "b-value": (0x00189117, 0x00189087),
     "diffusion": (0x00189117, 0x00189075),
     "complex component": (0x00189226, 0x00089208),
     "frame type": (0x00189226, 0x00089007),
     "CT frame type": (0x00189329, 0x00089007),
     "PET frame type": (0x00189751, 0x00089007),
+    "contrast": (0x00189226, 0x00089209),
     "flip angle": (0x00189112, 0x00181314),
+    "repetition time": (0x00189112, 0x00180080),
+    "coil": (0x00189042, 0x00181250),
+    "averages": (0x00189119, 0x00180083),
     "kernel": (0x00189314, 0x00181210),
     "tube voltage": (0x00189325, 0x00180060),
+    "frame reference time": (0x00209111, 0x00189151),
+    "acquisition time": (0x00209111, 0x00189074),
 }
 """The same in enhanced images: sequence and element."""
+
+CONVERTED = 0x00209171
+"""The elements that single images had before they were put into an enhanced one."""
+
+OBJECT = "object"
+"""What is tried last of all: one of several objects with many frames, by its InstanceNumber."""
 
 DIRECTION = "gradient direction"
 
@@ -74,6 +105,8 @@ UNITS = {
     "inversion time": "ms",
     "trigger time": "ms",
     "trigger delay": "ms",
+    "RR interval": "ms",
+    "temporal offset": "s",
     "respiratory delay": "ms",
     "repetition time": "ms",
     "frame reference time": "ms",
@@ -95,8 +128,41 @@ IN_PLACE = (0x00200032, 0x00209057, 0x00209056, 0x00201041, 0x00200037)
 
 
 def image_labels(dataset: Any) -> dict[str, str]:
-    """Return what the elements of a file tell of all its frames."""
-    return {key: elements.label(dataset, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
+    """Return what the elements of a file tell of all its frames; the standard's before a maker's own."""
+    found = {key: elements.label(dataset, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
+    found = {key: _plain(value) if key in UNITS else value for key, value in found.items()}
+    return {**_private_labels(dataset), **found}
+
+
+def _private_labels(dataset: Any) -> dict[str, str]:
+    """Return what the makers' own elements tell, in the words of the standard's."""
+    found = {}
+    for creator in CREATORS:
+        if creator not in dataset:
+            continue
+        group, owner = creator >> 16, elements.text(dataset, creator)
+        for number, (key, _) in PRIVATE.get((group, owner), {}).items():
+            tag = group << 16 | (creator & 0xFF) << 8 | number
+            value = elements.label(dataset, tag) if tag in dataset else ""
+            if value:
+                found[key] = _of_ge(key, value) if owner == GE else value
+    return found
+
+
+def _of_ge(key: str, value: str) -> str:
+    """Return a value of GE's as others write it: a part of a complex image in words, a b-value alone."""
+    first = value.split("/", maxsplit=1)[0]
+    if key == "b-value" and first.isdecimal():
+        return str(int(first) % GE_MOST)
+    return GE_COMPONENTS.get(first, first)
+
+
+def _plain(text: str) -> str:
+    """Return a decimal number as `elements.label` writes a binary one, other texts as they are."""
+    try:
+        return f"{float(text):.10g}"
+    except ValueError:
+        return text
 
 
 def frame_labels(place: Place, dimensions: list[str]) -> dict[str, str]:
@@ -111,6 +177,8 @@ def frame_labels(place: Place, dimensions: list[str]) -> dict[str, str]:
         holder = place.find(sequence, tag)
         if holder is not None:
             found[key] = elements.label(holder, tag)
+    for converted in elements.items(place.own, CONVERTED):
+        found.update(image_labels(converted))
     for diffusion in elements.items(place.own, 0x00189117):
         for direction in elements.items(diffusion, 0x00189076):
             found[DIRECTION] = elements.label(direction, 0x00189089)

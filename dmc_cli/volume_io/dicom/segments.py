@@ -8,27 +8,49 @@ from dataclasses import replace
 
 import numpy as np
 
+from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.distances import ALIKE
 from dmc_cli.volume_io.dicom.frames import Frame
-from dmc_cli.volume_io.dicom.labels import SEGMENT, sort_key
+from dmc_cli.volume_io.dicom.labels import OBJECT, SEGMENT, sort_key
 from dmc_cli.volume_io.dicom.stack import Stack
 from dmc_cli.volume_io.dicom.storage import MAX_FRAMES
 
 
 def split_segments(stack: Stack) -> list[Stack]:
-    """Return the stack, or of a segmentation object one stack a segment, in the order of their numbers."""
+    """Return the stack, or of segmentation objects one stack a segment, in the order of their numbers."""
     if not all(SEGMENT in frame.labels for frame in stack.frames):
         return [stack]
-    planes = _with_planes_between([frames[0] for frames in stack.by_place()])
-    parts: dict[str, Stack] = {}
+    objects: dict[str, Stack] = {}
     for frame in stack.frames:
-        parts.setdefault(frame.labels[SEGMENT], replace(stack, frames=[])).frames.append(frame)
+        objects.setdefault(_object(frame), replace(stack, frames=[])).frames.append(frame)
+    ordered = sorted(objects.values(), key=lambda one: sort_key(one.frames[0].labels.get(OBJECT, "")))
+    found = []
+    for number, one in enumerate(ordered, 1):
+        parts = _segments(one)
+        for part in parts if len(objects) > 1 else ():
+            part.description += f" (object {number} of {len(objects)})"
+        found += parts
+    return found
+
+
+def _object(frame: Frame) -> str:
+    """Return what is the same for the frames of one object, which several files may hold."""
+    dataset = frame.header.dataset
+    return elements.text(dataset, 0x00209161) or elements.text(dataset, 0x00080018)
+
+
+def _segments(one: Stack) -> list[Stack]:
+    """Return a stack for each segment of an object."""
+    planes = _with_planes_between([frames[0] for frames in one.by_place()])
+    parts: dict[str, Stack] = {}
+    for frame in one.frames:
+        parts.setdefault(frame.labels[SEGMENT], replace(one, frames=[])).frames.append(frame)
     for value, part in parts.items():
         part.frames += _absent(part, planes)
         part.sort()
-        part.same_place = stack.same_place
+        part.same_place = one.same_place
         if len(parts) > 1:
-            part.description = f"{stack.description} (segment {value})"
+            part.description = f"{one.description} (segment {value})"
     return [parts[value] for value in sorted(parts, key=sort_key)]
 
 

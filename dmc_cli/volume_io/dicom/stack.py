@@ -19,6 +19,7 @@ class Stack:
         description: SeriesDescription, and what tells this stack from others of the series.
         modality: CT, MR, ...
         frames: Its frames, in the order of their positions along the normal once sorted.
+        all_places: Those of all volumes that it was parted from, along the normal; none where it is alone.
         same_place: Slices closer than this, in millimetres, lie in one place; known once sorted.
     """
 
@@ -27,6 +28,7 @@ class Stack:
     description: str
     modality: str
     frames: list[Frame] = field(default_factory=list)
+    all_places: tuple[float, ...] = ()
     same_place: float = 0.0
 
     def places(self) -> list[float]:
@@ -54,6 +56,11 @@ class Stack:
                 found.append([])
             found[-1].append(frame)
         return found
+
+    def different_places(self) -> tuple[float, ...]:
+        """Return each place once, once sorted."""
+        places = np.array(self.places())
+        return tuple(places[np.diff(places, prepend=-np.inf) >= self.same_place].tolist())
 
     def place_count(self) -> int:
         """Return the number of different places, once sorted."""

@@ -32,7 +32,7 @@ class Pixels:
         padding: Closed range of stored values that mean no data, or None.
         is_packed: Whether a value is one bit, eight in a byte, frame after frame without a gap.
         is_label_map: Whether values are numbers of segments.
-        contradictions: Notices on elements that contradict each other.
+        contradictions: Notices on elements that contradict each other, or turn what is bright.
     """
 
     shape: tuple[int, int]
@@ -70,6 +70,8 @@ def read_pixels(header: Header) -> Pixels:
     kinds = ("", "MONOCHROME1", "MONOCHROME2", *(("PALETTE COLOR",) if is_label_map else ()))
     if elements.text(dataset, 0x00280004) not in kinds:
         raise NoSlice(f"an image of kind {elements.text(dataset, 0x00280004)[:20]}")
+    if "MOSAIC" in elements.texts(dataset, 0x00080008):
+        raise NoSlice("a mosaic of many slices in one image")
     count = elements.numbers(dataset, 0x00280008) or [1]
     allocated = elements.integer(dataset, 0x00280100, 16) or 16
     least = rows * columns / 8 if allocated == 1 else LEAST_FRAME
@@ -98,7 +100,7 @@ def read_pixels(header: Header) -> Pixels:
         padding=None if is_label_map else _padding(dataset, signed),
         is_packed=allocated == 1,
         is_label_map=is_label_map,
-        contradictions=tuple(_contradictions(dataset, allocated, stored, below)),
+        contradictions=(*_contradictions(dataset, allocated, stored, below), *_inverse_told(dataset)),
     )
 
 
@@ -114,6 +116,14 @@ def _contradictions(dataset: Any, allocated: int, taken: int, below: int) -> lis
     if sign not in (0, 1):
         found.append(f"PixelRepresentation {sign}, values without a sign are taken")
     return notices("W-BITS-CONTRADICTED", found)
+
+
+def _inverse_told(dataset: Any) -> list[Notice]:
+    """Return a notice on an image that is shown with low values bright."""
+    if elements.text(dataset, 0x00280004) != "MONOCHROME1":
+        return []
+    sentence = "MONOCHROME1 found: the lowest values are shown white; values are taken as stored"
+    return [Notice("W-PHOTOMETRIC", sentence)]
 
 
 def _padding(dataset: Any, signed: bool) -> tuple[float, float] | None:

@@ -1,0 +1,64 @@
+"""Tell what else a file says of the geometry that contradicts its positions, which are taken."""
+
+import numpy as np
+
+from dmc_cli.array_types import Float64Array
+from dmc_cli.notices import Notice, notices
+from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.distances import ALIKE, shared_distance
+from dmc_cli.volume_io.dicom.frames import Frame
+
+STEEPEST = 1.5
+"""Length along the slices' line for one along their normal; a gantry tilted by 45 degrees has 1.41."""
+
+
+def contradictions_told(frames: list[Frame], places: Float64Array, stretch: float) -> list[Notice]:
+    """Return notices on what contradicts the positions of slices.
+
+    Args:
+        frames: The slices, in order.
+        places: Their positions along the normal in millimetres.
+        stretch: Length along the line from the first to the last for one along the normal.
+    """
+    if not frames[0].is_placed:
+        return []
+    told = []
+    dataset = frames[0].header.dataset
+    stated = [abs(number) for number in elements.numbers(dataset, 0x00180088) or []]
+    usual = shared_distance(places)
+    # some state the distance along the line, some along the normal
+    lengths = (usual, usual * stretch)
+    if stated and stated[0] and not any(abs(stated[0] - length) <= ALIKE * length for length in lengths):
+        told.append(
+            f"SpacingBetweenSlices {stated[0]:g} mm found, but positions {usual:.4g} mm apart; the "
+            "positions are taken"
+        )
+    if stretch > STEEPEST:
+        angle = np.degrees(np.arccos(1 / stretch))
+        told.append(
+            f"slices that follow each other {angle:.0f} degrees beside their normal found, farther than any "
+            "gantry is tilted; positions and directions are taken as they are"
+        )
+    told += _ratio_told(frames[0])
+    found = {frame.labels.get("frame of reference", "") for frame in frames} - {""}
+    if len(found) > 1:
+        told.append(
+            f"slices of {len(found)} frames of reference (0020,0052) found, whose positions need not be "
+            "comparable; they are taken as if they were"
+        )
+    return notices("W-GEOMETRY-CONTRADICTED", told)
+
+
+def _ratio_told(frame: Frame) -> list[str]:
+    """Return a sentence on pixels whose stated shape is not that of their distances."""
+    dataset = frame.header.dataset
+    ratio, pixel = (elements.numbers(dataset, tag) or [] for tag in (0x00280034, 0x00280030))
+    if len(ratio) != 2 or len(pixel) != 2 or min(*ratio, *pixel) <= 0:
+        return []
+    wanted = ratio[0] / ratio[1]
+    if abs(wanted - pixel[0] / pixel[1]) <= ALIKE * wanted:
+        return []
+    return [
+        f"PixelAspectRatio {ratio[0]:g}:{ratio[1]:g} found beside PixelSpacing {pixel[0]:g}, {pixel[1]:g} "
+        "mm; the spacing is taken"
+    ]
