@@ -19,7 +19,9 @@ doubts       what contradicts the positions
 geometry     the affine of a stack of them
 stack        images of one series with the same size and orientation
 segments     those of a segmentation object
+repetitions  times at each place, whether they belong together
 factors      what differs at one place
+directory    files that a DICOMDIR lists and that are missing
 series       images sorted into stacks
 codestream   what a compressed image says of itself
 decoding     compressed pixel data, decoded

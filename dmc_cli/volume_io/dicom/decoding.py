@@ -113,9 +113,9 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
 def undefined_length(header: Header) -> DamagedVolumeError:
     """Return the error of pixels that are compressed, by their length, and are not, by their syntax."""
     return DamagedVolumeError(
-        f"{header.file.name}: pixel data of undefined length, as compressed ones have, found under the "
-        f"transfer syntax {header.syntax}, of those that are not; expected the syntax that they have; "
-        "correct (0002,0010)"
+        f"{header.file.name}: pixel data of undefined length or in fragments, as compressed ones are, found "
+        f"under the transfer syntax {header.syntax}, of those that are not; expected the syntax that they "
+        "have; correct (0002,0010)"
     )
 
 

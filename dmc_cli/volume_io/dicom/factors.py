@@ -18,6 +18,7 @@ from dmc_cli.volume_io.dicom.labels import (
     described,
     sort_key,
 )
+from dmc_cli.volume_io.dicom.repetitions import are_regular
 from dmc_cli.volume_io.dicom.stack import Stack
 
 
@@ -103,7 +104,7 @@ def _by_time(part: Stack) -> list[Stack]:
         ordered = [sorted(frames, key=lambda frame: sort_key(_value(frame, name))) for frames in places]
         if all(
             len(list(groupby(frames, key=lambda frame: _value(frame, name)))) == count for frames in ordered
-        ):
+        ) and are_regular([[_value(frame, name) for frame in frames] for frames in ordered], name):
             return [
                 replace(
                     part,

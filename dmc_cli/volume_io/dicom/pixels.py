@@ -39,6 +39,9 @@ must not make a decoder fill the memory."""
 UNDEFINED = 0xFFFFFFFF
 """The length of an element that ends with a delimiter."""
 
+ITEM = b"\xfe\xff\x00\xe0"
+"""What packed pixel data begin with."""
+
 LEAST_RLE_RATIO = 64
 """RLE needs two bytes for 128 equal ones."""
 
@@ -82,13 +85,14 @@ def read_slices(frames: list[Frame], threads: int | None, name: str, progress: P
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         dropped: list[int] = []
-        read_task = partial(_read_task, values=values, uniform=uniform, dropped=dropped)
+        longer: list[int] = []
+        read_task = partial(_read_task, values=values, uniform=uniform, dropped=dropped, longer=longer)
         with closing(each_in_threads(read_task, tasks, _thread_count(threads), "dmc-slices")) as counts:
             # in the slices' order, so that of several errors always the same one is told
             for count in counts:
                 done += count
                 progress.advance(done / sum(map(len, tasks)))
-    told = tuple(_dropped_told(frames, dropped))
+    told = (*_dropped_told(frames, dropped), *_longer_told(frames, longer))
     if uniform:
         return SliceValues(values, frames[0].slope, frames[0].intercept, frames[0].padding, told)
     return SliceValues(values, 1.0, 0.0, None, told)
@@ -115,6 +119,19 @@ def _dropped_told(frames: list[Frame], dropped: list[int]) -> list[Notice]:
             "W-BITS-CONTRADICTED",
             f"bits above the {first.pixels.bits_stored} that are stored (BitsStored) found in "
             f"{len(dropped)} of {len(frames)} slices, first {first.name}; they are dropped, as overlays",
+        )
+    ]
+
+
+def _longer_told(frames: list[Frame], longer: list[int]) -> list[Notice]:
+    """Return a notice on slices whose pixel data go on behind their pixels."""
+    if not longer:
+        return []
+    return [
+        Notice(
+            "W-BITS-CONTRADICTED",
+            f"pixel data longer than rows, columns and bits make them found in {len(longer)} of "
+            f"{len(frames)} slices, first {frames[min(longer)].name}; the first bytes are taken",
         )
     ]
 
@@ -171,8 +188,10 @@ def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int,
             yield slices[begin : begin + step]
 
 
-def _read_task(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool, dropped: list[int]) -> int:
-    """Read the slices of one file, adding the numbers of those that lost bits; returns how many."""
+def _read_task(
+    task: list[tuple[int, Frame]], values: AnyArray, uniform: bool, dropped: list[int], longer: list[int]
+) -> int:
+    """Read the slices of one file, adding the numbers of those that lost bits or bytes; returns how many."""
     header, pixels = task[0][1].header, task[0][1].pixels
     direct = header.syntax in (IMPLICIT, EXPLICIT) and (sys.byteorder == "little" or pixels.is_packed)
     if pixels.is_packed and not direct:
@@ -180,7 +199,7 @@ def _read_task(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool, d
             f"{header.file.name}: single bits under the transfer syntax {header.syntax} found; expected "
             f"{EXPLICIT}; convert the file to it"
         )
-    decoded = _read_direct(task, values, uniform) if direct else decode(task)
+    decoded = _read_direct(task, values, uniform, longer) if direct else decode(task)
     try:
         for (k, frame), plane in zip(task, decoded, strict=True):
             # a codestream tells its own bits
@@ -198,7 +217,9 @@ def _read_task(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool, d
     return len(task)
 
 
-def _read_direct(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool) -> Iterator[AnyArray]:
+def _read_direct(
+    task: list[tuple[int, Frame]], values: AnyArray, uniform: bool, longer: list[int]
+) -> Iterator[AnyArray]:
     """Read uncompressed slices, into their place in the volume where their type is kept."""
     header, pixels = task[0][1].header, task[0][1].pixels
     with header.file.open((header.pixel_start or 0) + 12 + pixels.frames * pixels.frame_bytes) as file:
@@ -212,7 +233,10 @@ def _read_direct(task: list[tuple[int, Frame]], values: AnyArray, uniform: bool)
         long_form = start[4:6] in (b"OB", b"OW", b"OF", b"OD", b"OV", b"OL", b"UN")
         begin = (header.pixel_start or 0) + (12 if explicit and long_form else 8)
         dtype = _stored_type(task[0][1])
-        _check_length(header, pixels, dtype, start[8:12] if explicit and long_form else start[4:8])
+        file.seek(begin)
+        told = start[8:12] if explicit and long_form else start[4:8]
+        if _is_longer(header, pixels, dtype, told, file.read(len(ITEM))):
+            longer += [k for k, _ in task]
         for k, frame in task:
             if pixels.is_packed:
                 yield _unpacked(file, begin, frame)
@@ -250,17 +274,33 @@ def _unpacked(file: Any, begin: int, frame: Frame) -> AnyArray:
     return bits.reshape(rows, columns)
 
 
-def _check_length(header: Header, pixels: Pixels, dtype: np.dtype[Any], told: bytes) -> None:
-    """Refuse pixels that are not what the transfer syntax says: packed, or fewer than the frames take."""
+def _is_longer(header: Header, pixels: Pixels, dtype: np.dtype[Any], told: bytes, start: bytes) -> bool:
+    """Return whether pixel data go on behind the frames, by less than these take.
+
+    Args:
+        header: The file's header.
+        pixels: How its frames are stored.
+        dtype: Type of their values.
+        told: The length of the pixel data's element.
+        start: The first bytes of the pixels.
+
+    Raises:
+        DamagedVolumeError: They are not what header and transfer syntax say: packed, fewer than the frames
+            take, or so many that there must be more frames, or wider ones.
+    """
     expected = _native_bytes(pixels, dtype)
     length = int.from_bytes(told, "little")
     if length == UNDEFINED:
         raise undefined_length(header)
-    if length < expected:
+    is_padded = length <= expected + expected % 2
+    if not is_padded and start == ITEM:
+        raise undefined_length(header)
+    if length < expected or (not is_padded and length >= 2 * expected):
         raise DamagedVolumeError(
             f"{header.file.name}: pixel data of {length} bytes found, {expected} expected for "
             f"{pixels.frames} x {pixels.shape[0]} x {pixels.shape[1]} pixels; get the file again"
         )
+    return not is_padded
 
 
 def _clear_unused_bits(plane: AnyArray, pixels: Pixels, below: int) -> bool:

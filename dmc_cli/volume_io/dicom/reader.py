@@ -12,6 +12,7 @@ from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
+from dmc_cli.volume_io.dicom.directory import missing_told
 from dmc_cli.volume_io.dicom.frames import Frame, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
@@ -161,10 +162,12 @@ def _found(
     frames: list[Frame] = []
     reasons: list[str] = []
     damaged: list[VolumeError] = []
+    notes = list(notes)
     for number, file in enumerate(files):
         try:
             header = read_header(file)
             if header is not None:
+                notes += missing_told(header, files)
                 frames += read_frames(header, settings)
                 if len(frames) > MAX_FRAMES + len(files):
                     raise VolumeError(

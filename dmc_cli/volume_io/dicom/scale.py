@@ -121,6 +121,8 @@ def values_told(dataset: Any) -> list[Notice]:
         told.append(
             Notice("W-RESCALE-UNKNOWN", "a dose without DoseGridScaling found; its stored values are taken")
         )
+    if elements.text(dataset, 0x30040002) == "RELATIVE":
+        told.append(Notice("W-VALUES-MAPPED", "a relative dose found (DoseUnits); values are no grays"))
     return [*told, *_offsets_told(dataset)]
 
 

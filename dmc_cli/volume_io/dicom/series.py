@@ -41,7 +41,22 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
     parts = [part for stack in stacks for whole in split_segments(stack) for part in split_copies(whole)]
     volumes = [part for part in parts if part.place_count() > 1]
     images = [stack for stack in volumes if not all(map(_is_localizer, stack.frames))]
-    return sorted(images or volumes, key=lambda stack: (stack.series_number, _uid_key(stack.uid)))
+    found = sorted(images or volumes, key=lambda stack: (stack.series_number, _uid_key(stack.uid)))
+    _name_apart(found)
+    return found
+
+
+def _name_apart(stacks: list[Stack]) -> None:
+    """Describe stacks of one series that nothing else tells apart by how they lie, or by their number."""
+    alike: dict[tuple[str, str], list[Stack]] = {}
+    for stack in stacks:
+        alike.setdefault((stack.uid, stack.description), []).append(stack)
+    for group in alike.values():
+        planes = [stack.plane() for stack in group]
+        for number, (stack, plane) in enumerate(zip(group, planes, strict=True), 1):
+            if len(group) > 1:
+                words = plane if len(set(planes)) == len(group) else f"{plane}, {number} of {len(group)}"
+                stack.description += f" ({words})"
 
 
 def put_aside(frames: Iterable[Frame], stacks: list[Stack], chosen: Stack, series: str | None) -> list[str]:

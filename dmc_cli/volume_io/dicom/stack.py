@@ -37,6 +37,12 @@ class Stack:
         normal = np.cross(orientation[:3], orientation[3:])
         return [float(normal @ np.array(frame.position)) for frame in self.frames]
 
+    def plane(self) -> str:
+        """Return how its slices lie in a patient, by the axis that their normal is nearest to."""
+        orientation = np.array(self.frames[0].orientation)
+        normal = np.cross(orientation[:3], orientation[3:])
+        return ("sagittal", "coronal", "axial")[int(np.abs(normal).argmax())]
+
     def sort(self) -> None:
         """Order the frames by place, then by name and number."""
         keys = [
