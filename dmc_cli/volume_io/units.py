@@ -9,6 +9,7 @@ spelled so does case not count. Names count in any case, singular or plural, Bri
 import re
 import unicodedata
 from collections.abc import Sequence
+from contextlib import suppress
 
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.notices import Notice
@@ -31,15 +32,19 @@ _OTHER_SYMBOLS = {
     "ly": 9_460_730_472_580_800e3, "pc": 3.0856775814913674e19,
 }  # fmt: skip
 _OTHER_NAMES = {
-    "angstrom": 1e-7, "ångström": 1e-7, "ångstrom": 1e-7, "angström": 1e-7, "micron": 1e-3, "fermi": 1e-12,
+    "angstrom": 1e-7, "angstroem": 1e-7, "ångström": 1e-7, "ångstrom": 1e-7, "angström": 1e-7,
+    "micron": 1e-3, "fermi": 1e-12,
     "inch": _INCH, "inches": _INCH, "foot": 12 * _INCH, "feet": 12 * _INCH, "yard": 36 * _INCH,
     "mile": 63360 * _INCH, "international_inch": _INCH, "international_inches": _INCH,
     "international_foot": 12 * _INCH, "international_feet": 12 * _INCH, "international_yard": 36 * _INCH,
     "international_mile": 63360 * _INCH, "us_survey_foot": _SURVEY_FOOT, "us_survey_feet": _SURVEY_FOOT,
-    "us_survey_yard": 3 * _SURVEY_FOOT, "us_survey_mile": 5280 * _SURVEY_FOOT, "fathom": 6 * _SURVEY_FOOT,
-    "rod": 16.5 * _SURVEY_FOOT, "furlong": 660 * _SURVEY_FOOT, "nautical_mile": 1852e3, "thou": _INCH / 1000,
-    "mil": _INCH / 1000, "line": _INCH / 12, "point": _INCH / 72, "big_point": _INCH / 72, "pica": _INCH / 6,
-    "printers_point": _INCH / 72.27, "printers_pica": _INCH / 6.0225,
+    "us_survey_yard": 3 * _SURVEY_FOOT, "us_survey_mile": 5280 * _SURVEY_FOOT,
+    "us_statute_mile": 5280 * _SURVEY_FOOT, "fathom": 6 * _SURVEY_FOOT, "rod": 16.5 * _SURVEY_FOOT,
+    "pole": 16.5 * _SURVEY_FOOT, "perch": 16.5 * _SURVEY_FOOT, "chain": 66 * _SURVEY_FOOT,
+    "furlong": 660 * _SURVEY_FOOT, "arpentlin": 191.835 * 12 * _INCH, "nautical_mile": 1852e3,
+    "nmile": 1852e3, "thou": _INCH / 1000, "mil": _INCH / 1000, "line": _INCH / 12, "barleycorn": _INCH / 3,
+    "point": _INCH / 72, "big_point": _INCH / 72, "printers_point": _INCH / 72.27, "pica": _INCH / 6.0225,
+    "printers_pica": _INCH / 6.0225,
     "astronomical_unit": 149_597_870_700e3, "light_year": 9_460_730_472_580_800e3,
     "parsec": 3.0856775814913674e19,
 }  # fmt: skip
@@ -62,26 +67,31 @@ _TIMES = frozenset(
 
 _SYMBOLS = {f"{symbol}m": float(f"1e{power + 3}") for symbol, power in _PREFIXES.values()} | _OTHER_SYMBOLS
 _NAMES = {
+    f"{prefix}{name}": length if power == 0 else float(f"1e{power}") * length
+    for prefix, (_, power) in _PREFIXES.items()
+    for name, length in _OTHER_NAMES.items()
+}
+_NAMES |= {
     f"{prefix}{metre}": float(f"1e{power + 3}")
     for prefix, (_, power) in _PREFIXES.items()
     for metre in ("meter", "metre")
-} | _OTHER_NAMES
+}
 
 
 def length_of(unit: str) -> float | None:
     """Return the length of a unit in millimetres, None for what is no unit of length."""
-    spelled = _plain(unit)
+    factor, spelled = _plain(unit)
     lower = spelled.casefold()
     name = lower.replace(" ", "_").replace("-", "_")
-    for found in (_SYMBOLS.get(spelled), _NAMES.get(name), _NAMES.get(name.removesuffix("s"))):
-        if found is not None:
-            return found
-    return _SYMBOLS[lower] if lower in _IN_ANY_CASE else None
+    found = _SYMBOLS.get(spelled) or _NAMES.get(name) or _NAMES.get(name.removesuffix("s"))
+    if found is None and lower in _IN_ANY_CASE:
+        found = _SYMBOLS[lower]
+    return factor * found if found and factor else None
 
 
 def is_time(unit: str) -> bool:
     """Return whether a unit is one of time or frequency."""
-    name = _plain(unit).casefold()
+    name = _plain(unit)[1].casefold()
     return name in _TIMES or name.removesuffix("s") in _TIMES
 
 
@@ -134,8 +144,15 @@ def _unknown(unit: str, axis: str, name: str, what: str) -> Notice:
     return Notice("W-UNIT-UNKNOWN", sentence)
 
 
-def _plain(unit: str) -> str:
-    """Return a unit without quotes, blanks and a final point, its escapes resolved, and u for either µ."""
-    plain = unit.strip().strip("\"'").strip()
+def _plain(unit: str) -> tuple[float, str]:
+    """Return how many units are meant, as in UDUNITS' `0.1 mm`, and the unit.
+
+    It is without quotes, blanks and a final point, its escapes resolved, and has u for either µ.
+    """
+    plain = unit.strip(" \t\r\n\0\"'")
     plain = re.sub(r"\\u([0-9a-fA-F]{4})", lambda match: chr(int(match[1], 16)), plain)  # as ImageJ escapes
-    return unicodedata.normalize("NFKC", plain).replace("μ", "u").removesuffix(".")
+    with suppress(UnicodeError):  # UTF-8 that a writer took for Latin letters: Âµ
+        plain = plain.encode("cp1252").decode()
+    plain = unicodedata.normalize("NFKC", plain).replace("μ", "u").removesuffix(".")
+    scaled = re.fullmatch(r"([0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]{1,2})?) ?([^\W\d].*)", plain)
+    return (float(scaled[1]), scaled[2]) if scaled else (1.0, plain)

@@ -23,6 +23,17 @@ OME_XML = {
 }  # fmt: skip
 """The lengths of the enumeration UnitsLength of OME's schema 2016-06."""
 
+UDUNITS = {
+    "fermi": 1e-12, "light_year": 9.4607304725808e18, "micron": 1e-3, "mil": 0.0254,
+    "printers_point": 0.3514598, "chain": 20116.84, "printers_pica": 4.2175176, "pica": 4.2175176,
+    "nautical_mile": 1852e3, "nmile": 1852e3,
+    "US_survey_foot": 304.80061, "US_survey_yard": 914.40183, "US_statute_mile": 1609347.2, "rod": 5029.21,
+    "pole": 5029.21, "perch": 5029.21, "furlong": 201168.4, "fathom": 1828.8037, "international_inches": 25.4,
+    "international_feet": 304.8, "international_yard": 914.4, "international_mile": 1609344,
+    "big_point": 25.4 / 72, "barleycorn": 25.4 / 3, "arpentlin": 191.835 * 304.8,
+}  # fmt: skip
+"""The lengths of UDUNITS-2 that are no metre with a prefix, with the digits of its table."""
+
 SPELLINGS = {
     "\u00b5m": 1e-3, "\u03bcm": 1e-3, "um": 1e-3, "UM": 1e-3, "\\u00B5m": 1e-3, '"um"': 1e-3, "micron": 1e-3,
     "Microns": 1e-3, "\u00b5": 1e-3, "micrometre": 1e-3, "Micrometers": 1e-3, "MICROMETER": 1e-3,
@@ -30,6 +41,8 @@ SPELLINGS = {
     "inches": 25.4, "Inch": 25.4, "in.": 25.4, "feet": 304.8, "ft": 304.8, "points": 25.4 / 72,
     "millimetres": 1, " mm ": 1, "MM": 1, "Cm": 10, "nautical mile": 1852e3,
     "light-years": 9.4607304725808e18,
+    "Angstroem": 1e-7, "mm\0": 1, "\u00c2\u00b5m": 1e-3, "\u00e2\u201e\u00ab": 1e-7, "0.1 mm": 0.1,
+    "10um": 0.01, "1e-3 m": 1, "microinch": 25.4e-6, "kilofeet": 304800,
     "dekameter": 1e4, "decametre": 1e4, "km": 1e6, "NM": 1e-6, "pm": 1e-9, "nanometers": 1e-6,
 }  # fmt: skip
 
@@ -45,6 +58,13 @@ NO_LENGTHS = [
     "degree",
     "a",
     "mm2",
+    "0 mm",
+    "-1 mm",
+    "nan mm",
+    "1",
+    "10",
+    "m m",
+    "mm/pixel",
     "s",
 ]
 
@@ -54,13 +74,18 @@ def test_units_of_length(unit, length):
     assert length_of(unit) == pytest.approx(length, rel=1e-14)
 
 
+@pytest.mark.parametrize("unit", UDUNITS)
+def test_lengths_of_udunits(unit):
+    assert length_of(unit) == pytest.approx(UDUNITS[unit], rel=1e-6)
+
+
 @pytest.mark.parametrize("unit", NO_LENGTHS)
 def test_what_is_no_unit_of_length(unit):
     assert length_of(unit) is None
 
 
 @pytest.mark.parametrize(
-    "unit", ["s", "ms", "Seconds", "second", "sec", "min", "minutes", "µs", "hour", "Hz", "day"]
+    "unit", ["s", "ms", "Seconds", "second", "sec", "min", "minutes", "µs", "hour", "Hz", "day", "0.1 s"]
 )
 def test_a_time_is_no_length(unit):
     assert is_time(unit)
