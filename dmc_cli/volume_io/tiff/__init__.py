@@ -2,6 +2,7 @@
 
 ome      what OME metadata promise, checked
 spacing  distances of the nodes, as OME's or ImageJ's metadata tell them
+imagej   its origin and its calibration of values
 stack    the volumes of a file with many pages, and the planes of one
 reader   the volume of a stack of pages or of files
 """

@@ -4,12 +4,14 @@ tifffile makes a list entry for each plane that the XML names, and opens whateve
 """
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.layout import check_file, exists
+from dmc_cli.volume_io.units import length_of
 from dmc_cli.volume_io.within import check_beside
 
 MOST_PLANES = 1 << 20
@@ -89,3 +91,34 @@ def ome_channels(xml: str) -> list[tuple[str, ...]]:
         tuple(channel.get("Name", "") for channel in _all(pixels, "}Channel"))
         for pixels in _all(root, "}Pixels")
     ]
+
+
+def check_modulo(xml: str, name: str) -> None:
+    """Refuse slices that an annotation of Bio-Formats divides into those of several angles or the like.
+
+    Raises:
+        UnsupportedFormatError: Places along z stand for something else as well.
+    """
+    found = re.search(r'<(?:\w+:)?ModuloAlongZ\b[^>]*?\bType="([^"]{1,40})"', xml)
+    if found:
+        raise UnsupportedFormatError(
+            f"{name}: slices along z that are {found[1]}s, too, found (ModuloAlongZ); expected slices alone; "
+            "write each into a file of its own"
+        )
+
+
+def steps_of_planes(pixels: ElementTree.Element) -> list[float]:
+    """Return the distances in millimetres from slice to slice that an image's planes have by their positions.
+
+    None where their unit is no length, as by default: they are the stage's then.
+    """
+    heights = {}
+    for plane in _all(pixels, "}Plane"):
+        length = length_of(plane.get("PositionZUnit", "reference frame"))
+        if (
+            length is not None
+            and plane.get("TheC") == plane.get("TheT") == "0"
+            and "PositionZ" in plane.attrib
+        ):
+            heights[int(plane.get("TheZ", "0"))] = float(plane.get("PositionZ", "nan")) * length
+    return [heights[k + 1] - heights[k] for k in sorted(heights) if k + 1 in heights]

@@ -21,6 +21,7 @@ from dmc_cli.volume_io.axes import images_entry, unnamed_axes
 from dmc_cli.volume_io.image_kinds import KINDS, turned
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
 from dmc_cli.volume_io.layout import (
+    Triple,
     check_file,
     check_lengths,
     chosen_origin,
@@ -28,6 +29,8 @@ from dmc_cli.volume_io.layout import (
     exists,
     scale_affine,
 )
+from dmc_cli.volume_io.lengths import Doubts
+from dmc_cli.volume_io.tiff.imagej import imagej_origin, imagej_scale
 from dmc_cli.volume_io.tiff.spacing import tiff_spacing
 from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_stack, stack_images
 
@@ -63,12 +66,9 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
             *_shown(tiff.series[number].keyframe),
             *unnamed_axes(image),
         )
-    if found is not None:
-        check_lengths(name, found)
-    spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
-    if doubts and settings.spacing is not None:
-        spacing = settings.spacing
-    origin, _ = chosen_origin(None, settings)
+        slope, intercept, mapped = imagej_scale(tiff)
+        spacing, warnings = _settled_spacing(found, doubts, name, settings)
+        origin, unused = chosen_origin(imagej_origin(tiff, spacing), settings, "the TIFF")
     return Volume(
         values=values,
         affine=scale_affine(spacing, origin),
@@ -76,8 +76,22 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         path=name,
         files=(path,),
         format="tiff",
-        warnings=(*notes, *warnings),
+        slope=slope,
+        intercept=intercept,
+        warnings=(*notes, *mapped, *warnings, *unused),
     )
+
+
+def _settled_spacing(
+    found: Triple | None, doubts: Doubts, name: str, settings: ReadSettings
+) -> tuple[Triple, tuple[Notice, ...]]:
+    """Return the spacing in millimetres, that of the settings where the file's is in doubt, and warnings."""
+    if found is not None:
+        check_lengths(name, found)
+    spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
+    if doubts and settings.spacing is not None:
+        spacing = settings.spacing
+    return spacing, warnings
 
 
 def _files(path: Path, name: str, settings: ReadSettings) -> tuple[Path, ...]:
@@ -193,7 +207,15 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
                 "file that has all slices by itself"
             )
         check_segments(tiff, page, name)
-        yield Plane(page.shape, page.dtype, page.asarray, _shown(page))
+        yield Plane(page.shape, page.dtype, page.asarray, (*_shown(page), *_uncalibrated(tiff)))
+
+
+def _uncalibrated(tiff: Any) -> tuple[Notice, ...]:
+    """Return what is told of a slice whose values ImageJ calibrates: those of a folder may differ in it."""
+    if imagej_scale(tiff) == (1.0, 0.0, ()):
+        return ()
+    sentence = "ImageJ's calibration of the slices' values is not applied; they are as stored"
+    return (Notice("W-VALUES-MAPPED", sentence),)
 
 
 def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:

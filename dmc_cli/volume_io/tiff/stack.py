@@ -15,7 +15,7 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.axes import UNNAMED, Axis, Choice, Image, chosen_volume
-from dmc_cli.volume_io.tiff.ome import check_ome, ome_channels
+from dmc_cli.volume_io.tiff.ome import check_modulo, check_ome, ome_channels
 from dmc_cli.volume_io.unpacked_size import passes
 from dmc_cli.volume_io.within import check_beside
 
@@ -44,6 +44,7 @@ def stack_images(tiff: Any, path: Path, name: str, settings: ReadSettings) -> li
     channels: list[tuple[str, ...]] = []
     if tiff.is_ome and tiff.ome_metadata:
         check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
+        check_modulo(tiff.ome_metadata, name)
         channels = ome_channels(tiff.ome_metadata)
     images = []
     for number, series in enumerate(tiff.series):

@@ -169,10 +169,56 @@ def test_the_spacing_given_counts_where_the_unit_is_unknown(tmp_path):
     assert (volume.spacing, volume.sentences) == ((1, 2, 3), ())
 
 
-def test_imagej_without_a_spacing_tells_none(tmp_path):
-    assert read(imagej(tmp_path / "a.tif", spacing=None)).sentences == (
+def test_imagej_without_a_spacing_tells_that_along_x_and_y(tmp_path):
+    volume = read(imagej(tmp_path / "a.tif", spacing=None))
+    assert (volume.spacing, volume.sentences) == (
+        (0.25, 0.5, 1),
+        ("the TIFF tells no spacing along z; 1 is taken; --spacing gives it",),
+    )
+
+
+@pytest.mark.parametrize("unit", [None, "", "pixel"])
+def test_imagej_without_a_spacing_and_a_length_tells_none(tmp_path, unit):
+    assert read(imagej(tmp_path / "a.tif", spacing=None, unit=unit)).sentences == (
         "the TIFF tells no spacing; --spacing gives it",
     )
+
+
+@pytest.mark.parametrize(("unit", "length"), [("INCH", 25.4), ("CENTIMETER", 10)])
+def test_the_unit_of_the_resolution_is_imagej_s_where_it_names_none(tmp_path, unit, length):
+    told = {"imagej": True, "resolution": (4, 2), "metadata": {"axes": "ZYX", "spacing": 2.0}}
+    tifffile.imwrite(tmp_path / "a.tif", VALUES, resolutionunit=unit, **told)
+    volume = read(tmp_path / "a.tif")
+    np.testing.assert_allclose(volume.spacing, np.array((0.25, 0.5, 2)) * length)
+    assert volume.sentences == ()
+
+
+def test_the_origin_of_imagej(tmp_path):
+    told = {"xorigin": 10.0, "yorigin": -3.0, "zorigin": 0.5}
+    volume = read(imagej(tmp_path / "a.tif", **told))
+    np.testing.assert_allclose(volume.affine[:3, 3], (-2.5, 1.5, -1))
+    volume = read(imagej(tmp_path / "a.tif", unit="pixel", **told), spacing=(1, 2, 3), origin=(7, 8, 9))
+    np.testing.assert_allclose(volume.affine[:3, 3], (-10, 6, -1.5))
+    assert [notice.code for notice in volume.warnings] == ["W-OPTION-UNUSED"]
+
+
+@pytest.mark.parametrize(
+    ("calibration", "scale", "told"),
+    [
+        ({"cf": 0, "c0": -32768.0, "c1": 1.0}, (1, -32768), []),
+        ({"cf": 0, "c0": 5.0, "c1": -0.25, "vunit": "HU"}, (-0.25, 5), []),
+        ({"cf": 0, "c0": 5.0}, (1, 0), []),
+        ({"cf": 20, "c0": 5.0, "c1": 2.0}, (1, 0), []),
+        ({"cf": 1, "c0": 5.0, "c1": 2.0, "c2": 3.0}, (1, 0), ["W-VALUES-MAPPED"]),
+        ({"cf": 21}, (1, 0), ["W-VALUES-MAPPED"]),
+        ({"cf": 0, "c0": 5.0, "c1": 0.0}, (1, 0), ["W-RESCALE-UNKNOWN"]),
+    ],
+)
+def test_the_values_of_imagej_are_calibrated(tmp_path, calibration, scale, told):
+    """Calibration.java: 0 is a straight line, 20 none, 21 optical density; one number alone is none."""
+    volume = read(imagej(tmp_path / "a.tif", **calibration))
+    assert (volume.slope, volume.intercept) == scale
+    assert [notice.code for notice in volume.warnings] == told
 
 
 def test_a_resolution_that_is_not_there_is_one(tmp_path):
@@ -212,6 +258,54 @@ def test_lengths_of_ome(tmp_path, changes, spacing, told):
 
 def test_ome_without_lengths_tells_none(tmp_path):
     assert "tells no spacing" in read(ome(tmp_path / "a.ome.tif", PhysicalSizeX=None)).sentences[0]
+
+
+def changed(path, old, new):
+    """Write other XML into an OME-TIFF."""
+    with tifffile.TiffFile(path) as file:
+        xml = file.ome_metadata
+    assert old in xml
+    tifffile.tiffcomment(path, xml.replace(old, new).encode())
+    return path
+
+
+def positions(heights, unit="µm"):
+    """Elements of OME's XML for the planes of one channel and time."""
+    planes = [
+        f'<Plane TheC="0" TheT="0" TheZ="{k}" PositionZ="{z}" PositionZUnit="{unit}"/>'
+        for k, z in enumerate(heights)
+    ]
+    return "".join(planes) + "</Pixels>"
+
+
+@pytest.mark.parametrize(
+    ("heights", "unit", "is_told"),
+    [
+        ((0, 3, 6), "µm", False),
+        ((100, 97, 94), "µm", False),
+        ((0, 3.005, 5.995), "µm", False),
+        ((5, 5, 5), "µm", False),
+        ((0, 1, 7), "reference frame", False),
+        ((0, 1, 7), "µm", True),
+        ((0, 5, 10), "µm", True),
+        ((0, 3000, 6000), "nm", False),
+        ((0, 3, 6), "nm", True),
+        (("nan", 3, 6), "µm", False),
+    ],
+)
+def test_places_of_planes_beside_their_distance_are_told(tmp_path, heights, unit, is_told):
+    path = changed(ome(tmp_path / "a.ome.tif"), "</Pixels>", positions(heights, unit))
+    volume = read(path)
+    np.testing.assert_allclose(volume.spacing, (0.0005, 0.00025, 0.003))
+    assert [notice.code for notice in volume.warnings] == ["W-GEOMETRY-CONTRADICTED"] * is_told
+
+
+def test_slices_that_are_something_else_as_well_are_refused(tmp_path):
+    told = '<StructuredAnnotations><XMLAnnotation ID="Annotation:1" Namespace="modulo"><Value><Modulo>'
+    told += '<ModuloAlongZ Type="angle" Start="0" End="2"/></Modulo></Value></XMLAnnotation>'
+    path = changed(ome(tmp_path / "a.ome.tif"), "</OME>", f"{told}</StructuredAnnotations></OME>")
+    with pytest.raises(UnsupportedFormatError, match="slices along z that are angles, too"):
+        read(path)
 
 
 @pytest.mark.parametrize("planes", [6, 1 << 20, (1 << 20) + 1])
