@@ -1,7 +1,7 @@
 """Read MetaImage: .mha with its values, .mhd with detached ones; world axes LPS.
 
 Each consecutive triple of TransformMatrix is the direction of one axis of the grid.
-AnatomicalOrientation is not used: it repeats the matrix, and often wrongly.
+AnatomicalOrientation is not used: it repeats the matrix, and often wrongly, which is told.
 """
 
 import math
@@ -202,7 +202,36 @@ def _affine(
     affine = np.eye(4)
     affine[:3, :3] = directions.T * np.array(lengths)
     affine[:3, 3] = first
-    return respaced(affine, doubts, settings), notes + unused
+    notes = (*notes, *unused, *_contradiction(fields, directions.T), *_mapped(fields, name))
+    return respaced(affine, doubts, settings), notes
+
+
+def _contradiction(fields: dict[str, str], directions: Float64Array) -> tuple[Notice, ...]:
+    """Return a warning where AnatomicalOrientation has other axes than the matrix, columns in LPS.
+
+    Its letters say from where the axes come, as ITK writes them: RAI is LPS.
+    """
+    told = fields.get("AnatomicalOrientation", "").upper()
+    if sorted("RAI".find(letter) + "LPS".find(letter) + 1 for letter in told) != [0, 1, 2]:
+        return ()
+    nearest = np.abs(directions).argmax(axis=0)
+    found = "".join("RAI"[n] if directions[n, axis] > 0 else "LPS"[n] for axis, n in enumerate(nearest))
+    if told == found:
+        return ()
+    sentence = f"the header's AnatomicalOrientation is {told}, its matrix has {found}; the matrix is taken"
+    return (Notice("W-GEOMETRY-CONTRADICTED", sentence),)
+
+
+def _mapped(fields: dict[str, str], name: str) -> tuple[Notice, ...]:
+    """Return a warning where a function of the values is told, which no program applies."""
+    slope = _numbers(fields, ("ElementToIntensityFunctionSlope",), name, [1.0])[0]
+    offset = _numbers(fields, ("ElementToIntensityFunctionOffset",), name, [0.0])[0]
+    if (slope, offset) == (1.0, 0.0):
+        return ()
+    sentence = (
+        f"the header's intensities, {slope:g} x value + {offset:g}, are not applied; values are as stored"
+    )
+    return (Notice("W-VALUES-MAPPED", sentence),)
 
 
 def _scaled(numbers: list[float], unit: float) -> Triple | None:

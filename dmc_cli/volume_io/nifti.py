@@ -21,7 +21,7 @@ from dmc_cli.volume import Space, check_affine, check_shape
 from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, flat_index, listed_volumes
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, scale_affine
-from dmc_cli.volume_io.lengths import settled_affine
+from dmc_cli.volume_io.lengths import missing_spacing, settled_affine
 from dmc_cli.volume_io.nibabel_headers import scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 from dmc_cli.volume_io.units import scales_in_mm
@@ -41,6 +41,9 @@ NO_ORIENTATION = (
 
 _SAME_LENGTH = 1e-3
 """Part of a distance by which a sform and pixdim may differ: writers round pixdim to a few digits."""
+
+_SAME_DIRECTION = 0.9
+"""Cosine of the angle between axes of a sform and a qform, at least: a qform has no shear."""
 
 _NEAREST_MM, _FARTHEST_MM = 1e-5, 50.0
 """Distances of nodes, in millimetres, that a header's unit can lead to without a doubt."""
@@ -152,6 +155,9 @@ def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Arra
     elif unit not in UNITS:
         sentence = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
         doubts = (Notice("W-UNIT-UNKNOWN", f"{sentence}; --spacing tells better"),)
+    if header["sform_code"] <= 0:
+        missing = [axis for axis, length in zip("xyz", header["pixdim"][1:4], strict=True) if length == 0]
+        doubts = (*missing_spacing(missing, "the header"), *doubts)
     with np.errstate(all="ignore"):  # what is not finite is refused with the layout
         affine, space, notes = _form(header, name)
         affine[:3] *= UNITS.get(unit, 1.0)
@@ -171,11 +177,33 @@ def _form(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ..
         if header["qform_code"] > 0 and np.isfinite(affine).all() and _is_flat(affine):
             told = "the header's sform is flat, its axes do not span the space; the qform is taken"
             return _qform(header, name), "RAS", (Notice("W-GEOMETRY-CONTRADICTED", told),)
-        return affine, "RAS", _contradiction(affine, header)
+        return affine, "RAS", (*_contradiction(affine, header), *_other_qform(affine, header, name))
     if header["qform_code"] > 0:
         return _qform(header, name), "RAS", ()
     unturned = scale_affine(_spacing(header), (0.0, 0.0, 0.0))
     return unturned, "none", (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
+
+
+def _other_qform(affine: Float64Array, header: Any, name: str) -> tuple[Notice, ...]:
+    """Return a warning where the qform lies elsewhere than the sform, though both tell the same world.
+
+    With other codes it may be another world, but never one that is the mirror image.
+    """
+    if header["qform_code"] <= 0 or not np.isfinite(affine).all():
+        return ()
+    try:
+        other = _qform(header, name)
+    except DamagedVolumeError:
+        return ()
+    lengths, others = (np.linalg.norm(form[:3, :3], axis=0) for form in (affine, other))
+    cosines = (affine[:3, :3] * other[:3, :3]).sum(axis=0) / (lengths * others)
+    is_mirrored = np.linalg.det(affine) * np.linalg.det(other) < 0
+    is_moved = np.linalg.norm(affine[:3, 3] - other[:3, 3]) > lengths.max()
+    is_same_world = header["sform_code"] == header["qform_code"]
+    if not (is_mirrored or (is_same_world and (is_moved or cosines.min() < _SAME_DIRECTION))):
+        return ()
+    what = "is the mirror image of" if is_mirrored else "lies elsewhere than"
+    return (Notice("W-GEOMETRY-CONTRADICTED", f"the header's qform {what} its sform; the sform is taken"),)
 
 
 def _doubtful_unit(affine: Float64Array, unit: int) -> tuple[Notice, ...]:

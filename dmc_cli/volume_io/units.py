@@ -95,6 +95,11 @@ def is_time(unit: str) -> bool:
     return name in _TIMES or name.removesuffix("s") in _TIMES
 
 
+def is_missing(unit: str) -> bool:
+    """Return whether a unit is what files write where they know none."""
+    return unit.strip(" \"'").casefold() in _MISSING
+
+
 def scales_in_mm(
     units: Sequence[str | None], name: str, what: str = "the file"
 ) -> tuple[Triple, tuple[Notice, ...]]:
@@ -111,7 +116,7 @@ def scales_in_mm(
         UnsupportedFormatError: An axis of space is measured in units of time.
     """
     spelled = [None if unit is None else unit.strip(" \"'") for unit in units]
-    told = [None if unit is None or unit.casefold() in _MISSING else unit for unit in spelled]
+    told = [None if unit is None or is_missing(unit) else unit for unit in spelled]
     lengths = [None if unit is None else length_of(unit) for unit in told]
     notices = [
         _unknown(unit, axis, name, what)

@@ -8,7 +8,7 @@ import nibabel as nib
 import numpy as np
 import pytest
 
-from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from tests.volume_io.dicom.scanner import axial, make_slice, save
 from tests.volume_io.reading import counting, read
 
@@ -122,6 +122,66 @@ def test_nrrd_units_scale_spacings_and_mins(tmp_path):
     volume = read(nrrd(tmp_path, spacings="2 3 4", axis_mins="10 20 30", units='"um" "cm" "mm"'))
     np.testing.assert_allclose(volume.spacing, (0.002, 30, 4))
     np.testing.assert_allclose(volume.affine[:3, 3], (0.01, 200, 30))
+
+
+DIRECTIONS = "(1,0,0) (0,2,0) (0,0,3)"
+
+
+@pytest.mark.parametrize(
+    ("units", "spacing"),
+    [
+        ('"um" "um" "um"', (1e-3, 2e-3, 3e-3)),
+        ('"mm" "mm" ""', (1, 2, 3)),
+        ('"" "" "???"', (1, 2, 3)),
+        ("cm cm cm", (10, 20, 30)),
+    ],
+)
+def test_nrrd_units_of_axes_count_beside_directions(tmp_path, units, spacing):
+    volume = read(nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, units=units))
+    np.testing.assert_allclose(volume.spacing, spacing)
+    assert volume.sentences == ()
+
+
+def test_nrrd_units_of_axes_that_differ_beside_directions_are_refused(tmp_path):
+    path = nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, units='"um" "um" "mm"')
+    with pytest.raises(UnsupportedFormatError, match="expected one unit, or space units"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("fields", "is_told"),
+    [
+        ({"space_directions": DIRECTIONS, "spacings": "1 2 3"}, False),
+        ({"space_directions": DIRECTIONS, "spacings": "nan nan 3.0001"}, False),
+        ({"space_directions": DIRECTIONS, "spacings": "1 2 5"}, True),
+        ({"spacings": "1 2 3", "axis_mins": "0 0 0", "axis_maxs": "4 6 6"}, False),
+        ({"spacings": "1 -2 3", "axis_mins": "0 0 0", "axis_maxs": "4 -6 6"}, False),
+        (
+            {"spacings": "1 2 3", "axis_mins": "0 0 0", "axis_maxs": "5 8 9", "centers": "cell cell cell"},
+            False,
+        ),
+        ({"spacings": "1 2 3", "axis_mins": "0 0 0", "axis_maxs": "4 6 9"}, True),
+    ],
+)
+def test_nrrd_statements_about_a_distance_that_differ_are_told(tmp_path, fields, is_told):
+    units = {"space": "RAS"} if "space_directions" in fields else {"units": '"mm" "mm" "mm"'}
+    volume = read(nrrd(tmp_path, **fields, **units))
+    assert volume.spacing == (1, 2, 3)
+    assert [notice.code for notice in volume.warnings] == ["W-GEOMETRY-CONTRADICTED"] * is_told
+
+
+@pytest.mark.parametrize(
+    ("fields", "is_told"),
+    [
+        ({"old_min": "-1000", "old_max": "3000"}, True),
+        ({"old_min": "-1000"}, False),
+        ({"old_min": "nan", "old_max": "nan"}, False),
+        ({"oldmin": "0", "oldmax": "1"}, True),
+    ],
+)
+def test_nrrd_values_that_were_others_before_they_were_rounded_are_told(tmp_path, fields, is_told):
+    volume = read(nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, **fields))
+    assert [notice.code for notice in volume.warnings] == ["W-VALUES-MAPPED"] * is_told
 
 
 def nifti(folder, **fields):

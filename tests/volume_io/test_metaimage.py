@@ -168,3 +168,36 @@ REAL = [
 @pytest.mark.parametrize("name", REAL)
 def test_real_files_agree_with_simpleitk(shared_data, name):
     assert_same_as_itk(read(shared_data / name), shared_data / name)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "told", "is_wrong"),
+    [
+        ("1 0 0 0 1 0 0 0 1", "RAI", False),
+        ("-1 0 0 0 -1 0 0 0 1", "LPI", False),
+        ("0 1 0 0 0 -1 1 0 0", "ASR", False),
+        ("0.9 0.1 0 -0.1 0.9 0 0 0 1", "RAI", False),
+        ("1 0 0 0 1 0 0 0 1", "???", False),
+        ("1 0 0 0 1 0 0 0 1", "LPI", True),
+        ("1 0 0 0 1 0 0 0 1", "RAS", True),
+        (None, "ASR", True),
+    ],
+)
+def test_an_orientation_in_words_that_is_another_is_told(tmp_path, matrix, told, is_wrong):
+    """Letters say where axes come from, as ITK writes them."""
+    extra = f"ElementSpacing = 1 2 3\nAnatomicalOrientation = {told}\n"
+    extra += f"TransformMatrix = {matrix}\n" if matrix else ""
+    volume = read(write(tmp_path / "a.mha", header(extra=extra), VALUES.tobytes()))
+    assert [notice.code for notice in volume.warnings] == ["W-GEOMETRY-CONTRADICTED"] * is_wrong
+
+
+@pytest.mark.parametrize(
+    ("slope", "offset", "is_told"), [("1", "0", False), ("2", "0", True), ("1", "-1000", True)]
+)
+def test_a_function_of_the_values_is_told(tmp_path, slope, offset, is_told):
+    extra = f"ElementSpacing = 1 2 3\nElementToIntensityFunctionSlope = {slope}\n"
+    extra += f"ElementToIntensityFunctionOffset = {offset}\n"
+    path = write(tmp_path / "a.mha", header(extra=extra), VALUES.tobytes())
+    volume = read(path)
+    assert_same_as_itk(volume, path)
+    assert [notice.code for notice in volume.warnings] == ["W-VALUES-MAPPED"] * is_told

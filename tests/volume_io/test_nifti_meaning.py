@@ -93,6 +93,53 @@ def test_pixdim_beside_another_sform_is_told(tmp_path, factor, is_told):
     assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"] * is_told
 
 
+MOVED = np.zeros((4, 4))
+MOVED[0, 3] = 3
+
+
+@pytest.mark.parametrize(
+    ("sform", "codes_of", "is_told"),
+    [
+        (np.diag([-1, 1, 1, 1]) @ QFORM, (1, 1), True),
+        (np.diag([-1, 1, 1, 1]) @ QFORM, (4, 1), True),  # no two anatomies are mirror images
+        (np.diag([-1, -1, 1, 1]) @ QFORM, (1, 1), True),
+        (np.diag([-1, -1, 1, 1]) @ QFORM, (4, 1), False),
+        (QFORM + MOVED, (2, 2), True),
+        (QFORM + MOVED, (2, 1), False),
+        (QFORM + MOVED / 10, (2, 2), False),
+    ],
+)
+def test_a_qform_that_lies_elsewhere_than_the_sform_is_told(tmp_path, sform, codes_of, is_told):
+    path = write(tmp_path / "a.nii", sform=sform)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<2h", content, 252, codes_of[1], codes_of[0])
+    path.write_bytes(content)
+    volume = read(path)
+    np.testing.assert_allclose(volume.affine, sform, rtol=1e-6)
+    assert codes(volume) == ["W-GEOMETRY-CONTRADICTED"] * is_told
+
+
+def test_a_qform_that_is_none_says_nothing_beside_a_sform(tmp_path):
+    path = write(tmp_path / "a.nii", sform=QFORM)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<3f", content, 256, 5, 5, 5)
+    path.write_bytes(content)
+    assert codes(read(path)) == []
+
+
+@pytest.mark.parametrize(("has_qform", "codes_of"), [(True, []), (False, ["W-ORIENTATION-MISSING"])])
+def test_distances_of_zero_are_told(tmp_path, has_qform, codes_of):
+    path = write(tmp_path / "a.nii", qform=None if has_qform else False)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<2f", content, 80, 0, 0)
+    path.write_bytes(content)
+    volume = read(path)
+    np.testing.assert_allclose(volume.spacing, (1, 1, 2))
+    assert sorted(codes(volume)) == sorted([*codes_of, "W-SPACING-MISSING"])
+    assert any("no spacing along x and y" in sentence for sentence in volume.sentences)
+    assert read(path, spacing=(3, 4, 5)).spacing == pytest.approx((3, 4, 5))
+
+
 @pytest.mark.parametrize(
     ("unit", "factor", "is_told"),
     [

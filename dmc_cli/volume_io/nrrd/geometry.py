@@ -23,7 +23,7 @@ from dmc_cli.volume_io.layout import (
 from dmc_cli.volume_io.lengths import Doubts, missing_spacing, respaced, settled_affine
 from dmc_cli.volume_io.nrrd.header import numbers, per_axis, vector
 from dmc_cli.volume_io.nrrd.labels import world_axes
-from dmc_cli.volume_io.units import scales_in_mm
+from dmc_cli.volume_io.units import is_missing, scales_in_mm
 
 SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
     "right-anterior-superior": ("RAS", (1, 1, 1)),
@@ -37,6 +37,9 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
     "3d-left-handed": ("none", (1, 1, 1)),
 }
 """Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
+
+_SAME_LENGTH = 1e-3
+"""Part of a distance by which two statements of it may differ: writers round to a few digits."""
 
 SCANNED = frozenset(name for name in SPACES if not name.startswith("3d-"))
 """Spaces of a patient or a scanner."""
@@ -75,13 +78,50 @@ def nrrd_geometry(
         raise UnsupportedFormatError(
             f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
         )
-    scale, doubts = _scales(fields, "space units", (0, 1, 2), spelled, name)
+    scale, doubts = _scales(_with_space_units(fields, spatial, name), "space units", (0, 1, 2), spelled, name)
     affine = np.eye(4)
     affine[:3, :3] = np.array([c[:3] for c in columns]).T
     affine[:3, 3] = origin[:3]
+    with np.errstate(all="ignore"):  # what is not finite is refused with the layout
+        lengths = np.linalg.norm(affine[:3, :3], axis=0).tolist()
+    notes += _contradictions(
+        lengths, [_entry(fields, "spacings", a, name) for a in spatial], "space directions"
+    )
     affine[:3] *= (np.array(scale) * np.array(signs))[:, None]
     affine, told_of_lengths = settled_affine(affine, doubts, settings)
     return affine, space, (*notes, *told_of_lengths)
+
+
+def _with_space_units(fields: dict[str, str], spatial: tuple[int, int, int], name: str) -> dict[str, str]:
+    """Return the fields with space units, those of the axes where the header has these alone.
+
+    Raises:
+        UnsupportedFormatError: The axes' units differ, so that they are none of the world.
+    """
+    units = per_axis(fields.get("units", ""))
+    told = [units[a].strip('"') for a in spatial if a < len(units)]
+    named = {unit for unit in told if not is_missing(unit)}
+    if "space units" in fields or not named:
+        return fields
+    if len(named) > 1:
+        raise UnsupportedFormatError(
+            f"{name}: units {fields['units'][:60]} of the axes found beside space directions; expected one "
+            "unit, or space units; correct the header"
+        )
+    return fields | {"space units": " ".join(3 * [f'"{named.pop()}"'])}
+
+
+def _contradictions(lengths: list[float], others: list[float], what: str) -> list[Notice]:
+    """Return a warning where distances of the nodes are told twice, and differ; NaN tells none."""
+    pairs = [(abs(a), abs(b)) for a, b in zip(lengths, others, strict=True)]
+    if not any(abs(a - b) > _SAME_LENGTH * a for a, b in pairs if math.isfinite(a - b)):
+        return []
+    first, second = (" x ".join(f"{each:.6g}" for each in told) for told in zip(*pairs, strict=True))
+    if what == "space directions":
+        sentence = f"the header's {what} have nodes {first} apart, its spacings {second}; the first are taken"
+    else:
+        sentence = f"the header's spacings are {first}, those by its {what} {second}; the first are taken"
+    return [Notice("W-GEOMETRY-CONTRADICTED", sentence)]
 
 
 def _scales(
@@ -115,12 +155,14 @@ def _unoriented(
     x, y, z = (spatial[world.index(n)] for n in range(3))
     scales, doubts = _scales(fields, "units", (x, y, z), space, name)
     centers = per_axis(fields.get("centers", fields.get("centerings", "")))
-    steps, lows, halves = [], [], []
+    steps, lows, halves, told, others = [], [], [], [], []
     for axis, scale in zip((x, y, z), scales, strict=True):
         is_cell = axis < len(centers) and centers[axis].lower() == "cell"
         low, high, step = (_entry(fields, key, axis, name) for key in ("axis mins", "axis maxs", "spacings"))
-        if math.isnan(step):
-            step = (high - low) / (sizes[axis] if is_cell else sizes[axis] - 1)
+        between = (high - low) / (sizes[axis] if is_cell else sizes[axis] - 1)
+        told.append(step)
+        others.append(between)
+        step = between if math.isnan(step) else step
         steps.append(step * scale)
         lows.append(low * scale)
         halves.append(0.5 if is_cell else 0.0)
@@ -129,7 +171,7 @@ def _unoriented(
     spacing, warnings = chosen_spacing(_told(steps, list(scales)), settings, doubts=doubts)
     firsts = [low + half * step for low, half, step in zip(lows, halves, spacing, strict=True)]
     origin, unused = chosen_origin(_told(firsts, [0.0, 0.0, 0.0]), settings)
-    notes += [*warnings, *unused]
+    notes += [*_contradictions(told, others, "axis mins and maxs"), *warnings, *unused]
     affine = respaced(scale_affine(spacing, origin), doubts, settings)
     return affine[:, [*world, 3]]
 

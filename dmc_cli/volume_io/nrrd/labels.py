@@ -21,14 +21,27 @@ def axis_names(fields: dict[str, str], count: int) -> list[str]:
 
 
 def spatial_axes(fields: dict[str, str], count: int) -> list[int]:
-    """Return the axes of space of a header without directions: by kinds, by labels, else the first three."""
+    """Return the axes of space of a header without directions: by kinds, by labels, else the first three.
+
+    What is called a time or a channel is none, though its kind may be `domain`, nor is an axis whose spacing
+    is nan, as long as three others are left.
+    """
     kinds, names = _told(fields, "kinds", count), axis_names(fields, count)
-    told = [a for a in range(count) if kinds[a] in SPATIAL_KINDS]
-    if told:
-        return told
+    if any(kind in SPATIAL_KINDS for kind in kinds):
+        others = (*SPELLINGS["time"], *SPELLINGS["channel"])
+        told = [a for a in range(count) if kinds[a] in SPATIAL_KINDS and names[a] not in others]
+        return _spaced(fields, told, count)
     labelled = [a for a in range(count) if names[a] in _of_space()]
     nameless = [a for a in range(count) if names[a] == UNNAMED]
-    return sorted([*labelled, *nameless[: max(3 - len(labelled), 0)]])
+    missing = max(3 - len(labelled), 0)
+    return sorted([*labelled, *_spaced(fields, nameless, count, missing)[:missing]])
+
+
+def _spaced(fields: dict[str, str], axes: list[int], count: int, least: int = 3) -> list[int]:
+    """Return those of some axes that have a spacing, or all where fewer than `least` have one."""
+    spacings = _told(fields, "spacings", count)
+    kept = [axis for axis in axes if spacings[axis] != "nan"]
+    return kept if len(kept) >= least else axes
 
 
 def world_axes(fields: dict[str, str], spatial: tuple[int, int, int], count: int) -> tuple[int, int, int]:

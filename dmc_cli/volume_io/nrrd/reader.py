@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.axes import UNNAMED, Axis, Choice, Image, chosen_volume, listed_volumes
@@ -99,9 +100,21 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         encoding=encoding,
         format="nrrd",
         listed=listed_volumes([image], settings, name),
-        warnings=(*unnamed_order(fields, sizes), *notes),
+        warnings=(*unnamed_order(fields, sizes), *_quantized(fields, dtype), *notes),
         **_placed(image, choice),
     )
+
+
+def _quantized(fields: dict[str, str], dtype: np.dtype[Any]) -> tuple[Notice, ...]:
+    """Return a warning where whole numbers stand for a range of others, from which they were rounded."""
+    ends = [fields.get(f"old {end}", fields.get(f"old{end}", "nan")) for end in ("min", "max")]
+    if dtype.kind not in "iu" or any(end.lower() == "nan" for end in ends):
+        return ()
+    sentence = (
+        f"the header's values were {ends[0][:20]} to {ends[1][:20]} before they were rounded to "
+        f"{dtype.name}; they are taken as they are stored"
+    )
+    return (Notice("W-VALUES-MAPPED", sentence),)
 
 
 def _skip(fields: dict[str, str], key: str, name: str) -> int:

@@ -192,7 +192,7 @@ def _ome_axes(image: Any, shape: tuple[int, ...], channels: tuple[str, ...]) -> 
     axes = []
     for told, size in zip(image["axes"], shape, strict=True):
         named, kind = (told, None) if isinstance(told, str) else (str(told["name"]), told.get("type"))
-        if kind == "space" and named.lower() not in ("x", "y", "z"):
+        if kind == "space" and Axis(named, size).kind not in ("x", "y", "z"):
             named = UNNAMED
         elif kind in ("time", "channel"):
             named = kind

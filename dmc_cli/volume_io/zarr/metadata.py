@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.volume_io.within import REMEDY, Bounds
 from dmc_cli.volume_io.zarr.codecs import Packing, Step, checked_step
 
@@ -62,6 +63,8 @@ class ZarrArray:
         separator: What stands between the numbers in their names.
         sharding: Where files hold many chunks, how; else None.
         names: What the axes are called, "" for one without a name; none where nothing names them.
+        scale: Physical value a stored unit, and of stored 0, as CF's attributes have it.
+        notices: What is told of these.
     """
 
     shape: tuple[int, ...]
@@ -72,6 +75,8 @@ class ZarrArray:
     separator: str
     sharding: Sharding | None = None
     names: tuple[str, ...] = ()
+    scale: tuple[float, float] = (1.0, 0.0)
+    notices: tuple[Notice, ...] = ()
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -124,15 +129,26 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
     if new is not None:
         if new["zarr_format"] != 3:
             raise ValueError(f"zarr_format is {new['zarr_format']!r}; expected 3")
-        return dict(new.get("attributes") or {}) if new["node_type"] == "group" else _version_3(new, name)
+        attributes = dict(new.get("attributes") or {})
+        return attributes if new["node_type"] == "group" else _scaled(_version_3(new, name), attributes)
     old = read_json(folder / ".zarray", bounds, name)
     if old is not None:
         attributes = read_json(folder / ".zattrs", bounds, name) or {}
-        return replace(_version_2(old, name), names=_names(attributes.get("_ARRAY_DIMENSIONS")))
+        array = replace(_version_2(old, name), names=_names(attributes.get("_ARRAY_DIMENSIONS")))
+        return _scaled(array, attributes)
     group = read_json(folder / ".zgroup", bounds, name)
     if group is None:
         return None
     return dict(read_json(folder / ".zattrs", bounds, name) or {})
+
+
+def _scaled(array: ZarrArray, attributes: dict[str, Any]) -> ZarrArray:
+    """Return an array with the scale of its values, which CF's attributes tell, as xarray writes them."""
+    told = [attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)]
+    if all(type(number) in (int, float) and math.isfinite(number) for number in told) and told[0]:
+        return replace(array, scale=(float(told[0]), float(told[1])))
+    sentence = f"scale_factor {told[0]!r:.40} and add_offset {told[1]!r:.40} are none; values are as stored"
+    return replace(array, notices=(Notice("W-RESCALE-UNKNOWN", f"the array's {sentence}"),))
 
 
 def _version_2(meta: dict[str, Any], name: str) -> ZarrArray:

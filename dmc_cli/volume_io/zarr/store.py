@@ -62,7 +62,9 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         path=name,
         files=(path,),
         format="zarr",
-        warnings=(*unnamed_axes(found.image), *warnings, *unused),
+        slope=array.scale[0],
+        intercept=array.scale[1],
+        warnings=(*unnamed_axes(found.image), *array.notices, *warnings, *unused),
     )
 
 

@@ -108,6 +108,28 @@ def test_without_three_axes_of_space_there_is_no_volume(tmp_path, axes, fields):
         read(tmp_path / "a.nrrd")
 
 
+@pytest.mark.parametrize("kinds", ["domain domain domain domain", "??? ??? ??? ???", None])
+@pytest.mark.parametrize("axes", ["lxyz", "xlyz", "xyzl"])
+def test_an_axis_without_a_distance_is_none_of_space(tmp_path, axes, kinds):
+    fields = {"spacings": " ".join("nan" if a == "l" else str(SPACINGS[a]) for a in axes)}
+    values = write(tmp_path / "a.nrrd", axes, **fields, **({"kinds": kinds} if kinds else {}))
+    volume = read(tmp_path / "a.nrrd", volume_index=1)
+    np.testing.assert_array_equal(volume.values, volume_of(values, axes, "xyz", l=1))
+    assert volume.spacing == (0.5, 2, 3)
+
+
+@pytest.mark.parametrize("label", ["time", "t", "channel"])
+def test_a_domain_that_is_called_a_time_is_none_of_space(tmp_path, label):
+    fields = {"labels": f'"x" "y" "z" "{label}"', "kinds": "domain domain domain domain"}
+    write(tmp_path / "a.nrrd", "xyzt", **fields)
+    (entry,) = list_volumes(str(tmp_path / "a.nrrd"), ReadSettings())
+    assert (entry.size, len(entry.volumes)) == ((6, 4, 5), 3)
+    fields = {"labels": f'"x" "y" "{label}"', "kinds": "domain domain domain"}
+    write(tmp_path / "a.nrrd", "xyt", **fields)
+    with pytest.raises(UnsupportedFormatError, match="expected three axes of space"):
+        read(tmp_path / "a.nrrd")
+
+
 @pytest.mark.parametrize(("fields", "is_told"), [({}, True), ({"kinds": "domain domain domain time"}, False)])
 def test_axes_that_nobody_names_are_told(tmp_path, fields, is_told):
     values = write(tmp_path / "a.nrrd", "xyzt", spacings="1 1 1 1", units='"mm" "mm" "mm" ""', **fields)

@@ -151,6 +151,36 @@ def test_axes_of_space_with_other_names_are_z_y_x(tmp_path):
     np.testing.assert_array_equal(read(path, channel="1").values, values[1])
 
 
+@pytest.mark.parametrize("names", ["width height depth", "Column ROW Plane"])
+def test_axes_of_space_with_names_that_are_known(tmp_path, names):
+    axes = [{"name": name, "type": "space", "unit": "millimeter"} for name in names.split()]
+    values = values_of("xyz")
+    volume = read(write_image(tmp_path / "a.zarr", values, {"axes": axes, "level": scaled("xyz")}))
+    np.testing.assert_array_equal(volume.values, values.T)
+    assert volume.spacing == (0.5, 2, 3)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize(
+    ("attributes", "scale", "told"),
+    [
+        ({"scale_factor": 0.5, "add_offset": -1000}, (0.5, -1000), []),
+        ({"scale_factor": 2.0}, (2, 0), []),
+        ({"add_offset": 3}, (1, 3), []),
+        ({"scale_factor": 0.0}, (1, 0), ["W-RESCALE-UNKNOWN"]),
+        ({"scale_factor": "high"}, (1, 0), ["W-RESCALE-UNKNOWN"]),
+    ],
+)
+def test_values_are_scaled_as_climate_conventions_have_it(tmp_path, version, attributes, scale, told):
+    """The attributes of CF 8.1, which xarray writes."""
+    values = values_of("zyx")
+    write_array(tmp_path / "a.zarr", values, version, attributes=attributes)
+    volume = read(tmp_path / "a.zarr", spacing=(1, 1, 1))
+    np.testing.assert_array_equal(volume.values, values)
+    assert (volume.slope, volume.intercept) == scale
+    assert [notice.code for notice in volume.warnings] == told
+
+
 def test_channels_have_the_names_of_omero(tmp_path):
     omero = {"channels": [{"label": "DAPI"}, {"label": "GFP"}]}
     values = values_of("zcyx")
