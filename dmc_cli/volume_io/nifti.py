@@ -103,13 +103,15 @@ def _header(start: bytes, name: str) -> Any:
     classes = {b"n+1": Nifti1Header, b"ni1": Nifti1PairHeader, b"n+2": Nifti2Header, b"ni2": Nifti2PairHeader}
     for order in ("little", "big"):
         size = int.from_bytes(start[:4], order)
-        found = classes.get(start[magics[size]]) if size in magics else None
-        if found is None or found.sizeof_hdr != size:
+        if size not in magics:
             continue
         if len(start) < size:
             raise DamagedVolumeError(
                 f"{name}: {len(start)} bytes found, {size} expected for the header alone; get the file again"
             )
+        found = classes.get(start[magics[size]])
+        if found is None or found.sizeof_hdr != size:
+            continue
         return found(start[:size], order, check=False)  # what is wrong is told or mended here
     raise UnsupportedFormatError(
         f"{name}: no NIfTI header found (its first number is neither 348 nor 540, or the magic bytes are "
