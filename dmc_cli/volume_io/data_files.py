@@ -14,7 +14,8 @@ MAX_FILES = 100_000
 def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path:
     r"""Return the file that a header names, relative to the header's folder.
 
-    A path that Windows wrote, such as `raw\scan.raw`, is read with slashes where no file has that name.
+    A path that Windows wrote, such as `raw\scan.raw`, is read with slashes where no file has that name, and
+    in other letters, small or capital, where one file has these.
 
     Raises:
         VolumeError: It is not there, or outside the folder and `allow_outside` is not set.
@@ -23,13 +24,29 @@ def named_file(header: Path, named: str, name: str, allow_outside: bool) -> Path
     if "\\" in named and not exists(found):
         found = header.parent / named.replace("\\", "/")
     if not exists(found):
+        found = _in_other_letters(found)
+    if not exists(found):
         beside = PureWindowsPath(named).name
-        renamed = f", and call it {beside[:200]!r} there" if exists(header.parent / beside) and beside else ""
-        raise VolumeError(
-            f"{name}: its data file {named[:200]!r} is not there; put it beside the header{renamed}"
-        )
+        todo = "put it beside the header"
+        if beside and exists(header.parent / beside):
+            todo = (
+                f"a file {beside[:200]!r} is beside the header: if it is that one, name it so in the header"
+            )
+        raise VolumeError(f"{name}: its data file {named[:200]!r} is not there; {todo}")
     check_beside(header, found, named, name, allow_outside)
     return found
+
+
+def _in_other_letters(path: Path) -> Path:
+    """Return the only file of a folder whose name is that of a path but for small and capital letters.
+
+    Of none, or of several, it is the path itself.
+    """
+    try:
+        same = [file.name for file in path.parent.iterdir() if file.name.lower() == path.name.lower()]
+    except (OSError, ValueError):
+        return path
+    return path.with_name(same[0]) if len(same) == 1 else path
 
 
 def listed_files(header: Path, lines: list[str], name: str, allow_outside: bool) -> tuple[Path, ...]:

@@ -171,9 +171,23 @@ def test_backslashes_lead_out_of_the_folder_no_more_than_slashes(folder, header)
 
 
 @pytest.mark.parametrize("header", [nrrd, meta])
-def test_the_file_of_another_disk_is_told_what_to_call_it(tmp_path, header):
+def test_the_file_of_another_disk_is_told_what_to_do(tmp_path, header):
+    path = header(tmp_path, r"C:\scans\a.raw")
+    with pytest.raises(VolumeError, match=r"is not there; put it beside the header$"):
+        read(path)
     (tmp_path / "a.raw").write_bytes(VALUES.tobytes())
-    with pytest.raises(
-        VolumeError, match=r"is not there; put it beside the header, and call it 'a.raw' there"
-    ):
-        read(header(tmp_path, r"C:\scans\a.raw"))
+    told = "is not there; a file 'a.raw' is beside the header: if it is that one, name it so in the header"
+    with pytest.raises(VolumeError, match=told):
+        read(path)
+
+
+@pytest.mark.parametrize("header", [nrrd, meta])
+def test_small_and_capital_letters_of_a_data_file_do_not_count(tmp_path, header):
+    """Where they do not on the system that wrote the header."""
+    (tmp_path / "Scan.RAW").write_bytes(VALUES.tobytes())
+    path = header(tmp_path, "scan.raw")
+    np.testing.assert_array_equal(read(path).values, VALUES)
+    (tmp_path / "SCAN.raw").write_bytes(bytes(VALUES.nbytes))
+    if len([*tmp_path.iterdir()]) == 3:  # the system tells them apart
+        with pytest.raises(VolumeError, match="is not there"):
+            read(path)
