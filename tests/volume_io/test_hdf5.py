@@ -391,3 +391,44 @@ def test_places_along_some_axes_only_are_told(path):
     volume = read(path)
     assert codes(volume) == ["W-SPACING-MISSING", "W-SPACING-MISSING"]
     assert "no places along z" in volume.warnings[0].sentence
+
+
+def imaris(path, channels=1, unit="um"):
+    """As Imaris writes it: chunks filled up, smaller copies, attributes of single characters."""
+
+    def characters(text):
+        return np.array(list(text), "S1")
+
+    with h5py.File(path, "w") as file:
+        for level, values in enumerate((VALUES, VALUES[::2, ::2, ::2])):
+            padded = np.full((8, 8, 8), 77, "<i2")
+            padded[tuple(map(slice, values.shape))] = values
+            for channel in range(channels):
+                place = f"DataSet/ResolutionLevel {level}/TimePoint 0/Channel {channel}"
+                group = file.create_group(place)
+                group.create_dataset("Data", data=padded + channel, chunks=(4, 8, 8), compression="gzip")
+                for axis, n in zip("ZYX", values.shape, strict=True):
+                    group.attrs[f"ImageSize{axis}"] = characters(str(n))
+        told = file.create_group("DataSetInfo/Image").attrs
+        told["Unit"] = characters(unit)
+        for n, (first, last) in enumerate(((0, 3), (10, 15), (-2, 6))):
+            told[f"ExtMin{n}"], told[f"ExtMax{n}"] = characters(str(first)), characters(str(last))
+    return path
+
+
+def test_an_imaris_file_is_read_without_its_padding(path):
+    volume = read(imaris(path.with_suffix(".ims")))
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_allclose(volume.spacing, (0.0005, 0.001, 0.002))
+    np.testing.assert_allclose(volume.affine[:3, 3], (0.00025, 0.0105, -0.001))
+    assert volume.warnings == ()
+    coarse = read(f"{imaris(path)}:/DataSet/ResolutionLevel 1/TimePoint 0/Channel 0")
+    np.testing.assert_array_equal(coarse.values, VALUES[::2, ::2, ::2])
+    np.testing.assert_allclose(coarse.spacing, (0.001, 5e-3 / 3, 0.004))
+    with pytest.raises(
+        AmbiguousVolumeError, match=r"2 datasets found \(/DataSet/ResolutionLevel 0/.*Channel 0"
+    ):
+        read(imaris(path, channels=2))
+    chosen = read(f"{path}:/DataSet/ResolutionLevel 0/TimePoint 0/Channel 1")
+    np.testing.assert_array_equal(chosen.values, VALUES + 1)
+    assert codes(read(imaris(path, unit="ell"))) == ["W-UNIT-UNKNOWN"]

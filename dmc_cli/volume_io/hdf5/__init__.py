@@ -2,6 +2,7 @@
 
 dataset   which dataset of a file is meant
 named_axes  what a file calls the axes of its dataset
+imaris   what an Imaris file says of a dataset
 geometry  what a file says of its dataset's axes, lengths and units
 reader    the volume of a dataset
 """

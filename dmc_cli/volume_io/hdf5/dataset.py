@@ -3,6 +3,7 @@
 from typing import Any
 
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.volume_io.hdf5.imaris import is_coarse
 from dmc_cli.volume_io.left_out import shortened
 
 MOST_OBJECTS = 10_000
@@ -46,7 +47,7 @@ def meant_dataset(file: Any, named: str, name: str, h5py: Any) -> tuple[Any, Any
     shown = _shown(file, name, h5py)
     if shown is not None:
         return shown
-    found_volumes = volumes_of(file, h5py)
+    found_volumes = [dataset for dataset in volumes_of(file, h5py) if not is_coarse(dataset)]
     if any(dataset.name == ITK_VALUES for dataset in found_volumes):
         return file[ITK_VALUES], file[ITK_VALUES].parent
     return _only(found_volumes, f"{name}:", name)

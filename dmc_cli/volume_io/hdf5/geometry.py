@@ -13,8 +13,9 @@ import numpy as np
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.volume import Space
-from dmc_cli.volume_io.axes import Axis, Image, unnamed_axes
+from dmc_cli.volume_io.axes import Axis, Image, stacked_image, unnamed_axes
 from dmc_cli.volume_io.hdf5.dataset import ITK_VALUES, text_of
+from dmc_cli.volume_io.hdf5.imaris import imaris_grid, is_imaris
 from dmc_cli.volume_io.hdf5.named_axes import NamedAxes, named_axes, unit_of
 from dmc_cli.volume_io.hdf_storage import check_inside, check_stored
 from dmc_cli.volume_io.layout import Triple
@@ -61,6 +62,9 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
     """
     if dataset.name == ITK_VALUES:
         return _itk(file, dataset, name)
+    if is_imaris(file, dataset):
+        nodes, lengths, first, doubts = imaris_grid(file, dataset, name)
+        return HdfGeometry(stacked_image(nodes), lengths, first, notices=doubts)
     axes = named_axes(file, dataset, group, name, h5py)
     notices = (*unnamed_axes(axes.image), *_matlab(dataset))
     sizes = _numbers(dataset.attrs.get("element_size_um"))

@@ -86,10 +86,10 @@ def hdf5_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
     Raises:
         VolumeError: As `hdf5_volume`.
     """
-    with _opened(path, name) as (dataset, geometry):
+    with _opened(path, name) as (_, geometry):
         image = geometry.image
         listed = listed_volumes([image], settings, name)
-        count = math.prod(dataset.shape) // math.prod(image.nodes)
+        count = math.prod(axis.size for axis in image.axes) // math.prod(image.nodes)
         return [file_entry("hdf5", count, image.nodes, listed)]
 
 
@@ -124,14 +124,15 @@ def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
 
 
 def _values(dataset: Any, image: Image, choice: Choice, name: str, progress: Progress) -> AnyArray:
-    """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time."""
+    """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time; no padding."""
     assert image.grid is not None
     dtype = storable_type(name, widened_type(dataset.dtype))
     values = allocate_values(name, image.nodes, dtype)
     target = values.transpose(tuple(int(axis) for axis in np.argsort(image.grid)))
     done = 0
     for slab in stored_slabs(dataset, choice.where, name):
-        target[done : done + len(slab)] = slab
-        done += len(slab)
+        count = min(len(slab), len(target) - done)
+        target[done : done + count] = slab[:count, : target.shape[1], : target.shape[2]]
+        done += count
         progress.advance(done / len(target))
     return values
