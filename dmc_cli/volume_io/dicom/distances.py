@@ -15,6 +15,9 @@ SAME_PLACE_MM = 0.01
 LEAST_PLACE = 1e-3
 """The same in pixels, whatever the distances are: positions are rounded."""
 
+MOST_PLACE = 0.1
+"""Nor farther than this in pixels: beside a wide gap those of micrometres seem near."""
+
 EVEN = 0.03
 EVEN_MM = 0.01
 """Slices no farther than either from even distances count as even: scanners round positions."""
@@ -32,19 +35,21 @@ CANDIDATES = 64
 """Distances that are tried as the shared one, at most."""
 
 
-def shared_distance(places: Float64Array) -> float:
-    """Return the distance that most neighbours share once slices in one place are taken as one; 0 if none.
+def shared_distance(places: Float64Array, copies: bool = True) -> float:
+    """Return the distance that most neighbours share; 0 if there is none.
 
     Args:
-        places: Sorted positions along the normal, shape (n,), copies and all.
+        places: Sorted positions along the normal, shape (n,).
+        copies: Whether several may be one place, rounded; they are taken as one then.
     """
+    closest = SAME_PLACE if copies else 0.0
     distances = np.diff(places)
     positive = np.unique(distances[distances > 0])
     if len(positive) > CANDIDATES:
         positive = positive[np.linspace(0, len(positive) - 1, CANDIDATES).astype(int)]
     best, most, best_left = 0.0, (0.0, 0), np.empty(0)
     for candidate in positive:
-        starts = np.concatenate([[True], distances >= SAME_PLACE * candidate])
+        starts = np.concatenate([[True], distances > closest * candidate])
         left = np.diff(places[starts])
         count = int((np.abs(left - candidate) <= ALIKE * candidate).sum())
         share = count / max(len(left), 1)
@@ -58,7 +63,8 @@ def shared_distance(places: Float64Array) -> float:
 
 def same_place(places: Float64Array, pixel: float) -> float:
     """Return the distance below which slices lie in one place; `pixel` is the smaller one's side."""
-    return min(max(SAME_PLACE * shared_distance(places), LEAST_PLACE * pixel), SAME_PLACE_MM)
+    most = min(SAME_PLACE_MM, MOST_PLACE * pixel)
+    return min(max(SAME_PLACE * shared_distance(places), LEAST_PLACE * pixel), most)
 
 
 def gaps(distances: Float64Array) -> list[int]:
@@ -70,7 +76,7 @@ def gaps(distances: Float64Array) -> list[int]:
     if len(distances) < 2:
         return []
     places = np.concatenate([[0.0], np.cumsum(distances)])
-    usual = shared_distance(places)
+    usual = shared_distance(places, copies=False)
     smallest = float(distances.min())
     times = distances / smallest
     near = np.rint(times)
@@ -82,5 +88,5 @@ def gaps(distances: Float64Array) -> list[int]:
 
 def is_even(places: Float64Array) -> bool:
     """Return whether places lie at even distances, as far as scanners round them."""
-    allowed = min(EVEN_MM, EVEN * shared_distance(places))
+    allowed = min(EVEN_MM, EVEN * shared_distance(places, copies=False))
     return bool(np.abs(places - np.linspace(places[0], places[-1], len(places))).max() <= allowed)

@@ -8,6 +8,9 @@ from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.distances import ALIKE, shared_distance
 from dmc_cli.volume_io.dicom.frames import Frame
 
+TURN_TOLD = 0.05
+"""Largest distance of a slice's last node, in pixels, that is not told."""
+
 STEEPEST = 1.5
 """Length along the slices' line for one along their normal; a gantry tilted by 45 degrees has 1.41."""
 
@@ -23,14 +26,13 @@ def contradictions_told(frames: list[Frame], places: Float64Array, stretch: floa
     if not frames[0].is_placed:
         return []
     told = []
-    dataset = frames[0].header.dataset
-    stated = [abs(number) for number in elements.numbers(dataset, 0x00180088) or []]
-    usual = shared_distance(places)
+    stated = frames[0].stated_step
+    usual = shared_distance(places, copies=False)
     # some state the distance along the line, some along the normal
     lengths = (usual, usual * stretch)
-    if stated and stated[0] and not any(abs(stated[0] - length) <= ALIKE * length for length in lengths):
+    if stated and not any(abs(stated - length) <= ALIKE * length for length in lengths):
         told.append(
-            f"SpacingBetweenSlices {stated[0]:g} mm found, but positions {usual:.4g} mm apart; the "
+            f"SpacingBetweenSlices {stated:g} mm found, but positions {usual:.4g} mm apart; the "
             "positions are taken"
         )
     if stretch > STEEPEST:
@@ -40,6 +42,7 @@ def contradictions_told(frames: list[Frame], places: Float64Array, stretch: floa
             "gantry is tilted; positions and directions are taken as they are"
         )
     told += _ratio_told(frames[0])
+    told += _turns_told(frames)
     found = {frame.labels.get("frame of reference", "") for frame in frames} - {""}
     if len(found) > 1:
         told.append(
@@ -61,4 +64,20 @@ def _ratio_told(frame: Frame) -> list[str]:
     return [
         f"PixelAspectRatio {ratio[0]:g}:{ratio[1]:g} found beside PixelSpacing {pixel[0]:g}, {pixel[1]:g} "
         "mm; the spacing is taken"
+    ]
+
+
+def _turns_told(frames: list[Frame]) -> list[str]:
+    """Return a sentence on slices whose last node is not where the first slice's directions put it."""
+    columns, rows = frames[0].pixels.shape
+    directions = np.array([frame.orientation for frame in frames])
+    lengths = np.array([frame.spacing for frame in frames]) * (columns - 1, rows - 1)
+    corners = directions[:, :3] * lengths[:, :1] + directions[:, 3:] * lengths[:, 1:]
+    off = np.linalg.norm(corners - corners[0], axis=1)
+    worst = int(off.argmax())
+    if off[worst] <= TURN_TOLD * min(frames[0].spacing):
+        return []
+    return [
+        f"directions or pixel spacings that vary found: the last node of {frames[worst].name} is "
+        f"{off[worst]:.3g} mm beside the others'; those of the first slice are taken"
     ]

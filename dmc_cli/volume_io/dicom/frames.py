@@ -46,7 +46,8 @@ class Frame:
         is_placed: Whether the file tells where the frame lies; if not, frames follow each other along z.
         tells_spacing: Whether the file tells the distances of its pixels.
         remarks: What the user is to be told of it.
-        stated_step: Of a segmentation object: the distance of its planes in millimetres, or None.
+        stated_step: The distance of slices that the file states, in millimetres, or None.
+        thickness: How thick a slice is in millimetres, or None.
         is_blank: Whether it is a plane that a segmentation object leaves out: zeros.
     """
 
@@ -66,6 +67,7 @@ class Frame:
     tells_spacing: bool = True
     remarks: tuple[Notice, ...] = ()
     stated_step: float | None = None
+    thickness: float | None = None
     is_blank: bool = False
 
     @property
@@ -111,8 +113,7 @@ def read_frames(header: Header, settings: ReadSettings) -> list[Frame]:
         if labels.get(SEGMENT) in names:
             labels[SEGMENT] += f" {names[labels[SEGMENT]]}"
         frame = _frame(header, pixels, place, index, steps, settings.spacing, tables)
-        step = place.step() if SEGMENT in labels else None
-        frames.append(replace(frame, labels=labels, stated_step=step, remarks=(*told, *frame.remarks)))
+        frames.append(replace(frame, labels=labels, remarks=(*told, *frame.remarks)))
     return frames
 
 
@@ -158,6 +159,8 @@ def _frame(
         lacks_scale=slope == 0,
         is_placed=is_placed,
         tells_spacing=place.spacing() is not None,
+        stated_step=place.step(),
+        thickness=place.thickness(),
         remarks=(
             *(place.remarks() if is_placed else ()),
             *mapping_told(place, (slope or 1.0, intercept)),

@@ -159,7 +159,7 @@ def _places_of_others(
     if len(others) <= len(places):
         return [], []
     # a quarter of a distance off: others may lie a little beside
-    reach = shared_distance(places) / 4
+    reach = shared_distance(places, copies=False) / 4
     within = np.searchsorted(places, others)
     inside = (within > 0) & (within < len(places))
     nearest = np.minimum(
@@ -169,14 +169,9 @@ def _places_of_others(
     beyond = int(((nearest > reach) & ~inside).sum())
     sentence = f"{beyond} place(s) beyond the ends of this volume have slices of other volumes of the series"
     ends = [Notice("W-SLICES-MISSING", sentence)] if beyond else []
-    if _thickness(frames) > THICK * float(np.diff(places).min()):
+    if (frames[0].thickness or 0.0) > THICK * float(np.diff(places).min()):
         return [], ends
     return sorted(set((within[(nearest > reach) & inside] - 1).tolist())), ends
-
-
-def _thickness(frames: list[Frame]) -> float:
-    """Return how thick slices are in millimetres, 0 where the file does not tell."""
-    return (elements.numbers(frames[0].header.dataset, 0x00180050) or [0.0])[0]
 
 
 def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | None:
@@ -184,13 +179,13 @@ def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | Non
 
     Slices as thick as they are far apart leave nothing out, whatever is stated: some derive one from others.
     """
-    stated = elements.numbers(frames[0].header.dataset, 0x00180088) or [0.0]
+    stated, thickness = frames[0].stated_step, frames[0].thickness or 0.0
     least = float(distances.min())
-    times = least / stated[0] if stated[0] > 0 else 0
+    times = least / stated if stated else 0
     is_whole = abs(times - round(times)) <= ALIKE or times > MOST_TIMES
-    if round(times) < 2 or not is_whole or _thickness(frames) > THICK * least:
+    if round(times) < 2 or not is_whole or thickness > THICK * least:
         return None
-    return stated[0] if frames[0].is_placed else None
+    return stated if frames[0].is_placed else None
 
 
 def _lacks_numbers(frames: list[Frame], distances: Float64Array) -> bool:
@@ -198,7 +193,7 @@ def _lacks_numbers(frames: list[Frame], distances: Float64Array) -> bool:
 
     A series of several volumes counts all of them; this is for one that is alone.
     """
-    thickness = _thickness(frames)
+    thickness = frames[0].thickness
     numbers = [elements.numbers(frame.header.dataset, 0x00200013) for frame in frames]
     if not thickness or frames[0].pixels.frames > 1 or not all(numbers):
         return False
@@ -209,7 +204,7 @@ def _lacks_numbers(frames: list[Frame], distances: Float64Array) -> bool:
 
 def _thin_told(frames: list[Frame], distances: Float64Array) -> list[Notice]:
     """Return a notice on slices that are thin enough to have others between."""
-    thickness, least = _thickness(frames), float(distances.min())
+    thickness, least = frames[0].thickness or 0.0, float(distances.min())
     if not frames[0].is_placed or not 0 < thickness * MISSING <= least:
         return []
     sentence = (

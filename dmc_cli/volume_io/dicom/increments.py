@@ -32,7 +32,7 @@ FACTORS = {
     0x00540010: "energy window",
     0x00540020: "detector",
     0x00540030: "phase",
-    0x00540060: "RR interval",
+    0x00540060: "R-R interval",
     0x00540070: "time slot",
     0x00540100: "time slice",
 }

@@ -104,6 +104,11 @@ class Place:
         between = elements.numbers(self.find(0x00289110, 0x00180088), 0x00180088, 1)
         return abs(between[0]) if between else None
 
+    def thickness(self) -> float | None:
+        """Return how thick a slice is, in millimetres, or None."""
+        found = elements.numbers(self.find(0x00289110, 0x00180050), 0x00180050, 1)
+        return abs(found[0]) if found else None
+
     def geometry(
         self, offset: float, told: Triple | None = None
     ) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, float]]:

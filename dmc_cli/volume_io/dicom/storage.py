@@ -97,7 +97,7 @@ def read_pixels(header: Header) -> Pixels:
         bits_stored=stored,
         bits_below=below,
         frames=int(count[0]),
-        padding=None if is_label_map else _padding(dataset, signed),
+        padding=None if is_label_map else _padding(dataset, signed, stored),
         is_packed=allocated == 1,
         is_label_map=is_label_map,
         contradictions=(*_contradictions(dataset, allocated, stored, below), *_inverse_told(dataset)),
@@ -126,11 +126,17 @@ def _inverse_told(dataset: Any) -> list[Notice]:
     return [Notice("W-PHOTOMETRIC", sentence)]
 
 
-def _padding(dataset: Any, signed: bool) -> tuple[float, float] | None:
+def _padding(dataset: Any, signed: bool, stored: int) -> tuple[float, float] | None:
     """Return the closed range of PixelPaddingValue and PixelPaddingRangeLimit."""
     value = elements.integer(dataset, 0x00280120, signed=signed)
     if value is None:
         return None
     limit = elements.integer(dataset, 0x00280121, value, signed=signed)
-    ends = sorted((value, value if limit is None else limit))
+    ends = sorted(_with_sign(end, signed, stored) for end in (value, value if limit is None else limit))
     return float(ends[0]), float(ends[1])
+
+
+def _with_sign(value: int, signed: bool, stored: int) -> int:
+    """Return a padding value that was written as the stored bits of a negative one as what it is."""
+    is_above = signed and 1 << (stored - 1) <= value < 1 << stored
+    return value - (1 << stored) if is_above else value

@@ -131,3 +131,47 @@ def test_stacks_of_several_directions_in_one_object_are_named_by_them(tmp_path):
 def test_a_relative_dose_is_told(tmp_path):
     volume = read(save_stack(tmp_path, axial(), Modality="RTDOSE", DoseUnits="RELATIVE", DoseGridScaling="2"))
     assert "relative dose" in told(volume)["W-VALUES-MAPPED"]
+
+
+@pytest.mark.parametrize("heights", [[0, 2, 4, 6], [0, 9], [0, 3, 6]])
+@pytest.mark.parametrize("name", ["SpacingBetweenSlices", "SliceThickness"])
+def test_what_functional_groups_tell_of_distances_counts(tmp_path, heights, name):
+    dataset, _ = enhanced(heights)
+    measures = dataset.SharedFunctionalGroupsSequence[0].PixelMeasuresSequence[0]
+    setattr(measures, name, 1.0)
+    path = save(dataset, tmp_path / "a")
+    if name == "SliceThickness":
+        assert "others may be missing" in told(read(path))["W-SLICES-MISSING"]
+    else:
+        with pytest.raises(AmbiguousVolumeError, match=r"SpacingBetweenSlices is 1\.000 mm"):
+            read(path)
+
+
+def test_a_wide_gap_between_slices_of_micrometres(tmp_path):
+    heights = [*(0.005 * np.arange(10)), 1.0, 1.005]
+    save_stack(tmp_path, [(0, 0, z) for z in heights], PixelSpacing=[0.005, 0.005])
+    with pytest.raises(
+        AmbiguousVolumeError, match=r"1 missing slice found: 0\.955 mm .* 0\.005 mm elsewhere"
+    ):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "elements", [{"PixelSpacing": [0.50045, 0.75]}, {"orientation": (1, 0.0009, 0, -0.0009, 1, 0)}]
+)
+def test_directions_and_spacings_that_vary_are_told(tmp_path, elements):
+    for k, position in enumerate(axial()):
+        values = plane_values(0, shape=(200, 200))
+        save(make_slice(position, k, values=values, **(elements if k == 2 else {})), tmp_path / str(k))
+    assert "the last node of 2 is 0." in told(read(tmp_path))["W-GEOMETRY-CONTRADICTED"]
+
+
+@pytest.mark.parametrize(("bits", "written"), [(12, 4096 - 20), (12, 65536 - 20), (16, 65536 - 20)])
+def test_padding_written_without_its_sign(tmp_path, bits, written):
+    for k, position in enumerate(axial()):
+        values = ((plane_values(k, "<i4") - 25) & ((1 << bits) - 1)).astype("<u2")
+        elements = {"BitsStored": bits, "HighBit": bits - 1, "PixelRepresentation": 1}
+        dataset = make_slice(position, k, values=values, **elements)
+        dataset.add_new(0x00280120, "US", written)
+        save(dataset, tmp_path / str(k))
+    assert read(tmp_path).padding == (-20, -20)
