@@ -28,9 +28,9 @@ def contradictions_told(frames: list[Frame], places: Float64Array, stretch: floa
     told = []
     stated = frames[0].stated_step
     usual = shared_distance(places, copies=False)
-    # some state the distance along the line, some along the normal
-    lengths = (usual, usual * stretch)
-    if stated and not any(abs(stated - length) <= ALIKE * length for length in lengths):
+    # some state the distance along the line, some along the normal, some the space that slices leave
+    lengths = (usual, usual * stretch, usual - (frames[0].thickness or 0.0))
+    if stated and not any(abs(stated - length) <= ALIKE * usual for length in lengths):
         told.append(
             f"SpacingBetweenSlices {stated:g} mm found, but positions {usual:.4g} mm apart; the "
             "positions are taken"

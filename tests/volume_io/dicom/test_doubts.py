@@ -175,3 +175,10 @@ def test_padding_written_without_its_sign(tmp_path, bits, written):
         dataset.add_new(0x00280120, "US", written)
         save(dataset, tmp_path / str(k))
     assert read(tmp_path).padding == (-20, -20)
+
+
+@pytest.mark.parametrize(("stated", "thickness"), [("2", "5"), ("1.5", "5.5")])
+def test_the_space_that_slices_leave_is_no_distance(tmp_path, stated, thickness):
+    elements = {"SpacingBetweenSlices": stated, "SliceThickness": thickness}
+    volume = read(save_stack(tmp_path, axial(5, 7.0), **elements))
+    assert (volume.spacing[2], told(volume)) == (7, {})
