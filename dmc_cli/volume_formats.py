@@ -211,9 +211,14 @@ def known_suffixes() -> list[str]:
 
 def format_of_suffix(name: str) -> str | None:
     """Return the format that a file's name means by the longest suffix of it that is known, or None."""
-    fitting = [suffix for suffix in known_suffixes() if name.lower().endswith(suffix)]
-    longest = max(fitting, key=len, default=None)
-    return next((key for key, known in FORMATS.items() if longest in known.suffixes), None)
+    lower = name.lower()
+    fitting = [
+        (len(suffix), key)
+        for key, known in FORMATS.items()
+        for suffix in known.suffixes
+        if lower.endswith(suffix)
+    ]
+    return max(fitting, key=lambda pair: pair[0])[1] if fitting else None
 
 
 def format_of_start(start: bytes) -> str | None:

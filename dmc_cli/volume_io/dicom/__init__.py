@@ -3,6 +3,8 @@
 source       the files of a folder, a zip or a DICOMDIR
 effort       how much of all headers is read
 deflated     a data set unpacked as it is read
+wanted       the elements that images are asked for
+flat         a plain header without pydicom
 header       a file's header, with or without pydicom
 elements     single elements of it
 incomplete   files that never had an image, told from damaged ones

@@ -22,6 +22,7 @@ from dmc_cli.volume_io.dicom.elements import (
 )
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.storage import Pixels
+from dmc_cli.volume_io.dicom.wanted import OFFSETS, WANTED
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that states a size of its own: uncompressed ones, and RLE."""
@@ -41,6 +42,8 @@ JPEG_2000 = "pylibjpeg pylibjpeg-openjpeg"
 PREFERRED = ("pylibjpeg", "pyjpegls")
 """pydicom's names of the plugins that are asked alone where they are there: python-gdcm has the same
 libraries for JPEG 2000 and JPEG-LS, but takes longer and prints what it finds damaged."""
+
+PIXELS = frozenset([PIXEL_DATA, FLOAT_PIXEL_DATA, DOUBLE_PIXEL_DATA])
 
 DECODED = (0x0028, 0x7FE0)
 """Groups of the elements that decoders look at: the image's, and those of its pixels."""
@@ -124,8 +127,9 @@ def _with_pixels(header: Header, file: Any) -> Any:
     from pydicom.filereader import read_dataset, read_partial
 
     known = header.dataset
-    if not hasattr(known, "original_encoding"):  # found without pydicom, and short
-        return read_partial(file, _behind_pixels(), force=True)
+    if not hasattr(known, "original_encoding"):  # found without pydicom
+        tags: list[Any] = sorted(PIXELS | OFFSETS | WANTED)
+        return read_partial(file, _behind_pixels(), force=True, specific_tags=tags)
     file.seek(header.pixel_start or 0)
     is_implicit, is_little_endian = known.original_encoding
     dataset = read_dataset(file, is_implicit, is_little_endian, stop_when=_behind_pixels())

@@ -46,6 +46,15 @@ class Effort:
         if self._pieces < 0:
             raise TooMuchError("the headers have more pieces than images can have")
 
+    def take_pieces(self, count: int) -> None:
+        """Count pieces that were passed.
+
+        Raises:
+            TooMuchError: Not as many were left.
+        """
+        self._pieces -= count - 1
+        self.take_piece()
+
     def take_bytes(self, count: int) -> None:
         """Count bytes that are unpacked.
 

@@ -9,6 +9,7 @@ import math
 import struct
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ DOUBLE_PIXEL_DATA = 0x7FE00009
 
 PIECES_AN_ITEM = 5000
 """More pieces of a header than the item of any frame has."""
+
+SHARED_BYTES = 64
+"""Values that are no longer are converted once for all files that have them."""
 
 FEW_BYTES = 1 << 16
 """A sequence of so few is not worth counting."""
@@ -76,16 +80,22 @@ def texts(dataset: Any, tag: int) -> list[str]:
     """Return the values of a text element, none where it is absent."""
     value = _value(dataset, tag)
     if isinstance(value, bytes):
-        try:
-            value = value.decode("utf-8")
-        except UnicodeDecodeError:
-            value = value.decode("latin-1")
-        return [item.strip(" \0") for item in value.split("\\")] if value else []
+        return list((_texts if len(value) <= SHARED_BYTES else _texts.__wrapped__)(value))
     if value is None:
         return []
     if isinstance(value, (list, tuple)) or type(value).__name__ == "MultiValue":
         return [str(item).strip() for item in value]
     return [str(value).strip()]
+
+
+@lru_cache(maxsize=1 << 12)
+def _texts(value: bytes) -> tuple[str, ...]:
+    """Return the texts that a value holds; of equal short values the same ones."""
+    try:
+        told = value.decode("utf-8")
+    except UnicodeDecodeError:
+        told = value.decode("latin-1")
+    return tuple(item.strip(" \0") for item in told.split("\\")) if told else ()
 
 
 def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | None:
@@ -97,21 +107,27 @@ def numbers(dataset: Any, tag: int, count: int | None = None) -> list[float] | N
     element = _element(dataset, tag)
     if element is None or element.value is None or len(_as_bytes_or_list(element.value)) == 0:
         return None
-    kind = _binary_kind(element, tag)
+    value, kind = element.value, _binary_kind(element, tag)
     try:
-        if kind is not None and isinstance(element.value, bytes):
-            order = "<" if element.is_little_endian else ">"
-            found = [float(v[0]) for v in struct.iter_unpack(order + kind, element.value)]
+        if isinstance(value, bytes):
+            packed = kind and ("<" if element.is_little_endian else ">") + kind
+            found = list((_numbers if len(value) <= SHARED_BYTES else _numbers.__wrapped__)(value, packed))
         else:
             found = [float(text) for text in texts(dataset, tag)]
     except (ValueError, OverflowError, struct.error) as error:
-        raise DamagedVolumeError(
-            f"element {tag:08x} holds {element.value!r:.60}; expected numbers"
-        ) from error
-    if not all(math.isfinite(v) for v in found) or (count is not None and len(found) != count):
+        raise DamagedVolumeError(f"element {tag:08x} holds {value!r:.60}; expected numbers") from error
+    if not all(map(math.isfinite, found)) or (count is not None and len(found) != count):
         wanted = "finite numbers" if count is None else f"{count} finite numbers"
-        raise DamagedVolumeError(f"element {tag:08x} holds {element.value!r:.60}; expected {wanted}")
+        raise DamagedVolumeError(f"element {tag:08x} holds {value!r:.60}; expected {wanted}")
     return found
+
+
+@lru_cache(maxsize=1 << 12)
+def _numbers(value: bytes, packed: str | None) -> tuple[float, ...]:
+    """Return the numbers that a value holds, of text or packed as `struct` has it."""
+    if packed:
+        return tuple(float(number[0]) for number in struct.iter_unpack(packed, value))
+    return tuple(map(float, _texts.__wrapped__(value)))
 
 
 def label(dataset: Any, tag: int) -> str:

@@ -105,47 +105,50 @@ def read_frames(header: Header, settings: ReadSettings) -> list[Frame]:
     if pixels.is_label_map:
         common[SEGMENT] = "all"
     told = (*pixels.contradictions, *values_told(dataset))
-    tables: dict[int, Lookup] = {}
+    file = _File(header, pixels, steps, settings.spacing, told, {})
     frames = []
     for index in range(pixels.frames):
         place = Place(dataset, shared, each[index] if each else None)
         labels = common | (frame_labels(place, dimensions) if each else steps.labels[index])
         if labels.get(SEGMENT) in names:
             labels[SEGMENT] += f" {names[labels[SEGMENT]]}"
-        frame = _frame(header, pixels, place, index, steps, settings.spacing, tables)
-        frames.append(replace(frame, labels=labels, remarks=(*told, *frame.remarks)))
+        frames.append(_frame(file, place, index, labels))
     return frames
 
 
-def _frame(
-    header: Header,
-    pixels: Pixels,
-    place: Place,
-    index: int,
-    steps: Increments,
-    given: Triple | None,
-    tables: dict[int, Lookup],
-) -> Frame:
-    """Return one frame, without labels.
+@dataclass(frozen=True, eq=False)
+class _File:
+    """What the frames of a file share.
 
-    Args:
-        header: The file's header.
-        pixels: How the file's frames are stored.
-        place: Where the frame's elements are.
-        index: Its number in the file.
-        steps: How frames follow each other.
+    Attributes:
+        header: Its header.
+        pixels: How its frames are stored.
+        steps: How they follow each other.
         given: Distances along x, y, z for a file that tells none.
-        tables: The file's lookup tables that are known.
+        told: What the user is to be told of all of them.
+        tables: Its lookup tables that are known.
     """
+
+    header: Header
+    pixels: Pixels
+    steps: Increments
+    given: Triple | None
+    told: tuple[Notice, ...]
+    tables: dict[int, Lookup]
+
+
+def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Frame:
+    """Return a frame, by its number in the file, with its labels; `place` is where its elements are."""
+    steps, pixels = file.steps, file.pixels
     is_placed = steps.offsets is not None
     if steps.offsets is None:
-        position, orientation, spacing = unplaced(place, steps.order[index], given)
+        position, orientation, spacing = unplaced(place, steps.order[index], file.given)
     else:
-        position, orientation, spacing = place.geometry(steps.offsets[index], given)
-    table = lookup(place, pixels.dtype.kind == "i", tables)
+        position, orientation, spacing = place.geometry(steps.offsets[index], file.given)
+    table = lookup(place, pixels.dtype.kind == "i", file.tables)
     slope, intercept = (1.0, 0.0) if table else rescale(place)
     return Frame(
-        header=header,
+        header=file.header,
         pixels=pixels,
         index=index,
         position=position,
@@ -154,7 +157,7 @@ def _frame(
         slope=slope or 1.0,
         intercept=intercept,
         padding=pixels.padding,
-        labels={},
+        labels=labels,
         lookup=table,
         lacks_scale=slope == 0,
         is_placed=is_placed,
@@ -162,6 +165,7 @@ def _frame(
         stated_step=place.step(),
         thickness=place.thickness(),
         remarks=(
+            *file.told,
             *(place.remarks() if is_placed else ()),
             *mapping_told(place, (slope or 1.0, intercept)),
         ),
