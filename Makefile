@@ -114,6 +114,7 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 	$(PY) benchmarks/memory.py --out memory
 	$(PY) benchmarks/convert.py --out convert
 	$(PY) benchmarks/dicom.py --out dicom
+	$(PY) benchmarks/dicom_study.py --out dicom-study
 
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
 	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda
