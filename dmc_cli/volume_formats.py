@@ -47,6 +47,8 @@ class VolumeFormat:
         read: Of any other: puts a volume together from pieces. Such a format comes from standard input only
             if it tells how it begins.
         entries: Beside `read`: lists the volumes that there are.
+        survey: Beside both, where each looks at every file: does both, and reads no volume where several
+            series leave a choice.
     """
 
     title: str
@@ -58,6 +60,7 @@ class VolumeFormat:
     layout: str = ""
     read: str = ""
     entries: str = ""
+    survey: str = ""
 
     def can_begin(self, start: bytes) -> bool:
         """Return whether a file with these first bytes can be one of the format."""
@@ -82,6 +85,7 @@ FORMATS: dict[str, VolumeFormat] = {
         ),
         read="dicom:dicom_volume",
         entries="dicom:dicom_entries",
+        survey="dicom:dicom_survey",
     ),
     "nrrd": VolumeFormat(
         title="NRRD",

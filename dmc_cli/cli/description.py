@@ -12,8 +12,8 @@ from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
 from dmc_cli.version import VERSION
-from dmc_cli.volume import Volume, intact
-from dmc_cli.volume_io import list_volumes, read_volume
+from dmc_cli.volume import Volume, VolumeEntry, intact
+from dmc_cli.volume_io import survey_volumes
 
 _PACKAGES = (
     "warp-lang", "numpy", "pydicom", "nibabel", "meshio", "isal", "orjson", "click", "rich",
@@ -25,7 +25,7 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
 
     Where there are several series and none is chosen only the list is given: no value is read.
     """
-    entries = [] if path == "-" else list_volumes(path, settings)
+    entries, volume, notes = _surveyed(path, settings, progress)
     series = [
         {
             "number": entry.number,
@@ -38,9 +38,8 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
         }
         for entry in entries
     ]
-    if len(entries) > 1 and settings.series is None:
+    if volume is None:
         return {"path": path, "series": series}
-    volume, notes = _first_volume(path, settings, progress)
     with intact(volume.values, path):
         ends = volume.value_range()
     return {
@@ -60,15 +59,17 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
     }
 
 
-def _first_volume(path: str, settings: ReadSettings, progress: Progress) -> tuple[Volume, list[Notice]]:
-    """Return the volume, of several in one file the first with a note that says so."""
+def _surveyed(
+    path: str, settings: ReadSettings, progress: Progress
+) -> tuple[list[VolumeEntry], Volume | None, list[Notice]]:
+    """Return what there is, and the volume, of several in one file the first with a note that says so."""
     try:
-        return read_volume(path, settings, progress), []
+        return *survey_volumes(path, settings, progress), []
     except AmbiguousVolumeError as error:
         if path == STREAM or settings.volume_index is not None:
             raise
         told = Notice("W-FIRST-VOLUME", f"{error}; this is volume 0")
-        return read_volume(path, replace(settings, volume_index=0), progress), [told]
+        return *survey_volumes(path, replace(settings, volume_index=0), progress), [told]
 
 
 def diagnose() -> dict[str, Any]:

@@ -8,6 +8,7 @@ from .read import (
     check_input as check_input,
     list_volumes as list_volumes,
     read_volume as read_volume,
+    survey_volumes as survey_volumes,
 )
 from .synthetic import FIELDS as FIELDS, PREFIX as PREFIX, synthetic_volume as synthetic_volume
 from .volume_file import choose_volume_format as choose_volume_format, write_volume as write_volume

@@ -14,7 +14,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_formats import FORMATS, reader
-from dmc_cli.volume_io.inputs import input_format, opened, read_layout, spooled_input
+from dmc_cli.volume_io.inputs import Input, input_format, opened, read_layout, spooled_input
 from dmc_cli.volume_io.layout import file_entry
 from dmc_cli.volume_io.synthetic import PREFIX, parse_synthetic, synthetic_volume
 from dmc_cli.volume_io.unused_options import unused_options
@@ -73,18 +73,42 @@ def list_volumes(path: str, settings: ReadSettings) -> list[VolumeEntry]:
     if path.startswith(PREFIX):
         field, count = parse_synthetic(path)
         return [VolumeEntry(description=f"synthetic field {field}", size=(count, count, count))]
-    with _told_errors(path):
-        return _entries(Path(path), path, settings)
+    with _told_errors(path), opened(Path(path), path, settings) as found:
+        return _entries(found, path, settings)
 
 
-def _entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+def survey_volumes(
+    path: str, settings: ReadSettings, progress: Progress = SILENT
+) -> tuple[list[VolumeEntry], Volume | None]:
+    """Return what `list_volumes` does, and what `read_volume` does where no choice of a series is left.
+
+    Each file is opened once for both. Nothing is listed of standard input.
+
+    Raises:
+        VolumeError: As both.
+        SettingsError: As both.
+    """
+    if path == STREAM or path.startswith(PREFIX):
+        entries = [] if path == STREAM else list_volumes(path, settings)
+        return entries, read_volume(path, settings, progress)
+    with _told_errors(path), opened(Path(path), path, settings) as found:
+        survey = FORMATS[found.format_name].survey
+        if survey:
+            entries, volume = reader(survey)(found.path, path, settings, progress)
+            return entries, None if volume is None else _finished(volume, found, settings)
+        entries = _entries(found, path, settings)
+        if len(entries) > 1 and settings.series is None:
+            return entries, None
+        return entries, _finished(_values(found, path, settings, progress), found, settings)
+
+
+def _entries(found: Input, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """Return the entries of a file or folder."""
-    with opened(path, name, settings) as found:
-        known = FORMATS[found.format_name]
-        if known.entries:
-            entries: list[VolumeEntry] = reader(known.entries)(found.path, name, settings)
-            return entries
-        layout = read_layout(found.format_name, found.path, name, replace(settings, volume_index=0))
+    known = FORMATS[found.format_name]
+    if known.entries:
+        entries: list[VolumeEntry] = reader(known.entries)(found.path, name, settings)
+        return entries
+    layout = read_layout(found.format_name, found.path, name, replace(settings, volume_index=0))
     is_filtered = settings.channel is not None or settings.time is not None
     count = len(layout.listed) if is_filtered and layout.listed else layout.count
     return [file_entry(found.format_name, count, layout.shape, layout.listed)]
@@ -107,11 +131,25 @@ def _told_errors(name: str) -> Iterator[None]:
 
 def _read_path(path: Path, name: str, settings: ReadSettings, progress: Progress) -> Volume:
     with opened(path, name, settings) as found:
-        known = FORMATS[found.format_name]
-        if known.read:
-            volume: Volume = reader(known.read)(found.path, name, settings, progress)
-        else:
-            volume = load_volume(read_layout(found.format_name, found.path, name, settings), progress)
+        volume = _values(found, name, settings, progress)
+    return _finished(volume, found, settings)
+
+
+def _values(found: Input, name: str, settings: ReadSettings, progress: Progress) -> Volume:
+    """Return the volume as its reader gives it."""
+    known = FORMATS[found.format_name]
+    if known.read:
+        volume: Volume = reader(known.read)(found.path, name, settings, progress)
+        return volume
+    return load_volume(read_layout(found.format_name, found.path, name, settings), progress)
+
+
+def _finished(volume: Volume, found: Input, settings: ReadSettings) -> Volume:
+    """Return the volume with what is told of its input.
+
+    Raises:
+        AmbiguousVolumeError: As `_warned`.
+    """
     if found.packed is not None:
         volume = replace(volume, files=(found.packed,))
     volume = replace(volume, warnings=(*found.notices, *volume.warnings))

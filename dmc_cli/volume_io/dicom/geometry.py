@@ -94,20 +94,23 @@ def _without_duplicates(
     frames, places = stack.frames, stack.places()
     closest = stack.same_place
     kept = [0]
-    dropped: list[int] = []
+    copies: dict[int, int] = {}
     for n in range(1, len(frames)):
-        (kept if places[n] - places[kept[-1]] >= closest else dropped).append(n)
+        if places[n] - places[kept[-1]] >= closest:
+            kept.append(n)
+        else:
+            copies[n] = kept[-1]
+    dropped = list(copies)
     if dropped and settings.duplicates == "refuse":
         first = dropped[0]
-        other = max(k for k in kept if k < first)
+        other = copies[first]
         raise AmbiguousVolumeError(
             f"{name}: {len(dropped)} of {len(frames)} slices lie where another one lies (closer than "
             f"{closest:.2g} mm), first {frames[other].name} and {frames[first].name}, "
             f"{_length(places[first] - places[other])} mm apart; expected one slice a position; "
             "--duplicates first takes the first of true copies"
         )
-    for n in dropped:
-        other = max(k for k in kept if k < n)
+    for n, other in copies.items():
         if not is_same_image(frames[other], frames[n], name):
             raise AmbiguousVolumeError(
                 f"{name}: {frames[other].name} and {frames[n].name} lie in one place with other values, and "

@@ -38,20 +38,51 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     """
     check_order(settings, name)
     with dicom_files(path, name, settings.allow_outside) as (files, notes):
-        with progress.stage("scanning"):
-            found = _found(files, notes, name, settings, progress)
-        stack = choose_stack(found.stacks, settings.series, settings.volume_index, name)
-        aside = put_aside(found.frames, found.stacks, stack, settings.series)
-        try:
-            geometry = slice_geometry(stack, settings, name)
-        except AmbiguousVolumeError as error:
-            # one of those that were left out may be the slice that is missing
-            raise AmbiguousVolumeError("; ".join([str(error), *found.files_told(), *aside])) from error
-        columns, rows = geometry.frames[0].pixels.shape
-        check_shape(name, (columns, rows, len(geometry.frames)))
-        check_affine(name, geometry.affine)
-        with progress.stage("reading slices"):
-            slices = read_slices(geometry.frames, settings.threads, name, progress)
+        return _volume(_found(files, notes, name, settings, progress), name, settings, progress)
+
+
+def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
+    """Return every volume that `--series` can choose, in the order of their numbers.
+
+    Raises:
+        VolumeError: There is none.
+    """
+    check_order(settings, name)
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+        return _found(files, notes, name, settings, SILENT).entries()
+
+
+def dicom_survey(
+    path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT
+) -> tuple[list[VolumeEntry], Volume | None]:
+    """Return what `dicom_entries` does, and the volume where no choice of a series is left.
+
+    Raises:
+        VolumeError: As `dicom_volume`.
+    """
+    check_order(settings, name)
+    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+        found = _found(files, notes, name, settings, progress)
+        entries = found.entries()
+        if len(entries) > 1 and settings.series is None:
+            return entries, None
+        return entries, _volume(found, name, settings, progress)
+
+
+def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progress) -> Volume:
+    """Return the volume that is chosen of what was found, its files still there."""
+    stack = choose_stack(found.stacks, settings.series, settings.volume_index, name)
+    aside = put_aside(found.frames, found.stacks, stack, settings.series)
+    try:
+        geometry = slice_geometry(stack, settings, name)
+    except AmbiguousVolumeError as error:
+        # one of those that were left out may be the slice that is missing
+        raise AmbiguousVolumeError("; ".join([str(error), *found.files_told(), *aside])) from error
+    columns, rows = geometry.frames[0].pixels.shape
+    check_shape(name, (columns, rows, len(geometry.frames)))
+    check_affine(name, geometry.affine)
+    with progress.stage("reading slices"):
+        slices = read_slices(geometry.frames, settings.threads, name, progress)
     is_placed = all(frame.is_placed for frame in geometry.frames)
     return Volume(
         values=slices.values,
@@ -106,18 +137,6 @@ def _spacing_told(frames: list[Frame], settings: ReadSettings) -> tuple[Notice, 
     return () if is_used else without_effect("spacing", settings)
 
 
-def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
-    """Return every volume that `--series` can choose, in the order of their numbers.
-
-    Raises:
-        VolumeError: There is none.
-    """
-    check_order(settings, name)
-    with dicom_files(path, name, settings.allow_outside) as (files, notes):
-        found = _found(files, notes, name, settings, SILENT)
-    return [stack.entry(number) for number, stack in enumerate(found.stacks, 1)]
-
-
 @dataclass(frozen=True)
 class _Found:
     """What an input holds.
@@ -135,6 +154,10 @@ class _Found:
     notes: list[str]
     damaged: list[str]
     reasons: list[str]
+
+    def entries(self) -> list[VolumeEntry]:
+        """Return the stacks as `--series` numbers them."""
+        return [stack.entry(number) for number, stack in enumerate(self.stacks, 1)]
 
     def warnings(self) -> list[str]:
         """Return the sentences on what was left out and should not have been."""
@@ -163,24 +186,25 @@ def _found(
     reasons: list[str] = []
     damaged: list[VolumeError] = []
     notes = list(notes)
-    for number, file in enumerate(files):
-        try:
-            header = read_header(file)
-            if header is not None:
-                notes += missing_told(header, files)
-                frames += read_frames(header, settings)
-                if len(frames) > MAX_FRAMES + len(files):
-                    raise VolumeError(
-                        f"{name}: more than {MAX_FRAMES} frames found; expected a series; give it alone"
-                    )
-        except NoSlice as reason:
-            reasons.append(f"{file.name}: {reason}")
-        except DamagedVolumeError as error:
-            told = str(error)
-            damaged.append(
-                error if told.startswith(file.name) else DamagedVolumeError(f"{file.name}: {told}")
-            )
-        progress.advance((number + 1) / len(files))
+    with progress.stage("scanning"):
+        for number, file in enumerate(files):
+            try:
+                header = read_header(file)
+                if header is not None:
+                    notes += missing_told(header, files)
+                    frames += read_frames(header, settings)
+                    if len(frames) > MAX_FRAMES + len(files):
+                        raise VolumeError(
+                            f"{name}: more than {MAX_FRAMES} frames found; expected a series; give it alone"
+                        )
+            except NoSlice as reason:
+                reasons.append(f"{file.name}: {reason}")
+            except DamagedVolumeError as error:
+                told = str(error)
+                damaged.append(
+                    error if told.startswith(file.name) else DamagedVolumeError(f"{file.name}: {told}")
+                )
+            progress.advance((number + 1) / len(files))
     if settings.slice_order != "position":
         frames = ordered_frames(frames, settings, name)
     stacks = stacks_of(frames)

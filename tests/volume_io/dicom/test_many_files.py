@@ -11,7 +11,8 @@ from pydicom.sequence import Sequence
 from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume_io.dicom import flat, header
+from dmc_cli.volume_io import survey_volumes
+from dmc_cli.volume_io.dicom import flat, header, reader
 from dmc_cli.volume_io.dicom.effort import FREE_PIECES, Effort
 from dmc_cli.volume_io.dicom.header import read_header
 from dmc_cli.volume_io.dicom.reader import dicom_entries
@@ -135,6 +136,20 @@ def test_one_volume_of_many_reads_the_pixels_of_its_own_files(tmp_path, monkeypa
     assert read(tmp_path, series="2").shape == (5, 4, 4)
     again = {name for name in opened if opened.count(name) > 1}
     assert again == {f"{k:03}" for k in range(4, 8)}
+
+
+@pytest.mark.parametrize("volumes", [1, 3])
+def test_a_survey_reads_each_header_once(tmp_path, monkeypatch, volumes):
+    """Where one volume is left its pixels are read, too; its header is not read again."""
+    for k in range(4 * volumes):
+        dataset = make_slice((0.0, 0.0, k % 4), k, TemporalPositionIdentifier=str(1 + k // 4))
+        save(dataset, tmp_path / f"{k:03}")
+    headers, reading = [], reader.read_header
+    monkeypatch.setattr(reader, "read_header", lambda file: headers.append(file.name) or reading(file))
+    entries, volume = survey_volumes(str(tmp_path), ReadSettings())
+    assert len(entries) == volumes
+    assert (volume is None) == (volumes > 1)
+    assert sorted(headers) == [f"{k:03}" for k in range(4 * volumes)]
 
 
 def test_every_element_that_is_asked_for_is_kept():
