@@ -53,7 +53,8 @@ def test_deflated_dicom(tmp_path, place):
         }[place]
         path.write_bytes(content[:begin] + deflated(start))
     outcome = try_file(path, "dicom")
-    assert outcome == ("DamagedVolumeError" if place == "private element" else "read")
+    # pixel data that are longer than any frames of the header are damage, too
+    assert outcome == ("read" if place == "behind" else "DamagedVolumeError")
 
 
 def test_deflated_dicom_whose_syntax_is_hidden_from_a_quick_look(tmp_path):

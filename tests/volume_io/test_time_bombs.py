@@ -12,7 +12,7 @@ import pytest
 from pydicom import uid
 from pydicom.encaps import encapsulate, generate_frames
 
-from dmc_cli.errors import DamagedVolumeError, VolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.volume_io.dicom import effort as dicom_effort, reader as dicom, storage as dicom_storage
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream, TooMuchError
 from dmc_cli.volume_io.unpacked_size import told_size
@@ -224,12 +224,16 @@ def test_ome_metadata_that_promise_too_much(tmp_path, changes):
         {},
         {"data": "<TiffData/>"},
         {"data": '<TiffData IFD="0" PlaneCount="6"/>' * 16},
-        {"more": LABELS.format(10, 2)},
     ],
     ids=str,
 )
 def test_ome_metadata_as_they_may_be(tmp_path, changes):
     np.testing.assert_array_equal(read(ome(tmp_path / "a.ome.tif", **changes)).values, counting((6, 16, 20)))
+
+
+def test_slices_that_stand_for_something_else_are_refused(tmp_path):
+    with pytest.raises(UnsupportedFormatError, match="ModuloAlongZ"):
+        read(ome(tmp_path / "a.ome.tif", more=LABELS.format(10, 2)))
 
 
 @pytest.mark.parametrize("named", ["../b.ome.tif", "/etc/passwd", "link.tif", "pipe.tif"])

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.dicom.effort import Effort, PiecewiseStream
 from dmc_cli.volume_io.dicom.makers import KINDS
@@ -168,7 +169,7 @@ def tags(dataset: Any, tag: int) -> list[int]:
     return [] if value is None else [int(item) for item in (value if hasattr(value, "__len__") else [value])]
 
 
-def words(dataset: Any, tag: int) -> np.ndarray[Any, np.dtype[np.uint16]] | None:
+def words(dataset: Any, tag: int) -> AnyArray | None:
     """Return the 16-bit words of an element (PS3.5, 6.2: OW, US), or None where it is absent."""
     element = _element(dataset, tag)
     value = None if element is None else element.value

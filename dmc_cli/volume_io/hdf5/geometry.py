@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.volume import Space
@@ -20,8 +21,6 @@ from dmc_cli.volume_io.hdf5.named_axes import NamedAxes, named_axes, unit_of
 from dmc_cli.volume_io.hdf_storage import check_inside, check_stored
 from dmc_cli.volume_io.layout import Triple
 from dmc_cli.volume_io.units import length_of
-
-_Float64 = np.ndarray[Any, np.dtype[np.float64]]
 
 LOOSE_LENGTHS = ("spacing", "resolution", "voxel_size", "voxel_spacing", "pixel_size", "pixelsize", "scale")
 """Attributes of lengths that no standard gives a unit."""
@@ -49,7 +48,7 @@ class HdfGeometry:
     image: Image
     spacing: Triple | None = None
     origin: Triple | None = None
-    directions: _Float64 | None = None
+    directions: Float64Array | None = None
     space: Space = "none"
     notices: tuple[Notice, ...] = ()
 
