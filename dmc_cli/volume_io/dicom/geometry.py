@@ -127,7 +127,7 @@ def _gaps(
 ) -> list[Notice]:
     """Refuse distances that look like a missing slice, or return warnings of them, as the settings say."""
     distances = np.diff(places)
-    found = gaps(distances)
+    found = _unfilled(frames, distances, gaps(distances))
     stated = _finer_distance(frames, distances)
     others, ends = _places_of_others(frames, places, stack)
     if found:
@@ -149,6 +149,18 @@ def _gaps(
             "get the missing files, or bridge the gap with --slice-gaps keep"
         )
     return [Notice("W-SLICES-MISSING", f"slices are missing: {told}"), *ends]
+
+
+def _unfilled(frames: list[Frame], distances: Float64Array, found: list[int]) -> list[int]:
+    """Return those of the gaps that thicker slices do not fill: a head is often thin below and thick above.
+
+    Slices that are all of one thickness fill none, for they may overlap.
+    """
+    thicknesses = np.array([frame.thickness or 0.0 for frame in frames])
+    if not found or thicknesses.min() <= 0 or np.ptp(thicknesses) == 0:
+        return found
+    wide = gaps(distances / ((thicknesses[:-1] + thicknesses[1:]) / 2))
+    return [n for n in found if n in wide]
 
 
 def _places_of_others(

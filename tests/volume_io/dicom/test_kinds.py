@@ -152,6 +152,27 @@ def test_slices_of_another_thickness_leave_nothing_out(tmp_path):
     assert told(read(tmp_path, series="2")) == {}
 
 
+def head(folder, missing=()):
+    """Write a head of thin slices at its base and thick ones above, which touch each other."""
+    slices = [(2.5 * k, "2.5") for k in range(8)] + [(20 + 5.0 * k, "5") for k in range(10)]
+    for k, (height, thickness) in enumerate(slices):
+        if k not in missing:
+            save(make_slice((0, 0, height), k, SliceThickness=thickness), folder / str(k))
+    return folder
+
+
+def test_thick_slices_above_thin_ones_leave_nothing_out(tmp_path):
+    volume = read(head(tmp_path))
+    np.testing.assert_allclose(volume.slice_positions, [*np.arange(0, 20, 2.5), *np.arange(20, 70, 5)])
+    assert list(told(volume)) == ["W-SLICES-UNEVEN"]
+
+
+@pytest.mark.parametrize("missing", [3, 12])
+def test_a_slice_that_is_missing_among_thin_or_thick_ones_shows(tmp_path, missing):
+    with pytest.raises(AmbiguousVolumeError, match="1 missing slice found"):
+        read(head(tmp_path, {missing}))
+
+
 def test_ends_that_other_volumes_have_are_told(tmp_path):
     save_stack(tmp_path / "a", axial(7), EchoTime="5")
     save_stack(tmp_path / "b", axial(7)[1:5], EchoTime="50")
