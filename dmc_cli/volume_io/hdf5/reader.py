@@ -26,6 +26,7 @@ from dmc_cli.volume import (
     widened_type,
 )
 from dmc_cli.volume_io.axes import Choice, Image, chosen_volume, listed_volumes
+from dmc_cli.volume_io.climate import marked_values, scale_of_values
 from dmc_cli.volume_io.hdf5.dataset import is_volume, meant_dataset
 from dmc_cli.volume_io.hdf5.geometry import HdfGeometry, hdf_geometry
 from dmc_cli.volume_io.hdf_path import split_dataset
@@ -69,6 +70,8 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine[:3, 3] = origin
         check_affine(name, affine)
         values = _values(dataset, geometry.image, choice, name, progress)
+        slope, intercept, told = scale_of_values(dataset.attrs)
+        marked = marked_values(dataset.attrs, values)
     return Volume(
         values=values,
         affine=affine,
@@ -76,7 +79,9 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         path=name,
         files=(source,),
         format="hdf5",
-        warnings=(*geometry.notices, *notices, *unused),
+        slope=slope,
+        intercept=intercept,
+        warnings=(*geometry.notices, *told, *marked, *notices, *unused),
     )
 
 

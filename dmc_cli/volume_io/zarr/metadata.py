@@ -9,7 +9,7 @@ import math
 import os
 import re
 import stat
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.notices import Notice
+from dmc_cli.volume_io.climate import MARKS, scale_of_values
 from dmc_cli.volume_io.within import REMEDY, Bounds
 from dmc_cli.volume_io.zarr.codecs import Packing, Step, checked_step
 
@@ -65,6 +66,7 @@ class ZarrArray:
         names: What the axes are called, "" for one without a name; none where nothing names them.
         scale: Physical value a stored unit, and of stored 0, as CF's attributes have it.
         notices: What is told of these.
+        marks: Attributes that name a value which stands for none.
     """
 
     shape: tuple[int, ...]
@@ -77,6 +79,7 @@ class ZarrArray:
     names: tuple[str, ...] = ()
     scale: tuple[float, float] = (1.0, 0.0)
     notices: tuple[Notice, ...] = ()
+    marks: dict[str, Any] = field(default_factory=dict)
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -143,12 +146,10 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
 
 
 def _scaled(array: ZarrArray, attributes: dict[str, Any]) -> ZarrArray:
-    """Return an array with the scale of its values, which CF's attributes tell, as xarray writes them."""
-    told = [attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)]
-    if all(type(number) in (int, float) and math.isfinite(number) for number in told) and told[0]:
-        return replace(array, scale=(float(told[0]), float(told[1])))
-    sentence = f"scale_factor {told[0]!r:.40} and add_offset {told[1]!r:.40} are none; values are as stored"
-    return replace(array, notices=(Notice("W-RESCALE-UNKNOWN", f"the array's {sentence}"),))
+    """Return an array with what CF's attributes tell of its values, as xarray writes them."""
+    slope, intercept, told = scale_of_values(attributes)
+    marks = {key: attributes[key] for key in MARKS if key in attributes}
+    return replace(array, scale=(slope, intercept), notices=told, marks=marks)
 
 
 def _version_2(meta: dict[str, Any], name: str) -> ZarrArray:

@@ -13,6 +13,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.axes import chosen_volume, images_entry, unnamed_axes
+from dmc_cli.volume_io.climate import marked_values
 from dmc_cli.volume_io.layout import (
     ZARR_MARKERS,
     check_lengths,
@@ -53,6 +54,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     values = allocate_values(name, found.image.nodes, dtype)
     stored = values.transpose(np.argsort(grid))  # its axes in the order of the array's
     ChunkReader(found.folder, array, choice.where, stored, name).read(files, settings.threads, progress)
+    marked = marked_values(array.marks, values)
     spacing, warnings = chosen_spacing(told_spacing, settings, "the store", doubts)
     origin, unused = chosen_origin(told_origin, settings, "the store")
     return Volume(
@@ -64,7 +66,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="zarr",
         slope=array.scale[0],
         intercept=array.scale[1],
-        warnings=(*unnamed_axes(found.image), *array.notices, *warnings, *unused),
+        warnings=(*unnamed_axes(found.image), *array.notices, *marked, *warnings, *unused),
     )
 
 

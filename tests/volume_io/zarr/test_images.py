@@ -169,10 +169,12 @@ def test_axes_of_space_with_names_that_are_known(tmp_path, names):
         ({"add_offset": 3}, (1, 3), []),
         ({"scale_factor": 0.0}, (1, 0), ["W-RESCALE-UNKNOWN"]),
         ({"scale_factor": "high"}, (1, 0), ["W-RESCALE-UNKNOWN"]),
+        ({"_FillValue": 7}, (1, 0), ["W-VALUES-MAPPED"]),
+        ({"_FillValue": -7}, (1, 0), []),
     ],
 )
 def test_values_are_scaled_as_climate_conventions_have_it(tmp_path, version, attributes, scale, told):
-    """The attributes of CF 8.1, which xarray writes."""
+    """The attributes of CF 8.1 and 2.5.1, which xarray writes."""
     values = values_of("zyx")
     write_array(tmp_path / "a.zarr", values, version, attributes=attributes)
     volume = read(tmp_path / "a.zarr", spacing=(1, 1, 1))
