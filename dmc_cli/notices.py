@@ -28,6 +28,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-SLICES-SHIFTED": "slices beside the line from the first to the last; they are put on it",
     "W-RESCALE-UNKNOWN": "a factor of the values that is none (0); stored values are taken as they are",
     "W-BITS-CONTRADICTED": "pixels not stored as their header says, or a header that contradicts itself",
+    "W-IDENTITY-CONTRADICTED": "slices of several patients or studies in one series; taken as one volume",
     "W-FILE-DAMAGED": "files that may belong to the volume could not be read and were left out",
 }
 """Codes of what the file leaves open, each with what it means."""

@@ -18,6 +18,7 @@ frames       the images of a file
 order        slices without positions, in the order that is asked for
 distances    gaps and copies among the slices' places
 doubts       what contradicts the positions
+identity     whose the slices are, and whether all of an object are there
 geometry     the affine of a stack of them
 stack        images of one series with the same size and orientation
 segments     those of a segmentation object

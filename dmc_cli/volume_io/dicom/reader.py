@@ -16,6 +16,7 @@ from dmc_cli.volume_io.dicom.directory import missing_told
 from dmc_cli.volume_io.dicom.frames import Frame, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
+from dmc_cli.volume_io.dicom.identity import identity_told
 from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
 from dmc_cli.volume_io.dicom.pixels import read_slices
 from dmc_cli.volume_io.dicom.place import NoSlice
@@ -99,6 +100,7 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *notices("W-FILE-DAMAGED", found.warnings()),
             *notices("W-FILES-LEFT-OUT", aside),
             *geometry.warnings,
+            *identity_told(geometry.frames, found.frames),
             *order_told(geometry.frames, settings),
             *_spacing_told(geometry.frames, settings),
             *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),

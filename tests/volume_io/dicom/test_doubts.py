@@ -182,3 +182,40 @@ def test_the_space_that_slices_leave_is_no_distance(tmp_path, stated, thickness)
     elements = {"SpacingBetweenSlices": stated, "SliceThickness": thickness}
     volume = read(save_stack(tmp_path, axial(5, 7.0), **elements))
     assert (volume.spacing[2], told(volume)) == (7, {})
+
+
+@pytest.mark.parametrize(
+    ("keyword", "values", "sentence"),
+    [
+        ("PatientID", ["A", "A", "B", "B"], "2 patients (0010,0020)"),
+        ("StudyInstanceUID", ["1.2", "1.2", "1.2", "1.3"], "2 studies (0020,000D)"),
+        ("PatientID", ["A", "A", "", None], ""),
+    ],
+)
+def test_slices_of_several_patients_are_told(tmp_path, keyword, values, sentence):
+    for k, (position, value) in enumerate(zip(axial(4), values, strict=True)):
+        save(make_slice(position, k, **{keyword: value}), tmp_path / str(k))
+    found = told(read(tmp_path))
+    assert list(found) == (["W-IDENTITY-CONTRADICTED"] if sentence else [])
+    assert sentence in found.get("W-IDENTITY-CONTRADICTED", "")
+
+
+@pytest.mark.parametrize(
+    ("parts", "total", "is_told"),
+    [((1, 2, 3), 3, False), ((1, 2), 3, True), ((1, 3), None, True), ((1, 2), None, False)],
+)
+def test_missing_parts_of_a_concatenation_are_told(tmp_path, parts, total, is_told):
+    for n, part in enumerate(parts):
+        numbers = {"InConcatenationNumber": part, "InConcatenationTotalNumber": total}
+        dataset, _ = enhanced([6 * n, 6 * n + 2, 6 * n + 4], ConcatenationUID="1.2.9", **numbers)
+        save(dataset, tmp_path / str(n))
+    volume = read(tmp_path)
+    assert len(volume.values) == 3 * len(parts)
+    assert [notice.code for notice in volume.warnings] == (["W-FILE-DAMAGED"] if is_told else [])
+
+
+@pytest.mark.parametrize(("stated", "is_told"), [(4, False), (6, True), (None, False)])
+def test_slices_that_pet_counts_otherwise_are_told(tmp_path, stated, is_told):
+    save_stack(tmp_path, axial(4), NumberOfSlices=stated)
+    codes = [notice.code for notice in read(tmp_path).warnings]
+    assert codes == (["W-SLICES-MISSING"] if is_told else [])

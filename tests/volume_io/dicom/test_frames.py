@@ -6,7 +6,7 @@ from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, VolumeError
 from tests.volume_io.dicom.scanner import make_slice, plane_values, save
 from tests.volume_io.reading import physical, read
 
@@ -142,3 +142,14 @@ def test_nuclear_medicine_has_its_place_in_its_detector(tmp_path):
     volume = read(save(dataset, tmp_path / "a"))
     np.testing.assert_array_equal(volume.values, values)
     np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 5], [0, 2, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])
+
+
+def test_positions_in_a_transducers_frame_are_refused(tmp_path):
+    """Those of an enhanced ultrasound volume: no patient's and no grid's."""
+    dataset, _ = many_frames([0, 1, 2], SOPClassUID="1.2.840.10008.5.1.4.1.1.6.2")
+    heights = (0.0, 3.5, 7.0)
+    dataset.PerFrameFunctionalGroupsSequence = Sequence(
+        [item(PlanePositionVolumeSequence=sequence(ImagePositionVolume=[0, 0, z])) for z in heights]
+    )
+    with pytest.raises(VolumeError, match="no position or orientation"):
+        read(save(dataset, tmp_path / "a"))
