@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
@@ -18,6 +19,9 @@ from dmc_cli.volume_io.pair import checked_pair, is_gzip
 
 LARGEST_HEADER = 1 << 26
 """More than any history of processing that an AFNI header holds."""
+
+SAME_LENGTH = 1e-3
+"""Part of a distance by which two statements of it may differ: writers round to a few digits."""
 
 
 def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
@@ -50,7 +54,22 @@ def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         listed=listed_volumes([image], settings, name),
         slope=factor or 1.0,  # 0 means that there is none
         format="afni",
+        warnings=_contradiction(header),
     )
+
+
+def _contradiction(header: Any) -> tuple[Notice, ...]:
+    """Return a warning where DELTA has other distances, in mm, than the matrix, which is taken."""
+    told = np.abs(np.atleast_1d(header.info["DELTA"])[:3]).astype(float)
+    with np.errstate(all="ignore"):  # what is not finite is refused with the layout
+        lengths = np.linalg.norm(header.get_affine()[:3, :3], axis=0)
+        if len(told) == 3 and not (np.abs(told - lengths) > SAME_LENGTH * lengths).any():
+            return ()
+    first, second = (" x ".join(f"{each:.6g}" for each in each_of) for each_of in (told, lengths))
+    sentence = (
+        f"the header's DELTA is {first} mm, IJK_TO_DICOM_REAL has nodes {second} mm apart; this is taken"
+    )
+    return (Notice("W-GEOMETRY-CONTRADICTED", sentence),)
 
 
 def _sub_bricks(info: Any, count: int) -> Axis:

@@ -43,6 +43,16 @@ def test_every_type_order_and_packing_agrees_with_nibabel(tmp_path, kind, dtype,
     assert (volume.format, volume.sentences) == ("afni", ())
 
 
+def test_distances_that_differ_from_the_matrix_are_told(tmp_path):
+    """DELTA repeats the lengths of IJK_TO_DICOM_REAL's columns."""
+    path = write(tmp_path, counting((1, 3, 4, 5), "<i2"), DELTA=(-2.0, 3.0, 5.0))
+    volume = read(path)
+    assert_same_as_nibabel(volume, nib.load(path), 0)
+    (notice,) = volume.warnings
+    assert notice.code == "W-GEOMETRY-CONTRADICTED"
+    assert "DELTA is 2 x 3 x 5 mm, IJK_TO_DICOM_REAL has nodes 2 x 3 x 4 mm apart" in notice.sentence
+
+
 @given(
     shape=st.tuples(*[st.integers(2, 5)] * 3),
     factors=st.lists(st.sampled_from([0.0, 1.0, 0.25, 3e-5, -2.0]), min_size=1, max_size=4),

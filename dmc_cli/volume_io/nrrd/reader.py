@@ -60,6 +60,12 @@ ENCODINGS: dict[str, Encoding] = {
 VALUE_KINDS = re.compile(r".*(vector|color|matrix|point|normal|gradient|quaternion|complex)$")
 """Kinds of an axis along which one node has several numbers, none of which stands for the node alone."""
 
+PER_AXIS = (
+    *("space directions", "kinds", "labels", "spacings", "thicknesses", "axis mins", "axis maxs"),
+    *("centerings", "centers"),
+)
+"""Fields that have one entry an axis; of units, those that are missing are told."""
+
 
 def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     """Return the layout of a NRRD file; of a 4-D one the part `settings.volume_index`.
@@ -156,6 +162,7 @@ def _image(fields: dict[str, str], sizes: list[int], name: str) -> Image:
     if any(n < 1 for n in sizes) or len(sizes) > 16:
         raise DamagedVolumeError(f"{name}: sizes {fields['sizes'][:60]!r} found; expected positive numbers")
     directions = per_axis(fields.get("space directions", ""))
+    _check_counts(fields, len(sizes), name)
     if len(directions) == len(sizes):
         spatial = [a for a, d in enumerate(directions) if not _is_none(d, len(sizes))]
         if len(spatial) > 3:  # a space with time: the axis that moves in time only is none of space
@@ -170,6 +177,16 @@ def _image(fields: dict[str, str], sizes: list[int], name: str) -> Image:
         )
     axes = [Axis(UNNAMED, n) if a in spatial else _other_axis(fields, sizes, a) for a, n in enumerate(sizes)]
     return Image(tuple(reversed(axes)))
+
+
+def _check_counts(fields: dict[str, str], count: int, name: str) -> None:
+    """Raise DamagedVolumeError for a field that has not one entry an axis; an empty one tells nothing."""
+    for key in PER_AXIS:
+        found = len(per_axis(fields.get(key, "")))
+        if found not in (0, count):
+            raise DamagedVolumeError(
+                f"{name}: {found} {key} found, but {count} axes; expected one an axis; correct the header"
+            )
 
 
 def _is_none(direction: str, count: int) -> bool:
