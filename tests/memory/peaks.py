@@ -13,6 +13,7 @@ import contextlib
 import io
 import json
 import os
+import pkgutil
 import sys
 import traceback
 from dataclasses import dataclass, field
@@ -130,16 +131,18 @@ def in_a_process(words: list[str]) -> Peaks:
 
 
 def load() -> None:
-    """Load all kernels and what readers import, so that a convert takes memory for its arrays alone."""
+    """Load all kernels and modules, so that a convert takes memory for its arrays alone."""
+    import dmc_cli
     from dmc_cli.app import conversion
     from dmc_cli.cli.light_nibabel import import_nibabel_lightly
     from dmc_cli.runtime.device import load_kernels, select_device
 
     load_kernels(select_device("cpu"), conversion.every_kernel())
     import_nibabel_lightly()
-    ours = ("mesh.check", "report.measures", "volume_io.nifti")
-    for name in (*(f"dmc_cli.{name}" for name in ours), "nibabel.nifti1"):
-        import_module(name)
+    for found in pkgutil.walk_packages(dmc_cli.__path__, "dmc_cli."):
+        if not found.name.endswith("__main__"):
+            import_module(found.name)
+    import_module("nibabel.nifti1")
 
 
 def serve() -> None:

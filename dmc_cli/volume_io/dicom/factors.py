@@ -36,9 +36,9 @@ def split_copies(stack: Stack) -> list[Stack]:
         for name in candidates:
             if not any(_differs(frames, name) for frames in shared):
                 continue
-            split = [(part, piece) for part in parts for piece in _parted(part, name)]
-            if all(_is_volume(piece, part if everywhere else None) for part, piece in split):
-                parts = [piece for _, piece in split]
+            split = [(_parted(part, name), part.place_count() if everywhere else None) for part in parts]
+            if all(_is_volume(piece, count) for pieces, count in split for piece in pieces):
+                parts = [piece for pieces, _ in split for piece in pieces]
                 factors.append(name)
                 shared = _shared_places(parts)
     if factors:
@@ -48,10 +48,10 @@ def split_copies(stack: Stack) -> list[Stack]:
     return [piece for part in parts for piece in _by_time(part)]
 
 
-def _is_volume(piece: Stack, whole: Stack | None) -> bool:
-    """Return whether a stack has several places, all those of a whole one if it is given."""
-    count = piece.place_count()
-    return count > 1 and (whole is None or count == whole.place_count())
+def _is_volume(piece: Stack, count: int | None) -> bool:
+    """Return whether a stack has several places, as many as `count` if it is given."""
+    own = piece.place_count()
+    return own > 1 and count in (None, own)
 
 
 def _candidates(frames: Iterable[Frame]) -> list[str]:
