@@ -1,6 +1,6 @@
 """Read a volume from a path, whatever its format: the one way in.
 
-`inputs.py` finds out what the input is. A new format is a file with a reader, and a line in `formats.py`.
+`inputs.py` finds out what the input is. A new format is a reader, and an entry in `volume_formats.py`.
 """
 
 from collections.abc import Iterator
