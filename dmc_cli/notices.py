@@ -13,7 +13,7 @@ from dmc_cli.errors import AmbiguousVolumeError, CallError
 ABOUT_MEANING: dict[str, str] = {
     "W-UNIT-UNKNOWN": "a unit of length that no table has; the numbers are taken as the message says",
     "W-UNIT-MISSING": "lengths without a unit, of all axes or of some; taken as the message says",
-    "W-SPACING-MISSING": "no distance of the nodes, along all axes or some; 1 mm is taken",
+    "W-SPACING-MISSING": "no distance of the nodes, along all axes or some; taken as the message says",
     "W-ORIENTATION-MISSING": "no orientation: axes are the grid's own, or those the format's programs assume",
     "W-AXES-MISSING": "axes without names, more than a volume has; taken as the message says",
     "W-GEOMETRY-CONTRADICTED": "statements about the geometry that differ; the message says which is taken",
@@ -34,7 +34,7 @@ ABOUT_MEANING: dict[str, str] = {
 """Codes of what the file leaves open, each with what it means."""
 
 ABOUT_THE_RUN: dict[str, str] = {
-    "W-FILES-LEFT-OUT": "images that are no slices of the volume were left out",
+    "W-FILES-LEFT-OUT": "files that are no part of the volume were left out",
     "W-SPACING-FROM-LOG": "the distance of the nodes is that of a scanner's text beside the slices",
     "W-DUPLICATES-DROPPED": "slices in the place of another one were left out, as `--duplicates` says",
     "W-SLICES-MISSING": "slices are missing, and the gap is spanned, as `--slice-gaps` says",

@@ -148,4 +148,5 @@ def test_strict_refuses_every_code_about_meaning_and_no_other(call, command, mon
 def test_people_see_the_codes_beside_the_sentences(call):
     for command in ("convert", "info", "measure"):
         result, _ = call(command)
-        assert "tells no spacing; --spacing gives it (W-SPACING-MISSING)" in result.stderr + result.stdout
+        told = "tells no spacing; 1 mm is taken; --spacing gives it (W-SPACING-MISSING)"
+        assert told in result.stderr + result.stdout

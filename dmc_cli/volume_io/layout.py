@@ -192,7 +192,8 @@ def chosen_spacing(
         return told, () if settings.spacing is not None else doubts
     if settings.spacing is not None:
         return settings.spacing, ()
-    return (1.0, 1.0, 1.0), (Notice("W-SPACING-MISSING", f"{what} tells no spacing; --spacing gives it"),)
+    sentence = f"{what} tells no spacing; 1 mm is taken; --spacing gives it"
+    return (1.0, 1.0, 1.0), (Notice("W-SPACING-MISSING", sentence),)
 
 
 def chosen_origin(

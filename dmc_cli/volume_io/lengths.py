@@ -1,6 +1,6 @@
 """Settle lengths that a file leaves in doubt: as they are taken, and told, or as `--spacing` has them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -32,12 +32,19 @@ def settled_affine(
     return respaced(affine, doubts, settings), unused
 
 
-def missing_spacing(axes: Sequence[str], what: str) -> Doubts:
-    """Return what is told where the distances of the nodes are missing along some axes, but not along all."""
-    if not axes:
+def missing_spacing(taken: Mapping[str, float], what: str) -> Doubts:
+    """Return what is told where the distances of the nodes are missing along some axes.
+
+    Args:
+        taken: The length in millimetres that is taken along each of them, by the axis.
+        what: What tells the others, as messages begin.
+    """
+    if not taken:
         return ()
-    sentence = f"{what} tells no spacing along {' and '.join(axes)}; 1 is taken; --spacing gives it"
-    return (Notice("W-SPACING-MISSING", sentence),)
+    along = "" if len(taken) == 3 else f" along {' and '.join(taken)}"
+    lengths = [f"{length:g}" for length in dict.fromkeys(taken.values())]
+    told = f"{' and '.join(lengths)} mm {'is' if len(lengths) == 1 else 'are'} taken"
+    return (Notice("W-SPACING-MISSING", f"{what} tells no spacing{along}; {told}; --spacing gives it"),)
 
 
 def respaced(affine: Float64Array, doubts: Doubts, settings: ReadSettings) -> Float64Array:

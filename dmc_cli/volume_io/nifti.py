@@ -158,7 +158,8 @@ def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Arra
         sentence = f"the header's unit of length has the unknown code {unit}; taken as millimetres"
         doubts = (Notice("W-UNIT-UNKNOWN", f"{sentence}; --spacing tells better"),)
     if header["sform_code"] <= 0:
-        missing = [axis for axis, length in zip("xyz", header["pixdim"][1:4], strict=True) if length == 0]
+        lengths = zip("xyz", header["pixdim"][1:4], strict=True)
+        missing = {axis: UNITS.get(unit, 1.0) for axis, length in lengths if length == 0}
         doubts = (*missing_spacing(missing, "the header"), *doubts)
     with np.errstate(all="ignore"):  # what is not finite is refused with the layout
         affine, space, notes = _form(header, name)

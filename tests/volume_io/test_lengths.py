@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.volume_io.lengths import missing_spacing
 from tests.volume_io.dicom.scanner import axial, make_slice, save
 from tests.volume_io.reading import counting, read
 
@@ -284,3 +285,16 @@ def test_transformations_of_a_zarr_image_are_applied_in_their_order(tmp_path, st
     volume = read(path)
     np.testing.assert_allclose(volume.spacing, spacing)
     np.testing.assert_allclose(volume.affine[:3, 3], origin)
+
+
+def test_what_is_taken_for_a_missing_distance_is_told_in_millimetres():
+    """Whatever the unit of the others is."""
+    assert missing_spacing({}, "the file") == ()
+    told = {
+        "along z; 0.001 mm is taken": {"z": 1e-3},
+        "along x and y; 25.4 mm is taken": {"x": 25.4, "y": 25.4},
+        "along y and z; 1e-06 and 1 mm are taken": {"y": 1e-6, "z": 1.0},
+        "spacing; 1 mm is taken": {"x": 1.0, "y": 1.0, "z": 1.0},
+    }
+    for sentence, taken in told.items():
+        assert sentence in missing_spacing(taken, "the file")[0].sentence

@@ -90,6 +90,6 @@ def test_without_a_spacing_it_is_told(tmp_path):
     (notice,) = read(path, shape=SHAPE, dtype="int16").warnings
     assert (notice.code, notice.sentence) == (
         "W-SPACING-MISSING",
-        "a raw file tells no spacing; --spacing gives it",
+        "a raw file tells no spacing; 1 mm is taken; --spacing gives it",
     )
     assert read(path, shape=SHAPE, dtype="int16", spacing=(1, 1, 1)).warnings == ()

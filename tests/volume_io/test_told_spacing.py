@@ -29,7 +29,7 @@ def silent_file(folder, suffix):
 def test_a_file_without_spacing(tmp_path, suffix, space):
     path = silent_file(tmp_path, suffix)
     volume = read(path)
-    assert volume.sentences == ("the file tells no spacing; --spacing gives it",)
+    assert volume.sentences == ("the file tells no spacing; 1 mm is taken; --spacing gives it",)
     np.testing.assert_array_equal(volume.affine, np.eye(4))
     given = read(path, spacing=(1, 2, 3), origin=(4, 5, 6))
     assert given.sentences == ()

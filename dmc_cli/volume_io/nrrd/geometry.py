@@ -166,8 +166,9 @@ def _unoriented(
         steps.append(step * scale)
         lows.append(low * scale)
         halves.append(0.5 if is_cell else 0.0)
-    missing = [axis for axis, step in zip("xyz", steps, strict=True) if math.isnan(step)]
-    doubts = (*missing_spacing(missing, "the header"), *doubts)
+    missing = {axis: scales[n] for n, axis in enumerate("xyz") if math.isnan(steps[n])}
+    if len(missing) < 3:
+        doubts = (*missing_spacing(missing, "the header"), *doubts)
     spacing, warnings = chosen_spacing(_told(steps, list(scales)), settings, doubts=doubts)
     firsts = [low + half * step for low, half, step in zip(lows, halves, spacing, strict=True)]
     origin, unused = chosen_origin(_told(firsts, [0.0, 0.0, 0.0]), settings)

@@ -89,7 +89,7 @@ def _imagej_spacing(tiff: Any, name: str) -> tuple[Triple | None, Doubts]:
 def _scaled(lengths: list[float | None], units: list[Any], name: str) -> tuple[Triple, Doubts]:
     """Return three lengths in millimetres, 1 of its unit in place of one that is missing."""
     scales, doubts = scales_in_mm([None if unit is None else str(unit) for unit in units], name, _WHAT)
-    missing = [axis for axis, length in zip("xyz", lengths, strict=True) if length is None]
+    missing = {axis: scales[n] for n, axis in enumerate("xyz") if lengths[n] is None}
     x, y, z = (
         scale * (1.0 if length is None else length) for length, scale in zip(lengths, scales, strict=True)
     )

@@ -14,10 +14,9 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
-from dmc_cli.notices import Notice
 from dmc_cli.volume_io.axes import SPELLINGS, UNNAMED, Axis, Image, nameless_image
 from dmc_cli.volume_io.layout import Triple
-from dmc_cli.volume_io.lengths import Doubts
+from dmc_cli.volume_io.lengths import Doubts, missing_spacing
 from dmc_cli.volume_io.units import scales_in_mm
 from dmc_cli.volume_io.within import Bounds
 from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
@@ -65,8 +64,7 @@ class StoredImage:
             return None, None, ()
         scales, doubts = scales_in_mm(units, name, "the store")
         if self.scale is None:
-            sentence = "the store tells no scale; the distance of the nodes is taken as 1; --spacing gives it"
-            doubts = (Notice("W-SPACING-MISSING", sentence), *doubts)
+            doubts = (*missing_spacing(dict(zip("xyz", scales, strict=True)), "the store"), *doubts)
         scale = np.ones(len(self.units)) if self.scale is None else self.scale
         shift = np.zeros(len(self.units)) if self.shift is None else self.shift
         with np.errstate(all="ignore"):  # what is not finite is refused with the lengths

@@ -156,7 +156,7 @@ DIRECTIONS = "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n
         ("spacings: 1 1 1\nunits: mm mm\n", "the header tells no unit of length along z; taken as milli"),
         (
             "spacings: 1 nan 1\nunits: mm mm mm\n",
-            "the header tells no spacing along y; 1 is taken; --sp",
+            "the header tells no spacing along y; 1 mm is taken; --sp",
         ),
         (
             'space: RAS\nspace units: "ell" "mm" "mm"\n' + DIRECTIONS,

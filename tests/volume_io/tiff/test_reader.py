@@ -173,14 +173,14 @@ def test_imagej_without_a_spacing_tells_that_along_x_and_y(tmp_path):
     volume = read(imagej(tmp_path / "a.tif", spacing=None))
     assert (volume.spacing, volume.sentences) == (
         (0.25, 0.5, 1),
-        ("the TIFF tells no spacing along z; 1 is taken; --spacing gives it",),
+        ("the TIFF tells no spacing along z; 1 mm is taken; --spacing gives it",),
     )
 
 
 @pytest.mark.parametrize("unit", [None, "", "pixel"])
 def test_imagej_without_a_spacing_and_a_length_tells_none(tmp_path, unit):
     assert read(imagej(tmp_path / "a.tif", spacing=None, unit=unit)).sentences == (
-        "the TIFF tells no spacing; --spacing gives it",
+        "the TIFF tells no spacing; 1 mm is taken; --spacing gives it",
     )
 
 
