@@ -44,7 +44,7 @@ class Frame:
         lookup: Its Modality LUT, in whose place slope and intercept are 1 and 0, or None.
         lacks_scale: Whether the file tells a slope of 0, which cannot be meant and is read as 1.
         is_placed: Whether the file tells where the frame lies; if not, frames follow each other along z.
-        tells_spacing: Whether the file tells the distances of its pixels.
+        stated_spacing: The distance of rows, then of columns, that the file states in millimetres, or None.
         remarks: What the user is to be told of it.
         stated_step: The distance of slices that the file states, in millimetres, or None.
         thickness: How thick a slice is in millimetres, or None.
@@ -64,7 +64,7 @@ class Frame:
     lookup: Lookup | None = None
     lacks_scale: bool = False
     is_placed: bool = True
-    tells_spacing: bool = True
+    stated_spacing: tuple[float, ...] | None = None
     remarks: tuple[Notice, ...] = ()
     stated_step: float | None = None
     thickness: float | None = None
@@ -145,6 +145,7 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         position, orientation, spacing = unplaced(place, steps.order[index], file.given)
     else:
         position, orientation, spacing = place.geometry(steps.offsets[index], file.given)
+    stated = place.spacing()
     table = lookup(place, pixels.dtype.kind == "i", file.tables)
     slope, intercept = (1.0, 0.0) if table else rescale(place)
     return Frame(
@@ -161,7 +162,7 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         lookup=table,
         lacks_scale=slope == 0,
         is_placed=is_placed,
-        tells_spacing=place.spacing() is not None,
+        stated_spacing=tuple(stated) if stated else None,
         stated_step=place.step(),
         thickness=place.thickness(),
         remarks=(

@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.settings import ReadSettings
@@ -84,37 +86,60 @@ def _apart(groups: Iterable[list[tuple[Key, Frame]]]) -> Iterator[list[tuple[Key
 def order_told(frames: list[Frame], settings: ReadSettings) -> list[Notice]:
     """Return notices on what is not known of slices without a place, and on what contradicts the user."""
     if settings.slice_order == "position":
-        return [] if frames[0].is_placed else _unplaced_told(frames[0], settings)
-    assert settings.spacing is not None
-    told = [
-        Notice(
-            "W-POSITION-MISSING",
-            f"slices follow each other by {settings.slice_order} at the distances of --spacing; on which "
-            "side the first one lies is not known: the mesh may be a mirror image",
-        )
-    ]
-    x, y, z = settings.spacing
-    dataset = frames[0].header.dataset
-    pixel = elements.numbers(dataset, 0x00280030) or []
-    others = []
-    if len(pixel) == 2 and not (_is_near(pixel[1], x) and _is_near(pixel[0], y)):
-        others.append(f"--spacing has pixels of {x:g} x {y:g} mm, the file of {pixel[1]:g} x {pixel[0]:g} mm")
+        return _placed_told(frames, settings) if frames[0].is_placed else _unplaced_told(frames[0], settings)
+    told = Notice(
+        "W-POSITION-MISSING",
+        f"slices follow each other by {settings.slice_order} at the distances of --spacing; on which "
+        "side the first one lies is not known: the mesh may be a mirror image",
+    )
     ends = [elements.numbers(frame.header.dataset, 0x00201041) or [] for frame in (frames[0], frames[-1])]
-    if all(ends):
-        step = abs(ends[1][0] - ends[0][0]) / (len(frames) - 1)
-        if not _is_near(step, z):
-            others.append(f"--spacing has slices at {z:g} mm, their SliceLocation has {step:g} mm on average")
-    return [*told, *notices("W-OPTION-PREFERRED", others)]
+    step = abs(ends[1][0] - ends[0][0]) / (len(frames) - 1) if all(ends) else None
+    return [told, *_preferred(settings, frames[0], step, "their SliceLocation has {} mm on average")]
+
+
+def _preferred(settings: ReadSettings, frame: Frame, step: float | None, file_has: str) -> list[Notice]:
+    """Return notices where --spacing counts and the file has other distances.
+
+    Args:
+        settings: How to read.
+        frame: A frame, for its pixels.
+        step: The file's distance of slices, or None.
+        file_has: A sentence on that, with {} in its place.
+    """
+    if settings.spacing is None:
+        return []
+    x, y, z = settings.spacing
+    rows, columns = frame.stated_spacing or (y, x)
+    others = []
+    if not (_is_near(columns, x) and _is_near(rows, y)):
+        others.append(f"--spacing has pixels of {x:g} x {y:g} mm, the file of {columns:g} x {rows:g} mm")
+    if step is not None and not _is_near(step, z):
+        others.append(f"--spacing has slices at {z:g} mm, {file_has.format(f'{step:g}')}")
+    return notices("W-OPTION-PREFERRED", others)
+
+
+def _placed_told(frames: list[Frame], settings: ReadSettings) -> list[Notice]:
+    """Return a notice where --spacing, given for pixels alone, has slices elsewhere than their positions."""
+    if settings.spacing is None or all(frame.stated_spacing for frame in frames):
+        return []
+    ends = np.array(frames[-1].position) - np.array(frames[0].position)
+    step, told = float(np.linalg.norm(ends)) / (len(frames) - 1), settings.spacing[2]
+    if _is_near(step, told):
+        return []
+    sentence = f"--spacing has slices at {told:g} mm, their positions {step:g} mm on average, which are taken"
+    return [Notice("W-OPTION-UNUSED", sentence)]
 
 
 def _unplaced_told(frame: Frame, settings: ReadSettings) -> list[Notice]:
     """Return notices on frames whose file tells no positions, and on distances that it lacks besides."""
     dataset = frame.header.dataset
-    has_step = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050)
-    lacking = [] if frame.tells_spacing else ["of pixels"]
-    lacking += [] if has_step else ["of frames"]
+    step = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050)
     told = [Notice("W-POSITION-MISSING", NO_POSITIONS)]
-    if lacking and settings.spacing is None:
+    if settings.spacing is not None:
+        return [*told, *_preferred(settings, frame, abs(step[0]) if step else None, "the file {} mm")]
+    lacking = [] if frame.stated_spacing else ["of pixels"]
+    lacking += [] if step else ["of frames"]
+    if lacking:
         sentence = f"the file tells no distances {' and '.join(lacking)}, 1 mm is taken; --spacing gives them"
         told.append(Notice("W-SPACING-MISSING", sentence))
     return told

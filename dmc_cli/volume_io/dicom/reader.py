@@ -135,7 +135,7 @@ def _remarks(frames: list[Frame]) -> list[Notice]:
 
 def _spacing_told(frames: list[Frame], settings: ReadSettings) -> tuple[Notice, ...]:
     """Return a notice on a spacing that was given for slices that tell their own."""
-    is_used = any(not (frame.is_placed and frame.tells_spacing) for frame in frames)
+    is_used = any(not (frame.is_placed and frame.stated_spacing) for frame in frames)
     return () if is_used else without_effect("spacing", settings)
 
 

@@ -91,6 +91,25 @@ def test_spacing_is_for_slices_that_tell_positions_but_no_pixels(tmp_path):
         read(tmp_path)
     volume = read(tmp_path, spacing=(0.75, 0.5, 9))
     assert (volume.spacing, volume.space) == ((0.75, 0.5, 2), "LPS")
+    told = [(notice.code, notice.sentence) for notice in volume.warnings]
+    assert [code for code, _ in told] == ["W-OPTION-UNUSED"]
+    assert "slices at 9 mm, their positions 2 mm" in told[0][1]
+    assert read(tmp_path, spacing=(0.75, 0.5, 2)).warnings == ()
+
+
+def test_other_distances_than_those_of_frames_without_positions_are_told(cases):
+    path = cases / "cine_time" / "cbct_multiframe_ct.dcm"  # 0.3 mm along each axis
+    volume = read(path, spacing=(1, 0.3, 3))
+    told = {
+        notice.code: [n.sentence for n in volume.warnings if n.code == notice.code]
+        for notice in volume.warnings
+    }
+    assert (volume.spacing, set(told)) == ((1, 0.3, 3), {"W-POSITION-MISSING", "W-OPTION-PREFERRED"})
+    assert told["W-OPTION-PREFERRED"] == [
+        "--spacing has pixels of 1 x 0.3 mm, the file of 0.3 x 0.3 mm",
+        "--spacing has slices at 3 mm, the file 0.3 mm",
+    ]
+    assert len(read(path, spacing=(0.3, 0.3, 0.3)).warnings) == 1
 
 
 @pytest.mark.parametrize(
