@@ -22,7 +22,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-IMAGE-TURNED": "images that a tag says to turn or mirror; rows and columns are taken as stored",
     "W-SLICES-COUNT": "a text beside the slices tells of another number of them",
     "W-ORDER-ASSUMED": "names of slices without one number that counts them; in the order of the names",
-    "W-POSITION-MISSING": "no position of the slices; order and distance are the file's own",
+    "W-POSITION-MISSING": "no position of the slices or the first node; taken as the message says",
     "W-SPACE-LEFT-HANDED": "a left-handed space: in a right-handed viewer the mesh is the mirror image",
     "W-ORIENTATION-ROUNDED": "direction cosines rounded coarsely; the nearest of length 1 are taken",
     "W-SLICES-SHIFTED": "slices beside the line from the first to the last; they are put on it",

@@ -16,6 +16,8 @@ axes             what the axes of an array are called, and which volume of it is
 layout           where values lie in their files, and what they mean
 units            lengths of units, in every spelling
 lengths          lengths of which a file leaves the unit open
+places           axes by their names and the places of their nodes, of HDF5 and Zarr
+loose_lengths    lengths by attributes of no standard, of HDF5 and Zarr
 decoding         bytes out of streams, packed or not
 unpacked_size    what packed bytes unpack to, told beforehand
 values           values of a layout, mapped or copied

@@ -47,6 +47,15 @@ def missing_spacing(taken: Mapping[str, float], what: str) -> Doubts:
     return (Notice("W-SPACING-MISSING", f"{what} tells no spacing{along}; {told}; --spacing gives it"),)
 
 
+def unsettled_lengths(told: Doubts, settings: ReadSettings) -> Doubts:
+    """Return what is told of lengths that are not used, without what the settings tell themselves."""
+    return tuple(
+        notice
+        for notice in told
+        if (settings.origin if notice.code == "W-POSITION-MISSING" else settings.spacing) is None
+    )
+
+
 def respaced(affine: Float64Array, doubts: Doubts, settings: ReadSettings) -> Float64Array:
     """Return the affine with the settings' spacing where lengths are in doubt, else as it is.
 

@@ -90,8 +90,8 @@ def length_of(unit: str) -> float | None:
 
 
 def is_time(unit: str) -> bool:
-    """Return whether a unit is one of time or frequency."""
-    name = _plain(unit)[1].casefold()
+    """Return whether a unit is one of time or frequency, or CF's `days since 2000-01-01`."""
+    name = _plain(re.sub(r"\s+since\s.*", "", unit, flags=re.DOTALL))[1].casefold()
     return name in _TIMES or name.removesuffix("s") in _TIMES
 
 

@@ -6,43 +6,17 @@ datasets of places, to the dimensions, or label these.
 """
 
 import json
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import UnsupportedFormatError
-from dmc_cli.volume_io.axes import SPELLINGS, UNNAMED, Axis, Image, nameless_image
+from dmc_cli.volume_io.axes import UNNAMED, Image, nameless_image
 from dmc_cli.volume_io.hdf5.dataset import followed, text_of
-from dmc_cli.volume_io.units import is_time, length_of
-
-NO_LENGTHS = frozenset(
-    (
-        *("deg", "degree", "degrees", "rad", "radian", "radians", "mrad", "ev", "kev", "mev", "j", "joule"),
-        *("k", "kelvin", "degc", "celsius", "pa", "kpa", "mpa", "bar", "t", "tesla", "v", "volt", "mv"),
-        *("1/angstrom", "angstrom^-1", "angstrom-1", "1/a", "a^-1", "1/nm", "nm^-1", "1/m", "m^-1", "%"),
-    )
-)
-"""Units, in lower case, of axes that are none of space."""
-
-NO_SPACE = frozenset(
-    (
-        *("theta", "phi", "omega", "chi", "angle", "angles", "rotation", "tilt", "projection", "projections"),
-        *(
-            "energy",
-            "wavelength",
-            "frequency",
-            "temperature",
-            "pressure",
-            "tof",
-            "time_of_flight",
-            "frame_number",
-        ),
-        *("q", "qx", "qy", "qz", "q_x", "q_y", "q_z", "image", "images", "scan", "polarization", "echo"),
-        *("position", "positions", "tile", "tiles", "view", "views", "sample", "samples", "component"),
-    )
-)
-"""Names of axes, in lower case, that count something else than places."""
+from dmc_cli.volume_io.hdf_storage import check_inside, check_stored
+from dmc_cli.volume_io.loose_lengths import axis_names
+from dmc_cli.volume_io.places import Along, cf_axis, named_image
 
 ANGLES_BESIDE = ("theta", "rotation_angle")
 """Datasets beside a stack of projections, with an angle for each."""
@@ -50,23 +24,8 @@ ANGLES_BESIDE = ("theta", "rotation_angle")
 VIGRA_NAMES = {"x": "x", "y": "y", "z": "z", "t": "time", "c": "channel"}
 
 
-@dataclass(frozen=True)
-class NamedAxes:
-    """A dataset's axes.
-
-    Attributes:
-        image: Their names and sizes.
-        places: For each axis the dataset of places along it, or None.
-        labels: For each axis what the file calls it.
-    """
-
-    image: Image
-    places: tuple[Any, ...]
-    labels: tuple[str, ...]
-
-
-def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> NamedAxes:
-    """Return a dataset's axes, unnamed where the file does not name them.
+def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> tuple[Image, list[Along]]:
+    """Return a dataset's axes, unnamed where the file does not name them, and what it says of each.
 
     Raises:
         UnsupportedFormatError: They are not those of a volume: projections, times, energies.
@@ -74,43 +33,37 @@ def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> Nam
     told = _nexus(file, dataset, group, name, h5py) or _vigra(dataset) or _dimensions(dataset, h5py)
     if told is None:
         _check_no_angles(file, dataset, name, h5py)
-        image = nameless_image(dataset.shape)
-        return NamedAxes(image, (None,) * dataset.ndim, ("",) * dataset.ndim)
-    labels = tuple(label for label, _ in told)
-    places = tuple(
-        places if isinstance(places, h5py.Dataset) and places.shape == (size,) else None
-        for (_, places), size in zip(told, dataset.shape, strict=True)
-    )
-    axes = tuple(
-        Axis(_kind(label, unit_of(along)), int(size))
-        for label, along, size in zip(labels, places, dataset.shape, strict=True)
-    )
-    image = Image(axes)
+        names = axis_names(dataset.attrs, dataset.ndim)
+        if not names:
+            return nameless_image(dataset.shape), [Along("", int(size)) for size in dataset.shape]
+        told = [(label, None) for label in names]
+    along = [
+        _along(label, places, int(size), name, h5py)
+        for (label, places), size in zip(told, dataset.shape, strict=True)
+    ]
+    image = named_image(along)
     if image.grid is None:
-        others = [k for k, axis in enumerate(axes) if axis.kind not in ("x", "y", "z")]
-        label, unit = labels[others[0]], unit_of(places[others[0]])
+        others = [each for each in along if each.kind not in (UNNAMED, "x", "y", "z")]
+        other = others[0] if others else along[0]
         raise UnsupportedFormatError(
-            f"{name}: the axis {label} in {unit or 'unknown units'} found among the last three; expected "
-            "axes of space: projections are no slices; give the dataset of the reconstruction"
+            f"{name}: the axis {other.label} in {other.unit or 'unknown units'} found among the last three; "
+            "expected axes of space: projections are no slices; give the dataset of the reconstruction"
         )
-    return NamedAxes(image, places, labels)
+    return image, along
 
 
-def unit_of(places: Any) -> str:
-    """Return the unit of a dataset of places, or nothing."""
-    return "" if places is None else text_of(places.attrs.get("units", ""))
+def _along(label: str, places: Any, size: int, name: str, h5py: Any) -> Along:
+    """Return what a file says of an axis by its name and its dataset of places, which may be none."""
+    if not isinstance(places, h5py.Dataset) or places.shape != (size,):
+        return Along(label, size)
 
+    def read() -> AnyArray:
+        check_inside(places, name)
+        check_stored(places, places.file.id.get_filesize(), name, "copy it with h5repack")
+        return np.asarray(places[()])
 
-def _kind(label: str, unit: str) -> str:
-    """Return an axis' name as `Axis` has it, `UNNAMED` where it may be one of space."""
-    plain = label.lower().removeprefix("tomo_").removesuffix("_pixel").strip()
-    kind = Axis(plain, 1).kind
-    if is_time(unit):
-        return "time"
-    if kind in SPELLINGS:
-        return kind
-    is_other = length_of(unit) is None and unit.strip().lower() in NO_LENGTHS
-    return label if is_other or plain in NO_SPACE or "angle" in plain else UNNAMED
+    unit = text_of(places.attrs.get("units", ""))
+    return Along(label, size, unit, cf_axis(places.attrs, text_of), read)
 
 
 def _nexus(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> list[tuple[str, Any]] | None:

@@ -40,6 +40,7 @@ from dmc_cli.volume_io.hdf_storage import (
     stored_slabs,
 )
 from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, file_entry
+from dmc_cli.volume_io.lengths import unsettled_lengths
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[hdf5]" or pip install h5py'
 
@@ -63,6 +64,7 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         source, _ = split_dataset(path)
         check_stored(dataset, source.stat().st_size, name, "copy it with h5repack -f GZIP=4", filters)
         spacing, notices = chosen_spacing(geometry.spacing, settings)
+        doubts = unsettled_lengths(geometry.doubts, settings)
         origin, unused = chosen_origin(geometry.origin, settings)
         affine = np.eye(4)
         directions = np.eye(3) if geometry.directions is None else geometry.directions
@@ -81,7 +83,7 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="hdf5",
         slope=slope,
         intercept=intercept,
-        warnings=(*geometry.notices, *told, *marked, *notices, *unused),
+        warnings=(*geometry.notices, *doubts, *told, *marked, *notices, *unused),
     )
 
 

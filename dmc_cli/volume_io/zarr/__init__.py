@@ -3,7 +3,9 @@
 metadata  what a store says of an array, read once
 codecs    the bytes of a chunk, unpacked
 chunks    all chunks of an array, put together
-images    the images of a store, and what their axes are
+stored    an array, and what it is
+ome, plain  OME images; other arrays, by their names, places and attributes
+images    the images of a store
 store     the volume of a store
 """
 

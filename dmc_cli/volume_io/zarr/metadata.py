@@ -17,7 +17,7 @@ import numpy as np
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.notices import Notice
-from dmc_cli.volume_io.climate import MARKS, scale_of_values
+from dmc_cli.volume_io.climate import scale_of_values
 from dmc_cli.volume_io.within import REMEDY, Bounds
 from dmc_cli.volume_io.zarr.codecs import Packing, Step, checked_step
 
@@ -66,7 +66,7 @@ class ZarrArray:
         names: What the axes are called, "" for one without a name; none where nothing names them.
         scale: Physical value a stored unit, and of stored 0, as CF's attributes have it.
         notices: What is told of these.
-        marks: Attributes that name a value which stands for none.
+        attributes: All that its metadata say beside.
     """
 
     shape: tuple[int, ...]
@@ -79,7 +79,7 @@ class ZarrArray:
     names: tuple[str, ...] = ()
     scale: tuple[float, float] = (1.0, 0.0)
     notices: tuple[Notice, ...] = ()
-    marks: dict[str, Any] = field(default_factory=dict)
+    attributes: dict[str, Any] = field(default_factory=dict)
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -137,8 +137,7 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
     old = read_json(folder / ".zarray", bounds, name)
     if old is not None:
         attributes = read_json(folder / ".zattrs", bounds, name) or {}
-        array = replace(_version_2(old, name), names=_names(attributes.get("_ARRAY_DIMENSIONS")))
-        return _scaled(array, attributes)
+        return _scaled(_version_2(old, name), dict(attributes))
     group = read_json(folder / ".zgroup", bounds, name)
     if group is None:
         return None
@@ -146,10 +145,10 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
 
 
 def _scaled(array: ZarrArray, attributes: dict[str, Any]) -> ZarrArray:
-    """Return an array with what CF's attributes tell of its values, as xarray writes them."""
+    """Return an array with its attributes, the names of its axes and CF's scale, as xarray writes them."""
     slope, intercept, told = scale_of_values(attributes)
-    marks = {key: attributes[key] for key in MARKS if key in attributes}
-    return replace(array, scale=(slope, intercept), notices=told, marks=marks)
+    names = array.names or _names(attributes.get("_ARRAY_DIMENSIONS"))
+    return replace(array, scale=(slope, intercept), notices=told, names=names, attributes=attributes)
 
 
 def _version_2(meta: dict[str, Any], name: str) -> ZarrArray:

@@ -16,15 +16,15 @@ from dmc_cli.volume_io.axes import chosen_volume, images_entry, unnamed_axes
 from dmc_cli.volume_io.climate import marked_values
 from dmc_cli.volume_io.layout import (
     ZARR_MARKERS,
-    check_lengths,
     chosen_origin,
     chosen_spacing,
     scale_affine,
 )
-from dmc_cli.volume_io.lengths import respaced
+from dmc_cli.volume_io.lengths import respaced, unsettled_lengths
 from dmc_cli.volume_io.within import Bounds
 from dmc_cli.volume_io.zarr.chunks import ChunkReader, chunk_files
-from dmc_cli.volume_io.zarr.images import StoredImage, stored_images
+from dmc_cli.volume_io.zarr.images import stored_images
+from dmc_cli.volume_io.zarr.stored import StoredImage
 
 
 def is_zarr(path: Path) -> bool:
@@ -48,15 +48,14 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     check_shape(name, found.image.nodes)
     dtype = storable_type(name, widened_type(array.packing.dtype))
     told_spacing, told_origin, doubts = found.placed(name)
-    if told_spacing is not None:
-        check_lengths(name, told_spacing)
     files = chunk_files(found.folder, array, bounds, name)
     values = allocate_values(name, found.image.nodes, dtype)
     stored = values.transpose(np.argsort(grid))  # its axes in the order of the array's
     ChunkReader(found.folder, array, choice.where, stored, name).read(files, settings.threads, progress)
-    marked = marked_values(array.marks, values)
+    marked = marked_values(array.attributes, values)
     spacing, warnings = chosen_spacing(told_spacing, settings, "the store", doubts)
     origin, unused = chosen_origin(told_origin, settings, "the store")
+    unsettled = unsettled_lengths(found.plain[2], settings)
     return Volume(
         values=values,
         affine=respaced(scale_affine(spacing, origin), doubts, settings),
@@ -66,7 +65,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="zarr",
         slope=array.scale[0],
         intercept=array.scale[1],
-        warnings=(*unnamed_axes(found.image), *array.notices, *marked, *warnings, *unused),
+        warnings=(*unnamed_axes(found.image), *unsettled, *array.notices, *marked, *warnings, *unused),
     )
 
 

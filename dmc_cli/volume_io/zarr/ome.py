@@ -1,0 +1,122 @@
+"""Find the images of an OME-Zarr group of version 0.1 to 0.5: of each the finest level.
+
+Axes of version 0.4 and 0.5 have names and types, those of 0.3 names; before they were t, c, z, y, x. Versions
+before 0.4 tell no distances.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.array_types import Float64Array
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.volume_io.axes import UNNAMED, Axis, Image
+from dmc_cli.volume_io.within import Bounds
+from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
+from dmc_cli.volume_io.zarr.stored import StoredImage
+
+OLD_AXES = "tczyx"
+"""The axes of OME-Zarr 0.1 and 0.2, of which the first ones may be missing."""
+
+MOST_IMAGES = 10_000
+"""More images than a store has."""
+
+
+def within_store(path: Path, told: str, name: str) -> Path:
+    """Return a folder of a store by the path that its metadata have for it."""
+    parts = [part for part in told.split("/") if part not in ("", ".")]
+    if ".." in parts or any("\\" in part for part in parts):
+        raise VolumeError(f"{name}: {told!r:.80} leads out of the store; expected a folder in it")
+    return path.joinpath(*parts)
+
+
+def ome_images(
+    path: Path, attributes: dict[str, Any], bounds: Bounds, name: str, title: str = ""
+) -> list[StoredImage]:
+    """Return the finest level of each image of a group."""
+    channels = (attributes.get("omero") or {}).get("channels") or ()
+    labels = tuple(str(channel.get("label", "")) for channel in channels)
+    found = []
+    for number, image in enumerate(attributes["multiscales"][:MOST_IMAGES]):
+        level = image["datasets"][0]
+        if "coordinateSystems" in image:
+            raise UnsupportedFormatError(
+                f"{name}: an OME image with coordinate systems found; expected OME-Zarr 0.1 to 0.5; "
+                "convert it"
+            )
+        folder = within_store(path, str(level["path"]), name)
+        array = read_node(folder, bounds, name)
+        if not isinstance(array, ZarrArray):
+            raise DamagedVolumeError(
+                f"{name}: level {level['path']!r} of the image is no array; get the data again"
+            )
+        axes = _ome_axes(image, array.shape, labels)
+        scale, shift = _placed(image, level, name)
+        titled = str(image.get("name") or title or f"image {number}")
+        units = tuple(_unit(axis) for axis in image.get("axes", ()))
+        found.append(StoredImage(folder, array, Image(axes, titled), scale, shift, units))
+    return found
+
+
+def _ome_axes(image: Any, shape: tuple[int, ...], channels: tuple[str, ...]) -> tuple[Axis, ...]:
+    """Return the axes of an OME image, with the names of its channels.
+
+    Axes of space are to be x, y and z; of those with other names the last one is x, as the specification has
+    it. An axis without a type is what its name says.
+    """
+    if "axes" not in image:
+        if len(shape) > len(OLD_AXES):
+            raise ValueError(f"{len(shape)} axes; expected t, c, z, y, x")
+        return tuple(
+            Axis(name, size, channels if name == "c" else ())
+            for name, size in zip(OLD_AXES[-len(shape) :], shape, strict=True)
+        )
+    if len(image["axes"]) != len(shape):
+        raise ValueError(f"{len(image['axes'])} axes told for an array of {len(shape)}")
+    axes = []
+    for told, size in zip(image["axes"], shape, strict=True):
+        named, kind = (told, None) if isinstance(told, str) else (str(told["name"]), told.get("type"))
+        if kind == "space" and Axis(named, size).kind not in ("x", "y", "z"):
+            named = UNNAMED
+        elif kind in ("time", "channel"):
+            named = kind
+        axis = Axis(named, size)
+        axes.append(Axis(named, size, channels) if axis.kind == "channel" else axis)
+    return tuple(axes)
+
+
+def _unit(axis: Any) -> str | None:
+    found = None if isinstance(axis, str) else axis.get("unit")
+    return None if found is None else str(found)
+
+
+def _placed(image: Any, level: Any, name: str) -> tuple[Float64Array | None, Float64Array | None]:
+    """Return distance and place along each axis, in its unit; None where no scale is told."""
+    steps = [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]
+    if not any(step["type"] == "scale" for step in steps):
+        if any(step["type"] != "identity" for step in steps):
+            raise ValueError("a translation without a scale")
+        return None, None
+    dimension = len(image["axes"])
+    scale, shift = np.ones(dimension), np.zeros(dimension)
+    with np.errstate(all="ignore"):  # what is not finite is refused with the lengths
+        for step in steps:
+            if step["type"] == "scale":
+                factors = _numbers(step["scale"], dimension)
+                scale, shift = scale * factors, shift * factors
+            elif step["type"] == "translation":
+                shift = shift + _numbers(step["translation"], dimension)
+            elif step["type"] != "identity":
+                raise UnsupportedFormatError(
+                    f"{name}: an OME image with a transformation {step['type']!r:.40} found; expected scale "
+                    "and translation; resample the image along its axes"
+                )
+    return scale, shift
+
+
+def _numbers(told: Any, count: int) -> Float64Array:
+    """Return the numbers of a list; ValueError unless there are so many."""
+    if len(told) != count:
+        raise ValueError(f"{len(told)} numbers for {count} axes")
+    return np.array([float(number) for number in told])
