@@ -182,8 +182,9 @@ def _shifted(
 
 
 def _no_unit(key: str, where: str, units: Sequence[str]) -> Told:
-    named = f"the unit {units[0][:20]!r}" if len({*units}) == 1 else "no unit" if not units else "several units"
-    code = "W-UNIT-UNKNOWN" if len({*units}) == 1 else "W-UNIT-MISSING"
+    code, named = "W-UNIT-MISSING", "several units" if units else "no unit"
+    if len({*units}) == 1:
+        code, named = "W-UNIT-UNKNOWN", f"the unit {units[0][:20]!r}"
     sentence = f"the attribute {key!r} of {where} has {named} and is not used; --spacing gives lengths"
     return None, None, (Notice(code, sentence),)
 
