@@ -17,7 +17,7 @@ from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volum
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import settled_affine
-from dmc_cli.volume_io.nibabel_headers import scaling, value_type
+from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 from dmc_cli.volume_io.units import scales_in_mm
 
@@ -61,7 +61,7 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     image = stacked_image(shape, *reversed(others))
     choice = chosen_volume([image], settings, name)
     affine, told = _affine(header, settings, name)
-    slope, intercept = scaling(header)
+    slope, intercept, told_of_scale = scaling(header)
     return Layout(
         name=name,
         shape=shape,
@@ -77,7 +77,7 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         slope=slope,
         intercept=intercept,
         format="analyze",
-        warnings=(Notice("W-ORIENTATION-MISSING", NO_ORIENTATION), *told),
+        warnings=(Notice("W-ORIENTATION-MISSING", NO_ORIENTATION), *told, *told_of_scale),
     )
 
 
@@ -89,4 +89,5 @@ def _affine(header: Any, settings: ReadSettings, name: str) -> tuple[Float64Arra
     unit = bytes(header["vox_units"]).rstrip(b"\0 ").decode("latin-1")
     (scale, *_), doubts = scales_in_mm([unit or "mm"] * 3, name, "the header")
     x, y, z = (scale * abs(header["pixdim"][1:4]).astype(float)).tolist()
-    return settled_affine(scale_affine((x, y, z), (0.0, 0.0, 0.0)), doubts, settings)
+    affine, told = settled_affine(scale_affine((x, y, z), (0.0, 0.0, 0.0)), doubts, settings)
+    return affine, (*told, *negative_lengths(header))

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import UnsupportedFormatError
+from dmc_cli.notices import Notice
 
 
 def value_type(header: Any, name: str) -> np.dtype[Any]:
@@ -26,14 +27,28 @@ def value_type(header: Any, name: str) -> np.dtype[Any]:
     )
 
 
-def scaling(header: Any) -> tuple[float, float]:
-    """Return slope and intercept of a header with `scl_slope` and `scl_inter`.
+def scaling(header: Any) -> tuple[float, float, tuple[Notice, ...]]:
+    """Return slope and intercept of a header with `scl_slope` and `scl_inter`, and what is told of them.
 
-    A slope that is 0 or not finite means that there is none of both, an intercept that is not finite 0.
+    A slope that is 0 or NaN means that there is none of both; one that is infinite, and an intercept that is
+    not finite, are none and told.
     """
-    slope = float(header["scl_slope"])
-    if slope == 0 or not np.isfinite(slope):
-        return 1.0, 0.0  # nibabel's class for SPM2 would look for one in the range to display
-    if not np.isfinite(header["scl_inter"]):
-        header["scl_inter"] = 0
-    return header.get_slope_inter()  # type: ignore[no-any-return]
+    slope, intercept = float(header["scl_slope"]), float(header["scl_inter"])
+    if slope == 0 or np.isnan(slope):
+        return 1.0, 0.0, ()
+    found = f"the header's scl_slope is {slope:g}, its scl_inter {intercept:g}"
+    if np.isinf(slope):
+        return 1.0, 0.0, (Notice("W-RESCALE-UNKNOWN", f"{found}; stored values are taken as they are"),)
+    if not np.isfinite(intercept):
+        return slope, 0.0, (Notice("W-RESCALE-UNKNOWN", f"{found}; 0 is taken for the latter"),)
+    return slope, intercept, ()
+
+
+def negative_lengths(header: Any) -> tuple[Notice, ...]:
+    """Return a warning where `pixdim` has a negative distance of nodes along x, y or z: it is no direction."""
+    told = header["pixdim"][1:4].tolist()
+    if not min(told) < 0:
+        return ()
+    sizes = ", ".join(f"{length:g}" for length in told)
+    sentence = f"the header's pixdim has distances of {sizes}; they are taken without sign, no axis is turned"
+    return (Notice("W-GEOMETRY-CONTRADICTED", sentence),)

@@ -22,7 +22,7 @@ from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, flat_index, liste
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import missing_spacing, settled_affine
-from dmc_cli.volume_io.nibabel_headers import scaling, value_type
+from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 from dmc_cli.volume_io.units import scales_in_mm
 
@@ -34,6 +34,8 @@ HEADER_BYTES = 348, 540
 
 UNITS = {1: 1e3, 2: 1.0, 3: 1e-3}
 """Lower three bits of xyzt_units to millimetres: metre, millimetre, micrometre; 0 is unknown."""
+
+UNIT_NAMES = {1: "metre", 2: "millimetre", 3: "micrometre"}
 
 NO_ORIENTATION = (
     "the header tells no orientation (sform and qform codes are 0); axes and origin are the grid's own"
@@ -68,7 +70,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     image = _grid(header, name)
     choice = chosen_volume([image], settings, name)
     affine, space, notes = _affine(header, settings, name)
-    slope, intercept = scaling(header)
+    slope, intercept, told_of_scale = scaling(header)
     values_path = header_path if header.is_single else data_path
     return Layout(
         name=name,
@@ -85,7 +87,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         slope=slope,
         intercept=intercept,
         format="nifti",
-        warnings=notes,
+        warnings=(*notes, *told_of_scale),
     )
 
 
@@ -182,9 +184,9 @@ def _form(header: Any, name: str) -> tuple[Float64Array, Space, tuple[Notice, ..
             return _qform(header, name), "RAS", (Notice("W-GEOMETRY-CONTRADICTED", told),)
         return affine, "RAS", (*_contradiction(affine, header), *_other_qform(affine, header, name))
     if header["qform_code"] > 0:
-        return _qform(header, name), "RAS", ()
+        return _qform(header, name), "RAS", negative_lengths(header)
     unturned = scale_affine(_spacing(header), (0.0, 0.0, 0.0))
-    return unturned, "none", (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION),)
+    return unturned, "none", (Notice("W-ORIENTATION-MISSING", NO_ORIENTATION), *negative_lengths(header))
 
 
 def _other_qform(affine: Float64Array, header: Any, name: str) -> tuple[Notice, ...]:
@@ -212,12 +214,12 @@ def _other_qform(affine: Float64Array, header: Any, name: str) -> tuple[Notice, 
 def _doubtful_unit(affine: Float64Array, unit: int) -> tuple[Notice, ...]:
     """Return a warning where a unit that is told gives nodes so far apart, or so near, as none are."""
     lengths = np.linalg.norm(affine[:3, :3], axis=0)
-    if unit not in (1, 3) or (lengths.min() >= _NEAREST_MM and lengths.max() <= _FARTHEST_MM):
+    if unit not in UNITS or (lengths.min() >= _NEAREST_MM and lengths.max() <= _FARTHEST_MM):
         return ()
     told = " x ".join(f"{length:.4g}" for length in lengths)
     sentence = (
-        f"the header's unit is the {'metre' if unit == 1 else 'micrometre'}, which puts nodes {told} mm "
-        "apart; taken so; --spacing tells better"
+        f"the header's unit is the {UNIT_NAMES[unit]}, which puts nodes {told} mm apart; taken so; --spacing "
+        "tells better"
     )
     return (Notice("W-UNIT-DOUBTFUL", sentence),)
 

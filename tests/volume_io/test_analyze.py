@@ -83,3 +83,13 @@ def test_the_fourth_axis_is_time(tmp_path):
     np.testing.assert_array_equal(read(path, time="2").values, values[2])
     np.testing.assert_array_equal(read(path, volume_index=1).values, values[1])
     assert list_volumes(str(path), ReadSettings())[0].volumes[2] == "time 2, 6 x 5 x 4"
+
+
+def test_negative_distances_are_told_and_turn_nothing(tmp_path):
+    path = write(tmp_path / "a.img", counting((3, 4, 5)))
+    header = bytearray((tmp_path / "a.hdr").read_bytes())
+    header[80:84] = np.array(-2, "<f4").tobytes()
+    (tmp_path / "a.hdr").write_bytes(header)
+    volume = read(path)
+    np.testing.assert_array_equal(volume.affine, np.diag([2, 3, 4, 1]))
+    assert [notice.code for notice in volume.warnings] == ["W-ORIENTATION-MISSING", "W-GEOMETRY-CONTRADICTED"]

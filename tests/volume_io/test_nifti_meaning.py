@@ -147,12 +147,48 @@ def test_distances_of_zero_are_told(tmp_path, has_qform, codes_of):
         ("meter", 1e-3, False),
         ("micron", 1, False),
         ("micron", 1e-3, True),
-        ("mm", 1e-7, False),
+        ("mm", 1e-7, True),
+        ("mm", 1, False),
+        ("mm", 100, True),
     ],
 )
 def test_a_unit_that_fits_no_spacing_is_told(tmp_path, unit, factor, is_told):
     volume = read(write(tmp_path / "a.nii", qform=QFORM * [[factor], [factor], [factor], [1]], unit=unit))
     assert codes(volume) == ["W-UNIT-DOUBTFUL"] * is_told
+
+
+@pytest.mark.parametrize("has_qform", [True, False])
+def test_negative_distances_are_told_and_turn_nothing(tmp_path, has_qform):
+    path = write(tmp_path / "a.nii", qform=None if has_qform else False)
+    right = read(path)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<f", content, 80, -0.5)
+    path.write_bytes(content)
+    volume = read(path)
+    np.testing.assert_array_equal(volume.affine, right.affine)
+    assert codes(volume) == [*codes(right), "W-GEOMETRY-CONTRADICTED"]
+    assert "-0.5, 0.6, 2" in volume.sentences[-1]
+
+
+@pytest.mark.parametrize(
+    ("slope", "intercept", "scale", "is_told"),
+    [
+        (2, 3, (2, 3), False),
+        (0, 3, (1, 0), False),
+        (np.nan, 3, (1, 0), False),
+        (np.inf, 3, (1, 0), True),
+        (2, np.nan, (2, 0), True),
+        (2, np.inf, (2, 0), True),
+    ],
+)
+def test_a_scale_that_is_no_number_is_told(tmp_path, slope, intercept, scale, is_told):
+    path = write(tmp_path / "a.nii")
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<2f", content, 112, slope, intercept)
+    path.write_bytes(content)
+    volume = read(path)
+    assert (volume.slope, volume.intercept) == scale
+    assert codes(volume) == ["W-RESCALE-UNKNOWN"] * is_told
 
 
 @given(st.integers(0, 255), st.integers(0, 6), st.floats(0, 10))
