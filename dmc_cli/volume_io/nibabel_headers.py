@@ -45,7 +45,7 @@ def scaling(header: Any) -> tuple[float, float, tuple[Notice, ...]]:
 
 
 def negative_lengths(header: Any) -> tuple[Notice, ...]:
-    """Return a warning where `pixdim` has a negative distance of nodes along x, y or z: it is no direction."""
+    """Return a warning where `pixdim` has a negative distance along x, y or z, which is no direction."""
     told = header["pixdim"][1:4].tolist()
     if not min(told) < 0:
         return ()
