@@ -26,7 +26,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-SPACE-LEFT-HANDED": "a left-handed space: in a right-handed viewer the mesh is the mirror image",
     "W-ORIENTATION-ROUNDED": "direction cosines rounded coarsely; the nearest of length 1 are taken",
     "W-SLICES-SHIFTED": "slices beside the line from the first to the last; they are put on it",
-    "W-RESCALE-UNKNOWN": "a factor of the values, or what is added, that is none (0, infinite); values are taken as the message says",
+    "W-RESCALE-UNKNOWN": "a scale of the values that is none (0, no number); the message says what is taken",
     "W-BITS-CONTRADICTED": "pixels not stored as their header says, or a header that contradicts itself",
     "W-IDENTITY-CONTRADICTED": "slices of several patients or studies in one series; taken as one volume",
     "W-FILE-DAMAGED": "files that may belong to the volume could not be read and were left out",

@@ -47,6 +47,11 @@ TYPES = {
 }
 """The format's types; its LONG has four bytes."""
 
+MATRICES = "TransformMatrix", "Rotation", "Orientation"
+ORIGINS = "Offset", "Position", "Origin"
+BYTE_ORDERS = "BinaryDataByteOrderMSB", "ElementByteOrderMSB"
+"""Fields that mean the same; the first one counts."""
+
 
 def metaimage_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     """Return the layout of a MetaImage; of a 4-D or multi-channel one the part `settings.volume_index`.
@@ -121,7 +126,12 @@ def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]
         key, separator, value = line.partition("=")
         if line and not separator:
             break
-        fields[key.strip()] = value.strip()
+        key, value = key.strip(), value.strip()
+        if fields.setdefault(key, value) != value:
+            raise DamagedVolumeError(
+                f"{name}: {key[:60]} found twice, {fields[key][:60]!r} and {value[:60]!r}; expected each "
+                "field once; correct the header"
+            )
     if "NDims" not in fields or "ElementDataFile" not in fields:
         raise UnsupportedFormatError(
             f"{name}: no MetaImage header found; expected lines `key = value` from NDims to ElementDataFile; "
@@ -175,7 +185,7 @@ def _dtype(fields: dict[str, str], name: str) -> np.dtype[Any]:
         raise UnsupportedFormatError(
             f"{name}: ElementType {wanted[:60]!r} found; expected one of {', '.join(TYPES)}"
         )
-    is_big = _flag(fields, ("BinaryDataByteOrderMSB", "ElementByteOrderMSB"), False)
+    is_big = _flag(fields, BYTE_ORDERS, False)
     is_text = not _flag(fields, ("BinaryData",), True)
     return np.dtype(TYPES[wanted]).newbyteorder("=" if is_text else ">" if is_big else "<")
 
@@ -185,9 +195,9 @@ def _affine(
 ) -> tuple[Float64Array, tuple[Notice, ...]]:
     """Return the affine of the first three axes, in millimetres, and warnings."""
     identity = [float(r == c) for r in range(dimension) for c in range(dimension)]
-    matrix = _numbers(fields, ("TransformMatrix", "Rotation", "Orientation"), name, identity)
+    matrix = _numbers(fields, MATRICES, name, identity)
     spacing = _numbers(fields, ("ElementSpacing", "ElementSize"), name)
-    origin = _numbers(fields, ("Offset", "Position", "Origin"), name)
+    origin = _numbers(fields, ORIGINS, name)
     if len(matrix) != dimension**2 or any(len(told) not in (0, dimension) for told in (spacing, origin)):
         raise DamagedVolumeError(
             f"{name}: {len(matrix)}, {len(spacing)} and {len(origin)} numbers found in TransformMatrix, "
@@ -202,8 +212,29 @@ def _affine(
     affine = np.eye(4)
     affine[:3, :3] = directions.T * np.array(lengths)
     affine[:3, 3] = first
-    notes = (*notes, *unused, *_contradiction(fields, directions.T), *_mapped(fields, name))
+    notes = (*notes, *unused, *_synonyms(fields, name), *_contradiction(fields, directions.T))
+    notes = (*notes, *_mapped(fields, name))
     return respaced(affine, doubts, settings), notes
+
+
+def _synonyms(fields: dict[str, str], name: str) -> tuple[Notice, ...]:
+    """Return a warning for each two fields that mean the same and differ."""
+    told = []
+    for keys in (MATRICES, ORIGINS):
+        first, *others = [key for key in keys if key in fields] or [""]
+        differing = [o for o in others if _numbers(fields, (o,), name) != _numbers(fields, (first,), name)]
+        told += [
+            Notice(
+                "W-GEOMETRY-CONTRADICTED",
+                f"the header's {first} is {fields[first][:60]}, its {other} {fields[other][:60]}, which "
+                "should be the same; the first is taken",
+            )
+            for other in differing
+        ]
+    if len({_flag(fields, (key,), False) for key in BYTE_ORDERS if key in fields}) > 1:
+        sentence = f"the header's {' and '.join(BYTE_ORDERS)} differ; the first is taken"
+        told.append(Notice("W-BITS-CONTRADICTED", sentence))
+    return tuple(told)
 
 
 def _contradiction(fields: dict[str, str], directions: Float64Array) -> tuple[Notice, ...]:

@@ -201,3 +201,36 @@ def test_a_function_of_the_values_is_told(tmp_path, slope, offset, is_told):
     volume = read(path)
     assert_same_as_itk(volume, path)
     assert [notice.code for notice in volume.warnings] == ["W-VALUES-MAPPED"] * is_told
+
+
+@pytest.mark.parametrize(
+    ("extra", "codes"),
+    [
+        ("Offset = 1 2 3\nPosition = 1 2 3.0\n", []),
+        ("Offset = 1 2 3\nPosition = 1 2 4\n", ["W-GEOMETRY-CONTRADICTED"]),
+        ("Offset = 1 2 3\nOrigin = 1 2 4\nPosition = 0 0 0\n", ["W-GEOMETRY-CONTRADICTED"] * 2),
+        (
+            "Offset = 1 2 3\nRotation = 0 1 0 1 0 0 0 0 1\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n",
+            ["W-GEOMETRY-CONTRADICTED"],
+        ),
+        (
+            "Offset = 1 2 3\nBinaryDataByteOrderMSB = False\nElementByteOrderMSB = True\n",
+            ["W-BITS-CONTRADICTED"],
+        ),
+    ],
+)
+def test_fields_that_mean_the_same_and_differ_are_told(tmp_path, extra, codes):
+    path = write(tmp_path / "a.mha", header(extra=f"ElementSpacing = 1 2 3\n{extra}"), VALUES.tobytes())
+    volume = read(path)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_array_equal(volume.affine, [[1, 0, 0, 1], [0, 2, 0, 2], [0, 0, 3, 3], [0, 0, 0, 1]])
+    assert [notice.code for notice in volume.warnings] == codes
+
+
+def test_a_field_that_stands_twice_is_damage(tmp_path):
+    extra = "ElementSpacing = 1 2 3\nElementSpacing = {}\n"
+    path = write(tmp_path / "a.mha", header(extra=extra.format("1 2 3")), VALUES.tobytes())
+    assert read(path).spacing == (1, 2, 3)
+    path = write(tmp_path / "b.mha", header(extra=extra.format("1 2 4")), VALUES.tobytes())
+    with pytest.raises(DamagedVolumeError, match="ElementSpacing found twice"):
+        read(path)
