@@ -1,10 +1,11 @@
-"""Look at how a dataset of HDF5 is stored, before any value of it is read.
+"""Look at how a dataset of HDF5 is stored, before any value of it is read, and at its attributes.
 
-What HDF5 would follow into other files, or would unpack whatever comes out, is refused.
+What HDF5 would follow into other files, or would unpack whatever comes out, is refused; attributes on which
+its library may crash are left out.
 """
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -18,6 +19,38 @@ LARGEST_CHUNK = 64
 
 DEFLATE, SHUFFLE, FLETCHER, LZF = 1, 2, 3, 32000
 """HDF5's own numbers of the filters that are unpacked; the third is a checksum."""
+
+
+class Attributes(Mapping[str, Any]):
+    """Offer those attributes of a file, group or dataset of h5py that are texts or numbers.
+
+    Others mean nothing here, and where a file is damaged HDF5's library may end the process over sequences of
+    any length.
+    """
+
+    def __init__(self, owner: Any) -> None:
+        self._all = owner.attrs
+
+    def __getitem__(self, name: str) -> Any:
+        """Return an attribute as h5py does; KeyError if it is not there or of another type."""
+        if not self._is_plain(name):
+            raise KeyError(name)
+        return self._all[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return filter(self._is_plain, self._all)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return sum(1 for _ in self)
+
+    def _is_plain(self, name: str) -> bool:
+        """Return whether an attribute is a text or numbers; KeyError if it is not there."""
+        from h5py import h5t
+
+        kind = self._all.get_id(name).get_type().get_class()
+        return kind in (h5t.INTEGER, h5t.FLOAT, h5t.STRING, h5t.ENUM)
 
 
 def check_inside(dataset: Any, name: str) -> None:

@@ -4,6 +4,7 @@ from typing import Any
 
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.volume_io.hdf5.imaris import is_coarse
+from dmc_cli.volume_io.hdf_storage import Attributes
 from dmc_cli.volume_io.left_out import shortened
 
 MOST_OBJECTS = 10_000
@@ -128,12 +129,12 @@ def _shown(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
     """Return the signal that NeXus' attribute `default` leads to, and its NXdata, or None."""
     group = file
     for _ in range(MOST_LINKS):
-        following = text_of(group.attrs.get("default", ""))
+        following = text_of(Attributes(group).get("default", ""))
         found = followed(file, f"{group.name}/{following}", name, h5py) if following else None
         if not isinstance(found, h5py.Group):
             break
         group = found
-    signal = text_of(group.attrs.get("signal", ""))
+    signal = text_of(Attributes(group).get("signal", ""))
     dataset = followed(file, f"{group.name}/{signal}", name, h5py) if signal else None
     return (dataset, group) if isinstance(dataset, h5py.Dataset) and is_volume(dataset) else None
 

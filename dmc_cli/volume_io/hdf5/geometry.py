@@ -17,7 +17,7 @@ from dmc_cli.volume_io.axes import Axis, Image, stacked_image, unnamed_axes
 from dmc_cli.volume_io.hdf5.dataset import ITK_VALUES
 from dmc_cli.volume_io.hdf5.imaris import imaris_grid, is_imaris
 from dmc_cli.volume_io.hdf5.named_axes import named_axes
-from dmc_cli.volume_io.hdf_storage import check_inside, check_stored
+from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
 from dmc_cli.volume_io.layout import Triple
 from dmc_cli.volume_io.loose_lengths import loose_lengths, numbers
 from dmc_cli.volume_io.places import placed
@@ -59,13 +59,13 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
         return HdfGeometry(stacked_image(nodes), lengths, first, notices=doubts)
     image, along = named_axes(file, dataset, group, name, h5py)
     notices = (*unnamed_axes(image), *_matlab(dataset))
-    sizes = numbers(dataset.attrs.get("element_size_um"))
+    sizes = numbers(Attributes(dataset).get("element_size_um"))
     if len(sizes) == 3:
         z, y, x = (1e-3 * size for size in sizes)
         return HdfGeometry(image, (x, y, z), notices=notices)
     spacing, origin, told = placed(image, along, name)
     if spacing is None and not told:
-        owners = [(str(owner.name), owner.attrs) for owner in (dataset, dataset.parent, file)]
+        owners = [(str(owner.name), Attributes(owner)) for owner in (dataset, dataset.parent, file)]
         spacing, origin, told = loose_lengths(owners)
     return HdfGeometry(image, spacing, origin, notices=notices, doubts=told)
 
@@ -91,7 +91,7 @@ def _itk(file: Any, dataset: Any, name: str) -> HdfGeometry:
 
 def _matlab(dataset: Any) -> tuple[Notice, ...]:
     """Return what is told of an array of MATLAB's, whose images are stored column by column."""
-    if "MATLAB_class" not in dataset.attrs:
+    if "MATLAB_class" not in Attributes(dataset):
         return ()
     sentence = (
         "an array of MATLAB's names no axes; its first index is taken as x, which for images of MATLAB is y: "

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from dmc_cli.notices import Notice
+from dmc_cli.volume_io.hdf_storage import Attributes
 from dmc_cli.volume_io.layout import Triple
 from dmc_cli.volume_io.units import scales_in_mm
 
@@ -36,7 +37,7 @@ def imaris_grid(
         UnsupportedFormatError: Its unit is one of time.
         ValueError, KeyError: It is not what the format has.
     """
-    group, told = dataset.parent.attrs, file[INFORMATION].attrs
+    group, told = Attributes(dataset.parent), Attributes(file[INFORMATION])
     x, y, z = (int(_text(group[f"ImageSize{axis}"])) for axis in "XYZ")
     if not all(0 < n <= stored for n, stored in zip((z, y, x), dataset.shape, strict=True)):
         raise ValueError(f"a size of {x} x {y} x {z} of a dataset of shape {dataset.shape}")

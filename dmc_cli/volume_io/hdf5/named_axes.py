@@ -14,7 +14,7 @@ from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.volume_io.axes import UNNAMED, Image, nameless_image
 from dmc_cli.volume_io.hdf5.dataset import followed, text_of
-from dmc_cli.volume_io.hdf_storage import check_inside, check_stored
+from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
 from dmc_cli.volume_io.loose_lengths import axis_names
 from dmc_cli.volume_io.places import Along, cf_axis, named_image
 
@@ -33,7 +33,7 @@ def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> tup
     told = _nexus(file, dataset, group, name, h5py) or _vigra(dataset) or _dimensions(dataset, h5py)
     if told is None:
         _check_no_angles(file, dataset, name, h5py)
-        names = axis_names(dataset.attrs, dataset.ndim)
+        names = axis_names(Attributes(dataset), dataset.ndim)
         if not names:
             return nameless_image(dataset.shape), [Along("", int(size)) for size in dataset.shape]
         told = [(label, None) for label in names]
@@ -62,13 +62,13 @@ def _along(label: str, places: Any, size: int, name: str, h5py: Any) -> Along:
         check_stored(places, places.file.id.get_filesize(), name, "copy it with h5repack")
         return np.asarray(places[()])
 
-    unit = text_of(places.attrs.get("units", ""))
-    return Along(label, size, unit, cf_axis(places.attrs, text_of), read)
+    unit = text_of(Attributes(places).get("units", ""))
+    return Along(label, size, unit, cf_axis(Attributes(places), text_of), read)
 
 
 def _nexus(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> list[tuple[str, Any]] | None:
     """Return names and places that NXdata has, or None."""
-    named = group.attrs.get("axes", dataset.attrs.get("axes"))
+    named = Attributes(group).get("axes", Attributes(dataset).get("axes"))
     labels = [text_of(label) for label in np.atleast_1d(named)] if named is not None else []
     if len(labels) == 1 and len(labels) < dataset.ndim:
         labels = labels[0].replace(",", ":").split(":")
@@ -82,7 +82,7 @@ def _nexus(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> list[tu
 
 def _vigra(dataset: Any) -> list[tuple[str, Any]] | None:
     """Return names by vigra's attribute, or None; it has no places."""
-    text = text_of(dataset.attrs.get("axistags", ""))
+    text = text_of(Attributes(dataset).get("axistags", ""))
     if not text:
         return None
     keys = [str(axis["key"]) for axis in json.loads(text)["axes"]]

@@ -35,6 +35,7 @@ from dmc_cli.volume_io.hdf_storage import (
     FLETCHER,
     LZF,
     SHUFFLE,
+    Attributes,
     check_inside,
     check_stored,
     stored_slabs,
@@ -72,8 +73,8 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine[:3, 3] = origin
         check_affine(name, affine)
         values = _values(dataset, geometry.image, choice, name, progress)
-        slope, intercept, told = scale_of_values(dataset.attrs)
-        marked = marked_values(dataset.attrs, values)
+        slope, intercept, told = scale_of_values(Attributes(dataset))
+        marked = marked_values(Attributes(dataset), values)
     return Volume(
         values=values,
         affine=affine,

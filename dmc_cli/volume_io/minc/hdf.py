@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import UnsupportedFormatError
-from dmc_cli.volume_io.hdf_storage import check_inside, check_stored, stored_slabs
+from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored, stored_slabs
 from dmc_cli.volume_io.minc.image import MincImage, unit_of
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[minc]" or pip install h5py'
@@ -47,8 +47,8 @@ def open_hdf(path: Path, name: str) -> MincImage:
         shape=image.shape,
         dtype=np.dtype(minc.get_data_dtype()),
         affine=minc.get_affine(),
-        units=tuple(unit_of(file[f"minc-2.0/dimensions/{axis}"].attrs.get("units")) for axis in axes),
-        valid=image.attrs.get("valid_range"),
+        units=tuple(unit_of(Attributes(file[f"minc-2.0/dimensions/{axis}"]).get("units")) for axis in axes),
+        valid=Attributes(image).get("valid_range"),
         ends=(np.asarray(ends[0]), np.asarray(ends[1])),
         ends_axes=ends_axes,
         slabs=lambda place: stored_slabs(image, (*place, None, None, None), name),
@@ -67,5 +67,5 @@ def _check_links(group: Any, name: str, h5py: Any) -> None:
 
 def _axes(dataset: Any) -> tuple[str, ...]:
     """Return the names of a dataset's axes: as many as it has, whatever is written."""
-    names = dataset.attrs.get("dimorder", b"").decode("latin-1").split(",")
+    names = Attributes(dataset).get("dimorder", b"").decode("latin-1").split(",")
     return tuple(names[: dataset.ndim])
