@@ -13,6 +13,8 @@ scale        what its values mean
 storage      how the frames of a file are stored
 increments   what the frames of a file are
 makers       where makers keep that in elements of their own
+csa          the header that Siemens keeps in an element
+mosaic       slices that lie side by side in one image
 labels       what tells apart images in one place
 frames       the images of a file
 order        slices without positions, in the order that is asked for
@@ -20,6 +22,7 @@ distances    gaps and copies among the slices' places
 doubts       what contradicts the positions
 identity     whose the slices are, and whether all of an object are there
 geometry     the affine of a stack of them
+philips      what Philips keeps of each frame, and its scale
 stack        images of one series with the same size and orientation
 segments     those of a segmentation object
 repetitions  times at each place, whether they belong together

@@ -179,6 +179,12 @@ def words(dataset: Any, tag: int) -> AnyArray | None:
     return None if value is None else np.atleast_1d(np.asarray(value)).astype(np.uint16)
 
 
+def content(dataset: Any, tag: int) -> bytes:
+    """Return the bytes of an element, none where it is absent or is no element of bytes."""
+    value = _value(dataset, tag)
+    return value if isinstance(value, bytes) else b""
+
+
 def items(dataset: Any, tag: int, most: int = 1) -> list[Any]:
     """Return a sequence's first items, `most` of them; empty where it is absent.
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import groupby
 
+from dmc_cli.volume_io.dicom.csa import csa_labels, csa_values
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.labels import (
     DISCRIMINATORS,
@@ -18,6 +19,7 @@ from dmc_cli.volume_io.dicom.labels import (
     described,
     sort_key,
 )
+from dmc_cli.volume_io.dicom.philips import frame_labels
 from dmc_cli.volume_io.dicom.repetitions import are_regular
 from dmc_cli.volume_io.dicom.stack import Stack
 
@@ -27,6 +29,28 @@ def split_copies(stack: Stack) -> list[Stack]:
 
     What every place has all values of comes before what is told of some places only. Where no factor is
     found the images stay together.
+    """
+    parts, shared = _split(stack)
+    if shared and _add_makers_labels(stack.frames):
+        parts, _ = _split(stack)
+    return [piece for part in parts for piece in _by_time(part)]
+
+
+def _add_makers_labels(frames: list[Frame]) -> bool:
+    """Add what long elements of the makers' own tell of frames to their labels; return whether they tell any.
+
+    They are looked at only where nothing else tells images apart: it takes as long as all else.
+    """
+    told = [csa_labels(csa_values(frame.header)) | frame_labels(frame) for frame in frames]
+    for frame, labels in zip(frames, told, strict=True):
+        frame.labels.update(labels | {name: value for name, value in frame.labels.items() if value})
+    return any(told)
+
+
+def _split(stack: Stack) -> tuple[list[Stack], list[list[Frame]]]:
+    """Return the parts of a stack by the factors that are found, and the frames of places that still share.
+
+    Without a factor the stack is the only part.
     """
     parts = [stack]
     shared = _shared_places(parts)
@@ -45,7 +69,7 @@ def split_copies(stack: Stack) -> list[Stack]:
         factors.sort(key=candidates.index)
         parts.sort(key=lambda part: [sort_key(_value(part.frames[0], name)) for name in factors])
         parts = [_named(part, factors) for part in parts]
-    return [piece for part in parts for piece in _by_time(part)]
+    return parts, shared
 
 
 def _is_volume(piece: Stack, count: int | None) -> bool:

@@ -5,6 +5,7 @@ frames or one a frame; dose grids and nuclear medicine have offsets from the fir
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.notices import Notice
@@ -21,6 +22,7 @@ from dmc_cli.volume_io.dicom.labels import (
     image_labels,
     segment_names,
 )
+from dmc_cli.volume_io.dicom.mosaic import corner_of_tile, is_mosaic, read_mosaic
 from dmc_cli.volume_io.dicom.place import Place, Triple, unplaced
 from dmc_cli.volume_io.dicom.scale import Lookup, lookup, mapping_told, rescale, values_told
 from dmc_cli.volume_io.dicom.storage import Pixels, read_pixels
@@ -49,6 +51,7 @@ class Frame:
         stated_step: The distance of slices that the file states, in millimetres, or None.
         thickness: How thick a slice is in millimetres, or None.
         is_blank: Whether it is a plane that a segmentation object leaves out: zeros.
+        group: Its own functional group, or None.
     """
 
     header: Header
@@ -69,6 +72,7 @@ class Frame:
     stated_step: float | None = None
     thickness: float | None = None
     is_blank: bool = False
+    group: Any = None
 
     @property
     def name(self) -> str:
@@ -94,7 +98,10 @@ def read_frames(header: Header, settings: ReadSettings) -> list[Frame]:
             f"{header.file.name}: {len(each)} functional groups found for {pixels.frames} frames; get the "
             "file again"
         )
-    steps = placed_alone(pixels.frames) if each else frame_increments(dataset, pixels.frames)
+    if is_mosaic(dataset):
+        pixels, steps = read_mosaic(header, pixels)
+    else:
+        steps = placed_alone(pixels.frames) if each else frame_increments(dataset, pixels.frames)
     if settings.slice_order != "position":
         steps = replace(steps, offsets=None)
     dimensions = dimension_names(dataset) if each else []
@@ -145,6 +152,8 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         position, orientation, spacing = unplaced(place, steps.order[index], file.given)
     else:
         position, orientation, spacing = place.geometry(steps.offsets[index], file.given)
+        if pixels.whole:
+            position = corner_of_tile(position, orientation, spacing, pixels)
     stated = place.spacing()
     table = lookup(place, pixels.dtype.kind == "i", file.tables)
     slope, intercept = (1.0, 0.0) if table else rescale(place)
@@ -165,6 +174,7 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         stated_spacing=tuple(stated) if stated else None,
         stated_step=place.step(),
         thickness=place.thickness(),
+        group=place.own,
         remarks=(
             *file.told,
             *(place.remarks() if is_placed else ()),

@@ -4,7 +4,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 from typing import Any
@@ -29,6 +29,7 @@ from dmc_cli.volume_io.dicom.elements import (
     Header,
 )
 from dmc_cli.volume_io.dicom.frames import Frame
+from dmc_cli.volume_io.dicom.mosaic import tiles_of
 from dmc_cli.volume_io.dicom.storage import Pixels
 
 LARGE_FRAME = 1 << 26
@@ -156,7 +157,7 @@ def _pixel_tag(header: Header) -> int:
 
 def _check_size(frame: Frame) -> None:
     """Refuse a frame whose file cannot hold it."""
-    pixels, file, syntax = frame.pixels, frame.header.file, frame.header.syntax
+    pixels, file, syntax = frame.pixels.whole or frame.pixels, frame.header.file, frame.header.syntax
     expected = _native_bytes(pixels, pixels.dtype)
     if syntax in (IMPLICIT, EXPLICIT, BIG_ENDIAN):
         found = file.size - (frame.header.pixel_start or 0) - 8
@@ -183,7 +184,8 @@ def _tasks(frames: list[Frame], threads: int | None) -> Iterator[list[tuple[int,
     numbered = sorted(wanted, key=lambda pair: (first[pair[1].header], pair[1].index))
     for _, group in groupby(numbered, key=lambda pair: id(pair[1].header)):
         slices = list(group)
-        step = -(-len(slices) // _thread_count(threads))
+        # a mosaic is read as a whole
+        step = len(slices) if slices[0][1].pixels.whole else -(-len(slices) // _thread_count(threads))
         for begin in range(0, len(slices), step):
             yield slices[begin : begin + step]
 
@@ -199,7 +201,10 @@ def _read_task(
             f"{header.file.name}: single bits under the transfer syntax {header.syntax} found; expected "
             f"{EXPLICIT}; convert the file to it"
         )
-    decoded = _read_direct(task, values, uniform, longer) if direct else decode(task)
+    if pixels.whole:
+        decoded = _read_mosaic(task, direct, longer)
+    else:
+        decoded = _read_direct(task, values, uniform, longer) if direct else decode(task)
     try:
         for (k, frame), plane in zip(task, decoded, strict=True):
             # a codestream tells its own bits
@@ -215,6 +220,15 @@ def _read_task(
             "again"
         ) from error
     return len(task)
+
+
+def _read_mosaic(task: list[tuple[int, Frame]], direct: bool, longer: list[int]) -> Iterator[AnyArray]:
+    """Read the image that slices are tiles of, and yield them."""
+    first, frame = task[0]
+    assert frame.pixels.whole is not None
+    whole = [(first, replace(frame, pixels=frame.pixels.whole, index=0))]
+    (image,) = _read_direct(whole, np.empty(0), False, longer) if direct else decode(whole)
+    yield from tiles_of(image, [frame.index for _, frame in task], frame.pixels)
 
 
 def _read_direct(

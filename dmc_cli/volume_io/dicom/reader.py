@@ -18,6 +18,7 @@ from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
 from dmc_cli.volume_io.dicom.identity import identity_told
 from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
+from dmc_cli.volume_io.dicom.philips import scale_told
 from dmc_cli.volume_io.dicom.pixels import read_slices
 from dmc_cli.volume_io.dicom.place import NoSlice
 from dmc_cli.volume_io.dicom.series import choose_stack, no_volume, put_aside, stacks_of
@@ -105,6 +106,7 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *_spacing_told(geometry.frames, settings),
             *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),
             *_remarks(geometry.frames),
+            *scale_told(geometry.frames),
             *slices.warnings,
         ),
     )

@@ -44,6 +44,7 @@ class Pixels:
     is_packed: bool
     is_label_map: bool
     contradictions: tuple[Notice, ...]
+    whole: "Pixels | None" = None
 
     @property
     def frame_bytes(self) -> int:
@@ -70,8 +71,6 @@ def read_pixels(header: Header) -> Pixels:
     kinds = ("", "MONOCHROME1", "MONOCHROME2", *(("PALETTE COLOR",) if is_label_map else ()))
     if elements.text(dataset, 0x00280004) not in kinds:
         raise NoSlice(f"an image of kind {elements.text(dataset, 0x00280004)[:20]}")
-    if "MOSAIC" in elements.texts(dataset, 0x00080008):
-        raise NoSlice("a mosaic of many slices in one image")
     count = elements.numbers(dataset, 0x00280008) or [1]
     allocated = elements.integer(dataset, 0x00280100, 16) or 16
     least = rows * columns / 8 if allocated == 1 else LEAST_FRAME

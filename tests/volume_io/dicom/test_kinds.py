@@ -245,7 +245,7 @@ def test_a_part_of_a_larger_matrix_is_a_tile(tmp_path, kind):
         read(save(dataset, tmp_path / "a"))
 
 
-def test_a_mosaic_is_no_slice(tmp_path):
+def test_a_mosaic_of_another_maker_is_no_slice(tmp_path):
     save_stack(tmp_path, axial(), ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"])
     with pytest.raises(VolumeError, match="a mosaic of many slices"):
         read(tmp_path)
