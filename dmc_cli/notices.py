@@ -15,7 +15,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-UNIT-MISSING": "lengths without a unit, of all axes or of some; taken as the message says",
     "W-SPACING-MISSING": "no distance of the nodes, along all axes or some; taken as the message says",
     "W-ORIENTATION-MISSING": "no orientation: axes are the grid's own, or those the format's programs assume",
-    "W-AXES-MISSING": "axes without names, more than a volume has; taken as the message says",
+    "W-AXES-MISSING": "axes that nothing says are those of space, or all of them; taken as the message says",
     "W-GEOMETRY-CONTRADICTED": "statements about the geometry that differ; the message says which is taken",
     "W-UNIT-DOUBTFUL": "a unit that puts nodes farther apart, or nearer, than any are; taken as told",
     "W-PHOTOMETRIC": "values that are no brightness (white is low, a colour table); taken as stored",

@@ -31,6 +31,9 @@ SPELLINGS = {
 NAMED = ("channel", "time")
 """Axes that have an option of their own, which is called like them."""
 
+LEAST_PICTURE = 16
+"""Rows and columns of a picture, at least."""
+
 MOST_LISTED = 10_000
 """Volumes that are listed one by one, at most."""
 
@@ -182,14 +185,30 @@ def chosen_volume(
 
 
 def unnamed_axes(image: Image) -> tuple[Notice, ...]:
-    """Return a warning where axes without a name are taken to count volumes."""
-    if not any(image.axes[n].name == UNNAMED and image.axes[n].size > 1 for n in image.others):
-        return ()
+    """Return a warning where axes without a name are taken to count volumes, or colours for places."""
     sizes = tuple(axis.size for axis in image.axes)
+    if not any(image.axes[n].name == UNNAMED and image.axes[n].size > 1 for n in image.others):
+        is_named = image.grid is None or any(image.axes[n].name != UNNAMED for n in image.grid)
+        return () if is_named else maybe_colors(image.nodes, f"an array of shape {sizes}", "last")
     told = (
         f"an array of shape {sizes} has axes without names; the last ones are taken as z, y, x, the others "
         "count volumes"
     )
+    return (Notice("W-AXES-MISSING", told),)
+
+
+def maybe_colors(nodes: Sequence[int], what: str, axis: str) -> tuple[Notice, ...]:
+    """Return a warning where nodes along x, y, z that nobody names are as many as a picture's colours.
+
+    Args:
+        nodes: Along x, y, z; x is the fastest of the stored axes.
+        what: The array, for the message.
+        axis: The message's word for its x.
+    """
+    x, y, z = nodes
+    if x not in (3, 4) or min(y, z) < LEAST_PICTURE:
+        return ()
+    told = f"{what} may be a picture of {x} colours, as its axes have no names; the {axis} one is taken as x"
     return (Notice("W-AXES-MISSING", told),)
 
 

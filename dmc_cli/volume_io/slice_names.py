@@ -17,6 +17,12 @@ from dmc_cli.volume_io.left_out import shortened
 CLEAR_SHARE = 0.75
 """A share of the names that are alike, beyond which the others are none of the slices."""
 
+NO_PLACES = re.compile(
+    r"(?<![a-z])(t|tp|time|times|timepoint|frame|frames|c|ch|channel|channels|wavelength|angle|theta|rot|"
+    r"rotation|proj|projection|projections|view|tile|pos|position|echo|cycle|phase)[-_ .=]?$"
+)
+"""What stands before a number that may count something else than slices."""
+
 
 @dataclass(frozen=True)
 class Slices:
@@ -69,6 +75,7 @@ def ordered_slices(files: list[Path], name: str) -> Slices:
         _check_product(counting, len(chosen), pattern, name)
         return Slices(tuple(chosen), strays=strays, notices=_in_order_of_names(chosen))
     numbers = counting[0] if counting else columns[0]
+    notices = _no_place(pattern, columns.index(numbers)) if counting else ()
     twice = [number for number, times in Counter(numbers).items() if times > 1]
     if len(chosen) > 1 and twice:
         same = [file.name for file, number in zip(chosen, numbers, strict=True) if number == twice[0]]
@@ -76,7 +83,7 @@ def ordered_slices(files: list[Path], name: str) -> Slices:
             f"{name}: {' and '.join(same[:2])} have the same number; expected each slice once; leave one out"
         )
     ordered = sorted(zip(numbers, chosen, strict=True))  # the case of letters does not count
-    return Slices(tuple(file for _, file in ordered), tuple(number for number, _ in ordered), strays)
+    return Slices(tuple(file for _, file in ordered), tuple(number for number, _ in ordered), strays, notices)
 
 
 def _natural_key(file: Path) -> list[tuple[int, str]]:
@@ -112,6 +119,19 @@ def _in_order_of_names(files: list[Path]) -> tuple[Notice, ...]:
     told = shortened([file.name for file in files], ", ")
     sentence = f"no single number in the names counts the slices; their order is that of the names: {told}"
     return (Notice("W-ORDER-ASSUMED", sentence),)
+
+
+def _no_place(pattern: str, column: int) -> tuple[Notice, ...]:
+    """Return a warning where the number that counts stands behind a word for something else than slices."""
+    before = "#".join(pattern.split("#")[: column + 1])
+    found = NO_PLACES.search(before.rpartition("#")[2])
+    if found is None:
+        return ()
+    sentence = (
+        f"the files are numbered by {found[1]!r} (names like {pattern}), which need not count slices; they "
+        "are taken as slices along z"
+    )
+    return (Notice("W-AXES-MISSING", sentence),)
 
 
 def missing_numbers(slices: Slices) -> list[int]:

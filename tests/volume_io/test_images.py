@@ -230,6 +230,32 @@ def test_names_without_a_number_are_in_their_order_and_that_is_told(tmp_path):
         read(tmp_path, strict=True, spacing=(1, 1, 1))
 
 
+@pytest.mark.parametrize(
+    ("pattern", "is_told"),
+    [
+        ("img_t{}", True),
+        ("img_t{}_z0", True),
+        ("T{}", True),
+        ("a_time-{}", True),
+        ("well3_ch{}", True),
+        ("proj_{}", True),
+        ("x angle {}", True),
+        ("frame{}", True),
+        ("img_t0_z{}", False),
+        ("rot{}", True),
+        ("test{}", False),
+        ("mic{}", False),
+        ("scan_rec{}", False),
+        ("slice_{}", False),
+        ("{}", False),
+    ],
+)
+def test_files_that_are_numbered_by_something_else_than_slices_are_told(tmp_path, pattern, is_told):
+    volume = read(save(tmp_path, [pattern.format(k) + ".png" for k in range(4)]), spacing=(1, 1, 1))
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert codes(volume) == ["W-AXES-MISSING"] * is_told
+
+
 def test_missing_slices_are_refused_or_spanned(tmp_path):
     save(tmp_path, [f"a{k}.png" for k in (8, 10, 12, 18)])
     with pytest.raises(AmbiguousVolumeError, match=r"numbers 14, 16 missing.*go by 2.*--slice-gaps keep"):

@@ -220,3 +220,20 @@ def test_the_cases_of_nnunet(name, count):
     if count > 1:
         with pytest.raises(AmbiguousVolumeError, match="2 volumes found"):
             read(path)
+
+
+@pytest.mark.parametrize(
+    ("shape", "is_told"),
+    [
+        ((20, 30, 3), True),
+        ((20, 30, 4), True),
+        ((1, 20, 30, 3), True),
+        ((20, 30, 5), False),
+        ((3, 20, 30), False),
+        ((8, 30, 3), False),
+    ],
+)
+def test_what_may_be_a_picture_is_told(tmp_path, shape, is_told):
+    np.save(tmp_path / "a.npy", np.zeros(shape, "u1"))
+    volume = read(tmp_path / "a.npy", spacing=(1, 1, 1))
+    assert [notice.code for notice in volume.warnings] == ["W-AXES-MISSING"] * is_told

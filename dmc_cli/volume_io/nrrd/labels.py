@@ -1,7 +1,7 @@
 """Tell what a NRRD header calls its axes: by their kinds, else by their labels."""
 
 from dmc_cli.notices import Notice
-from dmc_cli.volume_io.axes import SPELLINGS, UNNAMED
+from dmc_cli.volume_io.axes import SPELLINGS, UNNAMED, maybe_colors
 from dmc_cli.volume_io.nrrd.header import per_axis
 
 SPATIAL_KINDS = ("domain", "space")
@@ -55,11 +55,15 @@ def world_axes(fields: dict[str, str], spatial: tuple[int, int, int], count: int
 
 
 def unnamed_order(fields: dict[str, str], sizes: list[int]) -> tuple[Notice, ...]:
-    """Return a warning where there are more axes than those of space, and nothing tells which these are."""
-    several = [a for a, size in enumerate(sizes) if size > 1]
+    """Return a warning where nothing tells which axes are those of space, and it may be others than taken."""
+    several = [size for size in sizes if size > 1]
     is_told = "space directions" in fields or any(_told(fields, "kinds", len(sizes)))
-    if len(several) <= 3 or is_told or any(axis_names(fields, len(sizes))):
+    if is_told or any(axis_names(fields, len(sizes))):
         return ()
+    if len(several) <= 3:
+        if len(several) < 3 or "spacings" in fields:
+            return ()
+        return maybe_colors(several, f"an array of sizes {' x '.join(map(str, sizes))}", "first")
     sentence = (
         "the header names none of its axes; the first three are taken as x, y, z, the others count volumes"
     )

@@ -130,6 +130,22 @@ def test_a_domain_that_is_called_a_time_is_none_of_space(tmp_path, label):
         read(tmp_path / "a.nrrd")
 
 
+@pytest.mark.parametrize(
+    ("sizes", "line", "is_told"),
+    [
+        ("3 20 30", "", True),
+        ("3 20 30", "kinds: domain domain domain\n", False),
+        ("3 20 30", "spacings: 1 1 1\n", False),
+        ("20 30 3", "", False),
+    ],
+)
+def test_what_may_be_a_picture_is_told(tmp_path, sizes, line, is_told):
+    text = f"NRRD0004\ntype: uchar\ndimension: 3\nsizes: {sizes}\n{line}encoding: raw\n\n"
+    (tmp_path / "a.nrrd").write_bytes(text.encode() + bytes(1800))
+    volume = read(tmp_path / "a.nrrd", spacing=(1, 1, 1))
+    assert ("W-AXES-MISSING" in [notice.code for notice in volume.warnings]) == is_told
+
+
 @pytest.mark.parametrize(("fields", "is_told"), [({}, True), ({"kinds": "domain domain domain time"}, False)])
 def test_axes_that_nobody_names_are_told(tmp_path, fields, is_told):
     values = write(tmp_path / "a.nrrd", "xyzt", spacings="1 1 1 1", units='"mm" "mm" "mm" ""', **fields)
