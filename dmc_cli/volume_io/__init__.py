@@ -7,7 +7,8 @@ packed           files that are packed as a whole
 content          a format told by the first bytes
 unused_options   options that a format has no use for
 folder           what a folder holds
-image_kinds, slice_names, log_fields, scanner_log, image_stack  folders of images: kinds, order, lengths
+image_kinds, slice_names, log_fields, scanner_log, image_stack  folders of images: kinds, order, texts
+told_lengths, image_resolution, stack_spacing  what images tell of lengths, and which of it counts
 left_out         how what is not used is named
 zip_archive, unzipped  entries of a zip that can be what they claim; a zip of no DICOM, unpacked
 within           which files belong to an input

@@ -1,7 +1,7 @@
 """Put a volume together from a folder of images, a slice each, of whatever kind.
 
 The slices are those of one name and kind, in the order of the numbers in their names; what else lies in the
-folder is named. Distances are the settings', else those of the scanner's text beside them; space none.
+folder is named. Distances are settled in `stack_spacing.py`; space none.
 """
 
 from collections.abc import Callable
@@ -18,10 +18,12 @@ from dmc_cli.notices import Notice
 from dmc_cli.progress import Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, allocate_values, check_shape, storable_type, widened_type
-from dmc_cli.volume_io.layout import Triple, check_file, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume_io.layout import check_file, chosen_origin, scale_affine
 from dmc_cli.volume_io.left_out import left_out, shortened
-from dmc_cli.volume_io.scanner_log import ScannerLog, log_texts, read_logs
+from dmc_cli.volume_io.scanner_log import log_texts, read_logs
 from dmc_cli.volume_io.slice_names import Slices, missing_numbers, ordered_slices
+from dmc_cli.volume_io.stack_spacing import stack_spacing
+from dmc_cli.volume_io.told_lengths import ToldLengths
 from dmc_cli.volume_io.within import REMEDY, Bounds
 
 
@@ -35,6 +37,7 @@ class Plane:
         read: Decodes them: an array of that shape.
         notices: What is told of them.
         bits: Those of a pixel, where the type has more of them.
+        told: What its file tells of distances.
     """
 
     shape: tuple[int, int]
@@ -42,6 +45,7 @@ class Plane:
     read: Callable[[], AnyArray]
     notices: tuple[Notice, ...] = ()
     bits: int = 0
+    told: ToldLengths | None = None
 
     @property
     def depth(self) -> int:
@@ -101,11 +105,11 @@ def stack_volume(
     """
     slices, others = find_slices(folder, name, kind, settings.allow_outside)
     positions, notices = _gaps(slices, settings, name)
-    values, seen = _filled(slices.files, name, kind, progress)
+    values, seen, lengths = _filled(slices.files, name, kind, progress)
     rows, columns = values.shape[1:]
     texts = log_texts(folder, others)
     log = read_logs(texts, columns, rows, len(slices.files), _stem(slices.files[0]))
-    spacing, told = _spacing(log, slices, settings, kind)
+    spacing, told = stack_spacing(lengths, log, slices.step, name, settings, kind.title)
     origin, _ = chosen_origin(None, settings)
     used = {log.file.name} if log is not None else set()
     strays = [*slices.strays, *(other for other in others if other not in used)]
@@ -148,29 +152,10 @@ def _gaps(slices: Slices, settings: ReadSettings, name: str) -> tuple[AnyArray |
     return positions, [Notice("W-SLICES-MISSING", f"{told} missing; the gaps are spanned")]
 
 
-def _spacing(
-    log: ScannerLog | None, slices: Slices, settings: ReadSettings, kind: ImageKind
-) -> tuple[Triple, list[Notice]]:
-    """Return the distances in mm: the settings' where they are given, else the text's, else 1 mm."""
-    notices = list(log.notices) if log is not None else []
-    if log is None or log.spacing is None:
-        chosen, told = chosen_spacing(None, settings, f"the {kind.title}")
-        return chosen, [*notices, *told]
-    x, y, z = log.spacing
-    if not log.is_whole:
-        z *= max(slices.step, log.step)
-    sizes = " x ".join(f"{length:g}" for length in (x, y, z))
-    if settings.spacing is not None:
-        sentence = f"{log.file.name} tells distances of {sizes} mm; those of --spacing are taken"
-        return settings.spacing, [Notice("W-OPTION-PREFERRED", sentence)]
-    sentence = f"{log.file.name} tells distances of {sizes} mm of the nodes, which are taken"
-    return (x, y, z), [Notice("W-SPACING-FROM-LOG", sentence), *notices]
-
-
 def _filled(
     files: tuple[Path, ...], name: str, kind: ImageKind, progress: Progress
-) -> tuple[AnyArray, list[Notice]]:
-    """Return the values of all slices, shape (nz, ny, nx), and what is told of them, each once.
+) -> tuple[AnyArray, list[Notice], dict[ToldLengths, str]]:
+    """Return the values of all slices, shape (nz, ny, nx), what is told of them and of lengths, each once.
 
     Raises:
         DamagedVolumeError: Slices of different sizes or types, or more values than the files can hold.
@@ -178,6 +163,7 @@ def _filled(
     size = sum(check_file(file, f"{name} ({file.name})") for file in files)
     values: AnyArray | None = None
     seen: dict[Notice, None] = {}
+    lengths: dict[ToldLengths, str] = {}
     depth = 0
     for k, file in enumerate(files):
         with kind.open_plane(file, name) as plane:
@@ -186,9 +172,11 @@ def _filled(
             _check_alike(plane, values, depth, file, files[0], name)
             values[k] = plane.read()
             seen.update(dict.fromkeys(plane.notices))
+            if plane.told is not None:
+                lengths.setdefault(plane.told, file.name)
         progress.advance((k + 1) / len(files))
     assert values is not None
-    return values, list(seen)
+    return values, list(seen), lengths
 
 
 def _held(

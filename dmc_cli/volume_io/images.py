@@ -2,7 +2,7 @@
 
 PNG, BMP and JPEG are decoded by Pillow, JPEG 2000 by openjpeg, which gives values as they are stored; both
 are extras. Values are grey ones: of colours only those whose three parts are equal, which is how some
-programs write grey. Resolutions (pHYs, dots per inch) are those of a printer and are not used.
+programs write grey.
 """
 
 import warnings
@@ -19,6 +19,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.image_kinds import KINDS, most_common_kind, turned
+from dmc_cli.volume_io.image_resolution import image_lengths, jpeg_2000_lengths
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, stack_volume
 from dmc_cli.volume_io.layout import check_file
 
@@ -102,7 +103,14 @@ def _opened(path: Path, name: str) -> Iterator[Plane]:
             notices = (
                 turned(image.getexif().get(ORIENTATION), str(image.format)) if "exif" in image.info else ()
             )
-            yield Plane((rows, columns), dtype, lambda: _grey(image, raw, path, name), notices, bits)
+            yield Plane(
+                (rows, columns),
+                dtype,
+                lambda: _grey(image, raw, path, name),
+                notices,
+                bits,
+                image_lengths(image),
+            )
 
 
 def _raw_mode(image: Any) -> str:
@@ -146,8 +154,9 @@ def _opened_jpeg_2000(path: Path, name: str) -> Iterator[Plane]:
                 f"{name}: {path.name} has {told['samples_per_pixel']} values a pixel; expected grey slices"
             )
         width = next((bits for bits in (8, 16, 32) if told["precision"] <= bits), 32)
+        told_lengths = jpeg_2000_lengths(content)
         dtype = np.dtype(f"{'i' if told['is_signed'] else 'u'}{width // 8}")
-        yield Plane((told["rows"], told["columns"]), dtype, lambda: decode(content))
+        yield Plane((told["rows"], told["columns"]), dtype, lambda: decode(content), told=told_lengths)
 
 
 @contextmanager

@@ -97,6 +97,8 @@ def make_numpy(folder):
 def make_tiff(folder):
     import tifffile
 
+    from tests.volume_io.tiff.programs import write_fei, write_geotiff, write_lsm, write_stk
+
     told = {"axes": "ZYX", "spacing": 2.0, "unit": "um"}
     tifffile.imwrite(folder / "a.tif", VALUES.view("<u2"), imagej=True, metadata=told)
     tifffile.imwrite(folder / "b.tif", VALUES, photometric="minisblack", compression="zlib")
@@ -106,7 +108,11 @@ def make_tiff(folder):
     told = {"axes": "TZYX", "Channel": {"Name": ["DAPI"]}}
     tifffile.imwrite(folder / "e.ome.tif", several, metadata=told, compression="zlib")
     tifffile.imwrite(folder / "f.tif", VALUES > 0, photometric="minisblack", metadata={"axes": "YZX"})
-    return [folder / name for name in ("a.tif", "b.tif", "c.ome.tif", "d.tif", "e.ome.tif", "f.tif")]
+    write_lsm(folder / "g.tif", VALUES, (1e-7, 2e-7, 5e-7))
+    write_stk(folder / "h.tif", VALUES, [(3, 2)] * len(VALUES))
+    write_fei(folder / "i.tif", VALUES)
+    write_geotiff(folder / "j.tif", VALUES)
+    return sorted(folder.glob("*.tif"))
 
 
 def make_dicom(folder):

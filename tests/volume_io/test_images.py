@@ -1,5 +1,6 @@
 """Folders of PNG, BMP, JPEG and JPEG 2000 slices: values, order, gaps, what is left out or refused."""
 
+import struct
 import sys
 
 import numpy as np
@@ -93,7 +94,6 @@ def test_grey_of_few_bits_is_what_is_stored(tmp_path):
 
 def _png(plane, depth, color=0):
     """A PNG of grey values of so many bits, or of whatever colour type."""
-    import struct
     import zlib
 
     rows, columns = plane.shape[:2]
@@ -318,3 +318,53 @@ def test_links_out_of_the_folder_are_followed_when_asked(tmp_path):
     with pytest.raises(VolumeError, match=r"rec8\.png is a link out of the folder"):
         read(folder)
     np.testing.assert_array_equal(read(folder, allow_outside=True).values, VALUES)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".bmp"])
+@pytest.mark.parametrize(
+    ("dots", "spacing", "told_of_it"),
+    [
+        (
+            1451.43,
+            1 / 57.143,
+            "that of pixels of 0.0175 x 0.0175 mm, tells no spacing along z",
+        ),
+        (72, 1, "whose resolution of 72 dpi is that of a screen or printer, tells no spacing; 1 mm"),
+        (96, 1, "of 96 dpi is that of a screen"),
+        (600, 1, "of 600 dpi is that of a screen"),
+    ],
+)
+def test_a_resolution_that_is_none_of_print_is_a_distance(tmp_path, suffix, dots, spacing, told_of_it):
+    for name, plane in zip(numbered(suffix), VALUES, strict=True):
+        PIL.fromarray(plane).save(tmp_path / name, dpi=(dots, dots))
+    volume = read(tmp_path)
+    np.testing.assert_allclose(volume.spacing, (spacing, spacing, 1))
+    assert codes(volume) == ["W-SPACING-MISSING"]
+    assert told_of_it in told(volume)
+    assert read(tmp_path, spacing=(1, 2, 3)).sentences == ()
+
+
+@pytest.mark.parametrize(
+    ("box", "spacing"),
+    [
+        (b"resc" + struct.pack(">4H2b", 4, 7, 2, 7, 5, 5), (0.035, 0.0175, 1)),
+        (b"resc" + struct.pack(">4H2b", 28346, 10000, 28346, 10000, 3, 3), (1, 1, 1)),
+        (b"resd" + struct.pack(">4H2b", 4, 7, 2, 7, 5, 5), (1, 1, 1)),
+        (b"resc" + struct.pack(">4H2b", 4, 0, 2, 7, 5, 5), (1, 1, 1)),
+        (b"resc", (1, 1, 1)),
+    ],
+)
+def test_the_resolution_at_which_a_jpeg_2000_was_captured(tmp_path, box, spacing):
+    """A number of dots a metre along y, then x: a fraction and a power of ten each."""
+    utils = pytest.importorskip("openjpeg.utils")
+    for name, plane in zip(numbered(".jp2"), counting((4, 40, 32), "u1"), strict=True):
+        content = utils.encode_array(plane, codec_format=1)
+        place = content.index(b"jp2h") - 4
+        size = int.from_bytes(content[place : place + 4], "big")
+        inner = struct.pack(">I", len(box) + 4) + box
+        inner = struct.pack(">I4s", len(inner) + 8, b"res ") + inner
+        head = struct.pack(">I", size + len(inner)) + content[place + 4 : place + size] + inner
+        (tmp_path / name).write_bytes(content[:place] + head + content[place + size :])
+    volume = read(tmp_path)
+    np.testing.assert_allclose(volume.spacing, spacing)
+    assert codes(volume) == ["W-SPACING-MISSING"]

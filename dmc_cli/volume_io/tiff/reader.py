@@ -7,35 +7,36 @@ ImageJ's or OME's metadata where the file has it, else from the settings; space 
 import logging
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
-from dmc_cli.notices import Notice
+from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.axes import images_entry, unnamed_axes
 from dmc_cli.volume_io.image_kinds import KINDS, turned
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
-from dmc_cli.volume_io.layout import (
-    Triple,
-    check_file,
-    check_lengths,
-    chosen_origin,
-    chosen_spacing,
-    exists,
-    scale_affine,
-)
-from dmc_cli.volume_io.lengths import Doubts
+from dmc_cli.volume_io.layout import check_file, chosen_origin, exists, scale_affine
+from dmc_cli.volume_io.left_out import left_out
 from dmc_cli.volume_io.tiff.imagej import imagej_origin, imagej_scale
-from dmc_cli.volume_io.tiff.spacing import tiff_spacing
+from dmc_cli.volume_io.tiff.ome_set import ome_set
+from dmc_cli.volume_io.tiff.spacing import WHAT, tiff_lengths
 from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_stack, stack_images
+from dmc_cli.volume_io.told_lengths import settled_spacing
 
 MIN_IS_WHITE, PALETTE = 0, 3
 """Photometric interpretations whose values are no brightness."""
+
+SEQUENCES = {
+    **{"scanimage": "ScanImage", "stk": "MetaMorph", "metaseries": "MetaSeries", "andor": "Andor"},
+    **{"epics": "EPICS", "nuvu": "Nuvu", "tvips": "TVIPS", "eer": "EER", "streak": "a streak camera"},
+    **{"pilatus": "Pilatus", "micromanager": "Micro-Manager"},
+}
+"""tifffile's flags of programs whose pages are as often times or channels as slices, and their names."""
 
 ORIENTATION = 274
 """The tag that says how a page is to be turned."""
@@ -51,7 +52,7 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         DamagedVolumeError: A file cannot be decoded.
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
-    files = _files(path, name, settings)
+    files, strays = _files(path, name, settings)
     if len(files) > 1:
         return stack_volume(path, name, settings, progress, _slice_kind())
     path = files[0]
@@ -60,45 +61,47 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     check_pages(path, name)
     with _told_errors(name), tifffile.TiffFile(path) as tiff:
         values, image, number = read_stack(tiff, path, name, settings)
-        found, doubts = tiff_spacing(tiff, name, number)
         notes = (
             *_unfollowed(tiff, number),
             *_shown(tiff.series[number].keyframe),
             *unnamed_axes(image),
         )
         slope, intercept, mapped = imagej_scale(tiff)
-        spacing, warnings = _settled_spacing(found, doubts, name, settings)
-        origin, unused = chosen_origin(imagej_origin(tiff, spacing), settings, "the TIFF")
+        spacing, warnings = settled_spacing(tiff_lengths(tiff, number), name, settings, WHAT)
+        origin, unused = chosen_origin(imagej_origin(tiff, spacing), settings, WHAT)
+        others = {Path(page.parent.filehandle.path) for page in tiff.series[number].pages if page is not None}
     return Volume(
         values=values,
         affine=scale_affine(spacing, origin),
         space="none",
         path=name,
-        files=(path,),
+        files=(path, *sorted(others - {path})),
         format="tiff",
         slope=slope,
         intercept=intercept,
-        warnings=(*notes, *mapped, *warnings, *unused),
+        warnings=(*notes, *mapped, *warnings, *unused, *notices("W-FILES-LEFT-OUT", strays)),
     )
 
 
-def _settled_spacing(
-    found: Triple | None, doubts: Doubts, name: str, settings: ReadSettings
-) -> tuple[Triple, tuple[Notice, ...]]:
-    """Return the spacing in millimetres, that of the settings where the file's is in doubt, and warnings."""
-    if found is not None:
-        check_lengths(name, found)
-    spacing, warnings = chosen_spacing(found, settings, "the TIFF", doubts)
-    if doubts and settings.spacing is not None:
-        spacing = settings.spacing
-    return spacing, warnings
+def _files(path: Path, name: str, settings: ReadSettings) -> tuple[tuple[Path, ...], list[str]]:
+    """Return the file itself, the first of an OME-TIFF in a folder, or its slices; and what is left out.
 
-
-def _files(path: Path, name: str, settings: ReadSettings) -> tuple[Path, ...]:
-    """Return the file itself, or the slices of a folder."""
+    Raises:
+        VolumeError: As `find_slices` and `ome_set`.
+    """
     if not exists(path) or not path.is_dir():
-        return (path,)
-    return find_slices(path, name, _slice_kind(), settings.allow_outside)[0].files
+        return (path,), []
+    there = [file for file in path.iterdir() if not file.name.startswith(".") and file.is_file()]
+    images = [file for file in there if file.suffix.lower() in KINDS["TIFF"]]
+    if images:
+        found, tifffile = None, _tifffile(name)
+        with suppress(DamagedVolumeError), _told_errors(name):  # which may be no slice at all
+            check_pages(min(images), name)
+            found = ome_set(images, tifffile, name)
+        if found is not None:
+            strays = sorted(file.name for file in there if file.name not in found.names)
+            return (found.first,), left_out(strays, "file", "files")
+    return find_slices(path, name, _slice_kind(), settings.allow_outside)[0].files, []
 
 
 def _slice_kind() -> ImageKind:
@@ -149,7 +152,7 @@ def tiff_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
         VolumeError: As `tiff_volume`.
     """
     settings = replace(settings, volume_index=0)
-    files = _files(path, name, settings)
+    files, _ = _files(path, name, settings)
     if len(files) > 1:
         return [VolumeEntry(description="tiff", size=tiff_volume(path, name, settings).shape)]
     check_file(files[0], name)
@@ -207,7 +210,8 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
                 "file that has all slices by itself"
             )
         check_segments(tiff, page, name)
-        yield Plane(page.shape, page.dtype, page.asarray, (*_shown(page), *_uncalibrated(tiff)))
+        notes = (*_shown(page), *_uncalibrated(tiff))
+        yield Plane(page.shape, page.dtype, page.asarray, notes, told=tiff_lengths(tiff))
 
 
 def _uncalibrated(tiff: Any) -> tuple[Notice, ...]:
@@ -222,6 +226,10 @@ def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
     """Return what the file tells of an image that is not followed."""
     series = tiff.series[number]
     notes = []
+    program = next((title for flag, title in SEQUENCES.items() if getattr(tiff, f"is_{flag}", False)), None)
+    if program is not None and any(letter in "IQ" for letter in series.axes):
+        told = f"the TIFF of {program} does not say what its pages count; they are taken as slices"
+        notes.append(Notice("W-AXES-MISSING", told))
     for named, kind in ((tiff.is_ome, "ome"), (tiff.is_imagej, "imagej")):
         if named and series.kind != kind:
             told = f"the TIFF's metadata of {kind} cannot be read; its pages are taken as slices"

@@ -26,6 +26,12 @@ AXES = {
 }
 """tifffile's letters for axes; pages that nothing names are I, the other axes of an array of any names Q."""
 
+WHOLE_SLIDES = {
+    **{"svs": "Aperio SVS", "ndpi": "Hamamatsu NDPI", "scn": "Leica SCN", "bif": "Ventana BIF"},
+    **{"philips": "Philips TIFF", "qpi": "PerkinElmer QPI", "avs": "Argos AVS", "indica": "Indica Labs"},
+}
+"""tifffile's flags of images of whole slides, which are no volumes, and the names of their formats."""
+
 LARGEST_RATIO = 5000
 """No compression of a TIFF packs a byte into less than 1/5000 byte; a file that claims more is damaged."""
 
@@ -37,10 +43,16 @@ def stack_images(tiff: Any, path: Path, name: str, settings: ReadSettings) -> li
     """Return the images of an open file, in the order of tifffile's series.
 
     Raises:
-        UnsupportedFormatError: None of them is a stack of grey slices.
+        UnsupportedFormatError: None of them is a stack of grey slices, or they are of a whole slide.
         DamagedVolumeError: OME metadata promise more than any image has.
         VolumeError: They name a file that is not to be read.
     """
+    slide = next((title for flag, title in WHOLE_SLIDES.items() if getattr(tiff, f"is_{flag}", False)), None)
+    if slide is not None:
+        raise UnsupportedFormatError(
+            f"{name}: an image of a whole slide ({slide}) found; expected a volume; write its slices into a "
+            "TIFF stack"
+        )
     channels: list[tuple[str, ...]] = []
     if tiff.is_ome and tiff.ome_metadata:
         check_ome(tiff.ome_metadata, len(tiff.pages), path, name, settings.allow_outside)
@@ -59,7 +71,11 @@ def stack_images(tiff: Any, path: Path, name: str, settings: ReadSettings) -> li
             f"{name}: an image of {images[0].told()} found; expected a stack of grey slices along "
             "z; where another axis is z in truth, correct the metadata"
         )
-    return [Image(()) if _is_colored(image) else image for image in images]
+    previews = [bool(series.keyframe.is_reduced) for series in tiff.series]
+    return [
+        Image(()) if _is_colored(image) or (is_preview and not all(previews)) else image
+        for image, is_preview in zip(images, previews, strict=True)
+    ]
 
 
 def _is_colored(image: Image) -> bool:
