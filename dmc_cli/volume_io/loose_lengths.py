@@ -7,6 +7,7 @@ of funlib), or are one length for all axes; else they are told.
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -29,18 +30,46 @@ Told = tuple[Triple | None, Triple | None, tuple[Notice, ...]]
 """Distances and the place of the first node along x, y, z in mm, None where not told, and what is told."""
 
 
-def loose_lengths(owners: Sequence[tuple[str, Mapping[str, Any]]]) -> Told:
+def loose_lengths(owners: Sequence[tuple[str, Mapping[str, Any]]], label: str = "") -> Told:
     """Return the lengths that attributes tell with their unit.
 
     Args:
-        owners: Where attributes are, as messages name it, and these; those of the first one with any count.
+        owners: Where attributes are, as messages name it, and these, the array's own first; those of the
+            first one with any count.
+        label: The array's name in its group: s1, s2, ... are smaller copies of s0, whose lengths the group
+            tells.
     """
-    for where, attributes in owners:
+    for number, (where, attributes) in enumerate(owners):
+        factors = _factors(owners[0][1], attributes, label)
         for read in (_transform, _pixel_resolution, _loose):
             spacing, origin, told = read(attributes, where)
+            if spacing is not None and (number or read is _pixel_resolution):
+                if factors is None:
+                    sentence = f"the lengths of {where} are of s0, not of the smaller copy {label}; not used"
+                    return None, None, (Notice("W-SPACING-MISSING", f"{sentence}; --spacing gives them"),)
+                spacing, origin = _coarser(spacing, origin, factors)
             if spacing is not None or told:
                 return spacing, origin, told
     return None, None, ()
+
+
+def _factors(own: Mapping[str, Any], attributes: Mapping[str, Any], label: str) -> Triple | None:
+    """Return how many times farther apart nodes are along x, y, z than told; None where nothing tells it."""
+    found = numbers(own.get("downsamplingFactors"))
+    level = re.fullmatch(r"s(\d{1,3})", label)
+    if len(found) < 3:
+        if level is None or int(level[1]) == 0:
+            return 1.0, 1.0, 1.0
+        listed = attributes.get("scales", attributes.get("downsamplingFactors"))
+        with suppress(TypeError, LookupError):
+            found = numbers(listed[int(level[1])])  # type: ignore[index]
+    return (found[0], found[1], found[2]) if len(found) >= 3 else None
+
+
+def _coarser(spacing: Triple, origin: Triple | None, factors: Triple) -> tuple[Triple, Triple]:
+    """Return distances and the first node's place of a copy whose nodes are means of so many."""
+    (x, y, z), (i, j, k), (a, b, c) = spacing, origin or (0.0, 0.0, 0.0), factors
+    return (x * a, y * b, z * c), (i + x * (a - 1) / 2, j + y * (b - 1) / 2, k + z * (c - 1) / 2)
 
 
 def axis_names(attributes: Mapping[str, Any], count: int) -> tuple[str, ...]:
@@ -121,12 +150,10 @@ def _pixel_resolution(attributes: Mapping[str, Any], where: str) -> Told:
     scale = length_of(units[0]) if len({*units}) == 1 else None
     if scale is None:
         return _no_unit(PIXEL_RESOLUTION, where, units)
-    factors = numbers(attributes.get("downsamplingFactors", [1.0, 1.0, 1.0]))
-    if len(steps) < 3 or len(factors) < 3:
+    if len(steps) < 3:
         return _no_axes(PIXEL_RESOLUTION, where)
-    x, y, z = (scale * step * factor for step, factor in zip(steps[:3], factors[:3], strict=True))
-    i, j, k = (scale * s * (f - 1) / 2 for s, f in zip(steps[:3], factors[:3], strict=True))
-    return (x, y, z), (i, j, k), ()
+    x, y, z = (scale * step for step in steps[:3])
+    return (x, y, z), (0.0, 0.0, 0.0), ()
 
 
 def _units(attributes: Mapping[str, Any], key: str) -> list[str]:

@@ -18,6 +18,7 @@ from tests.volume_io.dicom.test_factors import nuclear
 from tests.volume_io.dicom.test_frames import enhanced, sequence
 from tests.volume_io.dicom.test_scale import table
 from tests.volume_io.dicom.test_segments import random_masks, segmentation
+from tests.volume_io.hdf5.big_data_viewer_files import CHANNELS, write_big_data_viewer, write_xml
 from tests.volume_io.minc_files import hdf, netcdf
 from tests.volume_io.par_files import par_header
 
@@ -220,7 +221,24 @@ def make_zarr(folder):
     options = {"chunks": (3, 1, 4, 8), "dtype": "i2", "zarr_format": 2}
     array = zarr.create_array(layout / "0" / "0", shape=(6, 1, 7, 8), **options)
     array[...] = VALUES[:, None]
+    _with_places(folder / "places.zarr", zarr)
     return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _with_places(path, zarr):
+    """As xarray writes it, with lengths by N5's habit, too."""
+    group = zarr.open_group(path, mode="w", zarr_format=2)
+    group.attrs.update(pixelResolution={"dimensions": [2.0, 3.0, 4.0], "unit": "um"})
+    told = {
+        "_ARRAY_DIMENSIONS": ["z", "y", "x"],
+        "_FillValue": 7,
+        "valid_range": [0, 90],
+        "scale_factor": 0.5,
+    }
+    zarr.create_array(path / "ct", data=VALUES, chunks=(3, 4, 8), zarr_format=2, attributes=told)
+    for axis, size in zip("zyx", VALUES.shape, strict=True):
+        attributes = {"_ARRAY_DIMENSIONS": [axis], "units": "um", "axis": axis.upper()}
+        zarr.create_array(path / axis, data=np.arange(size) * 0.5, zarr_format=2, attributes=attributes)
 
 
 def make_mgh(folder):
@@ -291,7 +309,9 @@ def make_hdf5(folder):
         for axis, size in zip("zyx", VALUES.shape, strict=True):
             data[axis] = np.arange(size) * 0.5
             data[axis].attrs["units"] = "um"
-    return [folder / "a.h5", folder / "b.nxs"]
+    write_big_data_viewer(folder / "c.h5")
+    write_xml(folder / "c.xml", CHANNELS[:1], file="c.h5")
+    return [folder / name for name in ("a.h5", "b.nxs", "c.h5", "c.xml")]
 
 
 def make_packed(folder):

@@ -5,45 +5,19 @@ ITK keeps spacing, origin and directions beside the values, in mm, axes x, y, z,
 a unit and are one length for all axes; else they are told.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from dmc_cli.array_types import Float64Array
 from dmc_cli.notices import Notice
-from dmc_cli.volume import Space
 from dmc_cli.volume_io.axes import Axis, Image, stacked_image, unnamed_axes
 from dmc_cli.volume_io.hdf5.dataset import ITK_VALUES
 from dmc_cli.volume_io.hdf5.imaris import imaris_grid, is_imaris
 from dmc_cli.volume_io.hdf5.named_axes import named_axes
+from dmc_cli.volume_io.hdf5.stored import HdfGeometry
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
-from dmc_cli.volume_io.layout import Triple
 from dmc_cli.volume_io.loose_lengths import loose_lengths, numbers
 from dmc_cli.volume_io.places import placed
-
-
-@dataclass(frozen=True)
-class HdfGeometry:
-    """What a file says of a dataset.
-
-    Attributes:
-        image: Its axes.
-        spacing: Distances along x, y, z in mm, or None where they are not told.
-        origin: Place of the first node in mm, or None.
-        directions: Shape (3, 3): columns are the axes x, y, z in the world.
-        space: The world's axes.
-        notices: What is not used.
-        doubts: What is told of lengths that are not used, and that `--spacing` gives.
-    """
-
-    image: Image
-    spacing: Triple | None = None
-    origin: Triple | None = None
-    directions: Float64Array | None = None
-    space: Space = "none"
-    notices: tuple[Notice, ...] = ()
-    doubts: tuple[Notice, ...] = ()
 
 
 def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> HdfGeometry:
@@ -56,7 +30,7 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
         return _itk(file, dataset, name)
     if is_imaris(file, dataset):
         nodes, lengths, first, doubts = imaris_grid(file, dataset, name)
-        return HdfGeometry(stacked_image(nodes), lengths, first, notices=doubts)
+        return HdfGeometry(stacked_image(nodes), lengths, first, doubts=doubts)
     image, along = named_axes(file, dataset, group, name, h5py)
     notices = (*unnamed_axes(image), *_matlab(dataset))
     sizes = numbers(Attributes(dataset).get("element_size_um"))
@@ -66,8 +40,8 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
     spacing, origin, told = placed(image, along, name)
     if spacing is None and not told:
         owners = [(str(owner.name), Attributes(owner)) for owner in (dataset, dataset.parent, file)]
-        spacing, origin, told = loose_lengths(owners)
-    return HdfGeometry(image, spacing, origin, notices=notices, doubts=told)
+        spacing, origin, told = loose_lengths(owners, str(dataset.name).rpartition("/")[2])
+    return HdfGeometry(image, spacing, origin, notices=notices, unsettled=told)
 
 
 def _itk(file: Any, dataset: Any, name: str) -> HdfGeometry:

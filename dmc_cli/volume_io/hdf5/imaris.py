@@ -8,9 +8,12 @@ import re
 from typing import Any
 
 from dmc_cli.notices import Notice
+from dmc_cli.volume_io.hdf5.links import followed
 from dmc_cli.volume_io.hdf_storage import Attributes
 from dmc_cli.volume_io.layout import Triple
 from dmc_cli.volume_io.units import scales_in_mm
+
+FINEST = "/DataSet/ResolutionLevel 0"
 
 DATASET = re.compile(r"/DataSet/ResolutionLevel (\d+)/TimePoint \d+/Channel \d+/Data")
 
@@ -26,6 +29,24 @@ def is_coarse(dataset: Any) -> bool:
     """Return whether a dataset is a smaller copy of another one of an Imaris file."""
     found = DATASET.fullmatch(str(dataset.name))
     return found is not None and int(found[1]) > 0
+
+
+def imaris_axes(file: Any, name: str, h5py: Any) -> tuple[list[int], list[int], tuple[str, ...]]:
+    """Return the numbers of the times and channels at the finest level, and what the channels are called."""
+
+    def counted(place: str, label: str) -> list[int]:
+        group = followed(file, place, name, h5py)
+        keys = group.keys() if isinstance(group, h5py.Group) else ()
+        return sorted(int(found[1]) for key in keys if (found := re.fullmatch(rf"{label} (\d{{1,6}})", key)))
+
+    times = counted(FINEST, "TimePoint")
+    channels = sorted({n for time in times for n in counted(f"{FINEST}/TimePoint {time}", "Channel")})
+    told = [followed(file, f"/DataSetInfo/Channel {channel}", name, h5py) for channel in channels]
+    return (
+        times,
+        channels,
+        tuple("" if each is None else _text(Attributes(each).get("Name", "")) for each in told),
+    )
 
 
 def imaris_grid(

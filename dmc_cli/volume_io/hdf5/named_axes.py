@@ -13,7 +13,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.volume_io.axes import UNNAMED, Image, nameless_image
-from dmc_cli.volume_io.hdf5.dataset import followed, text_of
+from dmc_cli.volume_io.hdf5.links import followed, text_of
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
 from dmc_cli.volume_io.loose_lengths import axis_names
 from dmc_cli.volume_io.places import Along, cf_axis, named_image

@@ -25,10 +25,12 @@ from dmc_cli.volume import (
     storable_type,
     widened_type,
 )
-from dmc_cli.volume_io.axes import Choice, Image, chosen_volume, listed_volumes
+from dmc_cli.volume_io.axes import Image, chosen_volume, listed_volumes
 from dmc_cli.volume_io.climate import marked_values, scale_of_values
-from dmc_cli.volume_io.hdf5.dataset import is_volume, meant_dataset
-from dmc_cli.volume_io.hdf5.geometry import HdfGeometry, hdf_geometry
+from dmc_cli.volume_io.content import START, first_bytes
+from dmc_cli.volume_io.hdf5.images import hdf_images
+from dmc_cli.volume_io.hdf5.spim_data import SpimData, is_spim_data, spim_data_beside, spim_data_of
+from dmc_cli.volume_io.hdf5.stored import Stored, Where
 from dmc_cli.volume_io.hdf_path import split_dataset
 from dmc_cli.volume_io.hdf_storage import (
     DEFLATE,
@@ -41,7 +43,7 @@ from dmc_cli.volume_io.hdf_storage import (
     stored_slabs,
 )
 from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, file_entry
-from dmc_cli.volume_io.lengths import unsettled_lengths
+from dmc_cli.volume_io.lengths import respaced, unsettled_lengths
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[hdf5]" or pip install h5py'
 
@@ -57,22 +59,24 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         AmbiguousVolumeError: Several datasets or volumes, and none chosen.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
-    with _opened(path, name) as (dataset, geometry):
-        choice = chosen_volume([geometry.image], settings, name)
-        check_shape(name, geometry.image.nodes)
+    with _opened(path, name, settings) as (images, files):
+        choice = chosen_volume([stored.image for stored in images], settings, name)
+        image = images[choice.image].image
+        check_shape(name, image.nodes)
+        dataset, where, geometry = images[choice.image].find(choice.where)
         check_inside(dataset, name)
         filters = (DEFLATE, SHUFFLE, FLETCHER, LZF)
-        source, _ = split_dataset(path)
-        check_stored(dataset, source.stat().st_size, name, "copy it with h5repack -f GZIP=4", filters)
-        spacing, notices = chosen_spacing(geometry.spacing, settings)
-        doubts = unsettled_lengths(geometry.doubts, settings)
+        check_stored(dataset, files[0].stat().st_size, name, "copy it with h5repack -f GZIP=4", filters)
+        spacing, notices = chosen_spacing(geometry.spacing, settings, doubts=geometry.doubts)
+        unsettled = unsettled_lengths(geometry.unsettled, settings)
         origin, unused = chosen_origin(geometry.origin, settings)
         affine = np.eye(4)
         directions = np.eye(3) if geometry.directions is None else geometry.directions
         affine[:3, :3] = directions * np.array(spacing)
         affine[:3, 3] = origin
+        affine = respaced(affine, geometry.doubts, settings)
         check_affine(name, affine)
-        values = _values(dataset, geometry.image, choice, name, progress)
+        values = _values(dataset, image, where, geometry.dtype, name, progress)
         slope, intercept, told = scale_of_values(Attributes(dataset))
         marked = marked_values(Attributes(dataset), values)
     return Volume(
@@ -80,11 +84,11 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine=affine,
         space=geometry.space,
         path=name,
-        files=(source,),
+        files=files,
         format="hdf5",
         slope=slope,
         intercept=intercept,
-        warnings=(*geometry.notices, *doubts, *told, *marked, *notices, *unused),
+        warnings=(*geometry.notices, *unsettled, *told, *marked, *notices, *unused),
     )
 
 
@@ -94,16 +98,16 @@ def hdf5_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEn
     Raises:
         VolumeError: As `hdf5_volume`.
     """
-    with _opened(path, name) as (_, geometry):
-        image = geometry.image
-        listed = listed_volumes([image], settings, name)
-        count = math.prod(axis.size for axis in image.axes) // math.prod(image.nodes)
-        return [file_entry("hdf5", count, image.nodes, listed)]
+    with _opened(path, name, settings) as (stored, _):
+        images = [each.image for each in stored]
+        listed = listed_volumes(images, settings, name)
+        counts = [math.prod(axis.size for axis in image.axes) // math.prod(image.nodes) for image in images]
+        return [file_entry("hdf5", sum(counts), images[0].nodes, listed)]
 
 
 @contextmanager
-def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
-    """Open the dataset that is meant, with its geometry; tell in one message whatever h5py meets."""
+def _opened(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[list[Stored], tuple[Path, ...]]]:
+    """Open a file for its images and give these and the files; tell in one message whatever h5py meets."""
     source, named = split_dataset(path)
     check_file(source, name)
     try:
@@ -111,16 +115,17 @@ def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
     except ImportError as error:
         raise UnsupportedFormatError(f"{name}: an HDF5 file found, but {MISSING}") from error
     try:
+        spim: SpimData | None
+        if is_spim_data(first_bytes(source, name, START)):
+            spim, source = spim_data_of(source, name, settings.allow_outside)
+            check_file(source, name)
+        else:
+            spim = spim_data_beside(source)
+        files = (source,) if spim is None else (source, spim.path)
         with h5py.File(source, "r") as file:
             if not named and MINC_GROUP in file:
                 raise UnsupportedFormatError(f"{name}: a MINC 2 file found; read it with --input-format minc")
-            dataset, group = meant_dataset(file, named, name, h5py)
-            if not is_volume(dataset):
-                raise UnsupportedFormatError(
-                    f"{name}: {dataset.name} of type {dataset.dtype} and shape {dataset.shape} found; "
-                    "expected numbers along z, y and x"
-                )
-            yield dataset, hdf_geometry(file, dataset, group, name, h5py)
+            yield hdf_images(file, named, spim, name, h5py), files
     except (DmcError, MemoryError):
         raise
     except Exception as error:
@@ -131,16 +136,22 @@ def _opened(path: Path, name: str) -> Iterator[tuple[Any, HdfGeometry]]:
         ) from error
 
 
-def _values(dataset: Any, image: Image, choice: Choice, name: str, progress: Progress) -> AnyArray:
-    """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time; no padding."""
+def _values(
+    dataset: Any, image: Image, where: Where, stored_as: Any, name: str, progress: Progress
+) -> AnyArray:
+    """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time; no padding.
+
+    `stored_as` is the type that they have in truth, None where it is the dataset's.
+    """
     assert image.grid is not None
-    dtype = storable_type(name, widened_type(dataset.dtype))
+    dtype = storable_type(name, widened_type(stored_as or dataset.dtype))
     values = allocate_values(name, image.nodes, dtype)
     target = values.transpose(tuple(int(axis) for axis in np.argsort(image.grid)))
     done = 0
-    for slab in stored_slabs(dataset, choice.where, name):
+    for slab in stored_slabs(dataset, where, name):
         count = min(len(slab), len(target) - done)
-        target[done : done + count] = slab[:count, : target.shape[1], : target.shape[2]]
+        part = slab[:count, : target.shape[1], : target.shape[2]]
+        target[done : done + count] = part if stored_as is None else part.astype(stored_as)
         done += count
         progress.advance(done / len(target))
     return values

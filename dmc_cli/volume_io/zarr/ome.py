@@ -32,14 +32,17 @@ def within_store(path: Path, told: str, name: str) -> Path:
 
 
 def ome_images(
-    path: Path, attributes: dict[str, Any], bounds: Bounds, name: str, title: str = ""
+    path: Path, attributes: dict[str, Any], bounds: Bounds, name: str, title: str = "", wanted: str = ""
 ) -> list[StoredImage]:
-    """Return the finest level of each image of a group."""
+    """Return the finest level of each image of a group, or only the level with the path that is wanted."""
     channels = (attributes.get("omero") or {}).get("channels") or ()
     labels = tuple(str(channel.get("label", "")) for channel in channels)
     found = []
     for number, image in enumerate(attributes["multiscales"][:MOST_IMAGES]):
-        level = image["datasets"][0]
+        levels = [level for level in image["datasets"] if wanted in ("", level["path"])]
+        if wanted and not levels:
+            continue
+        level = levels[0]
         if "coordinateSystems" in image:
             raise UnsupportedFormatError(
                 f"{name}: an OME image with coordinate systems found; expected OME-Zarr 0.1 to 0.5; "
@@ -57,6 +60,12 @@ def ome_images(
         units = tuple(_unit(axis) for axis in image.get("axes", ()))
         found.append(StoredImage(folder, array, Image(axes, titled), scale, shift, units))
     return found
+
+
+def ome_attributes(node: Any) -> dict[str, Any]:
+    """Return the attributes of a group in which OME-Zarr keeps its own: since version 0.5 in `ome`."""
+    attributes = node if isinstance(node, dict) else {}
+    return attributes.get("ome") or attributes
 
 
 def _ome_axes(image: Any, shape: tuple[int, ...], channels: tuple[str, ...]) -> tuple[Axis, ...]:

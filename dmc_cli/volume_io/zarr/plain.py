@@ -56,7 +56,7 @@ def plain_image(path: Path, array: ZarrArray, name: str, bounds: Bounds) -> Stor
     spacing, origin, told = placed(image, along, name)
     if spacing is None and not told:
         owners = [("the array", array.attributes), ("its group", _group_attributes(path.parent, group, name))]
-        spacing, origin, told = loose_lengths(owners)
+        spacing, origin, told = loose_lengths(owners, path.name)
     return StoredImage(path, array, image, plain=(spacing, origin, told))
 
 
@@ -70,7 +70,7 @@ def only_array(path: Path, bounds: Bounds, name: str) -> StoredImage:
     inner = sorted(entry.name for entry in os.scandir(path) if entry.is_dir())
     found = {}
     for entry in inner[:MOST_LOOKED_AT]:
-        node = _node(path / entry, bounds, name)
+        node = other_node(path / entry, bounds, name)
         if isinstance(node, ZarrArray) and sum(size > 1 for size in node.shape) >= 3:
             found[entry] = node
     if len(found) != 1:
@@ -83,7 +83,7 @@ def only_array(path: Path, bounds: Bounds, name: str) -> StoredImage:
     return plain_image(path / entry, array, name, bounds)
 
 
-def _node(folder: Path, bounds: Bounds, name: str) -> Any:
+def other_node(folder: Path, bounds: Bounds, name: str) -> Any:
     """Return an array or the attributes of a group beside the one that is meant, None where it is unusual."""
     with suppress(DmcError, OSError, ValueError, KeyError, TypeError, AttributeError):
         return read_node(folder, bounds, name)
@@ -91,7 +91,7 @@ def _node(folder: Path, bounds: Bounds, name: str) -> Any:
 
 
 def _group_attributes(folder: Path, bounds: Bounds, name: str) -> dict[str, Any]:
-    node = _node(folder, bounds, name)
+    node = other_node(folder, bounds, name)
     return node if isinstance(node, dict) else {}
 
 
@@ -99,7 +99,7 @@ def _along(named: str, size: int, group: Path, bounds: Bounds, name: str) -> Alo
     """Return what a store says of an axis: its name, and the array of places that is called so."""
     if named in ("", ".", "..") or "/" in named or "\\" in named:
         return Along(named, size)
-    node = _node(group / named, bounds, name)
+    node = other_node(group / named, bounds, name)
     if not isinstance(node, ZarrArray) or node.shape != (size,) or node.packing.dtype.kind not in "iuf":
         return Along(named, size)
     read = partial(_places, group / named, node, bounds, name) if size <= MOST_PLACES else None

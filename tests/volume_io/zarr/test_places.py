@@ -176,6 +176,23 @@ def test_lengths_of_the_group_count_for_its_arrays(tmp_path):
     assert read(path / "s0").spacing == (1, 2, 3)
 
 
+def test_smaller_copies_are_as_much_coarser_as_the_group_says(tmp_path):
+    """As n5-viewer has it: `scales` of the group, or `downsamplingFactors` of the level."""
+    path = tmp_path / "a.zarr"
+    group = zarr.open_group(path, mode="w")
+    group.attrs.update(pixelResolution={"dimensions": [1, 2, 3], "unit": "mm"})
+    write(path / "s1", VALUES, 3)
+    volume = read(path / "s1")
+    assert codes(volume) == ["W-SPACING-MISSING"] * 2
+    assert "the smaller copy s1" in volume.warnings[0].sentence
+    group.attrs.update(scales=[[1, 1, 1], [2, 2, 1]])
+    volume = read(path / "s1")
+    assert volume.spacing == (2, 4, 3)
+    assert volume.affine[:3, 3].tolist() == [0.5, 1, 0]
+    write(path / "s2", VALUES, 3, downsamplingFactors=[4, 4, 2])
+    assert read(path / "s2").spacing == (4, 8, 6)
+
+
 @pytest.mark.parametrize(
     ("attributes", "told"),
     [

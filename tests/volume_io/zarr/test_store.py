@@ -61,6 +61,16 @@ def test_the_finest_level_of_an_ome_image_with_its_scale(tmp_path, version):
     np.testing.assert_allclose(volume.affine[:3, 3], (0.01, 0.02, 0.03))
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_coarse_level_is_read_by_its_path(tmp_path, version):
+    path = ome(tmp_path / "a.zarr", VALUES, version)
+    volume = read(path / "1")
+    np.testing.assert_array_equal(volume.values, VALUES[::2, ::2, ::2])
+    np.testing.assert_allclose(volume.spacing, (0.001, 0.004, 0.006))
+    assert volume.warnings == ()
+    assert read(path / "0").spacing == read(path).spacing
+
+
 @pytest.mark.parametrize("folder", ["", "a.zarr/"])
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_zipped_store_is_read(tmp_path, version, folder):
