@@ -70,4 +70,5 @@ def attributes(axis, told):
         if "units" in told:
             found["units"] = told["units"]
         found["direction_cosines"] = np.asarray(told.get("cosines", np.eye(3)), float)[place]
-    return found
+        found |= {"alignment": told["alignment"]} if "alignment" in told else {}
+    return {key: value for key, value in found.items() if key not in told.get("without", ())}

@@ -10,7 +10,8 @@ import numpy as np
 
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored, stored_slabs
-from dmc_cli.volume_io.minc.image import MincImage, unit_of
+from dmc_cli.volume_io.minc.image import MincImage
+from dmc_cli.volume_io.minc.world import WHAT_PLACES
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[minc]" or pip install h5py'
 
@@ -46,8 +47,7 @@ def open_hdf(path: Path, name: str) -> MincImage:
         axes=axes,
         shape=image.shape,
         dtype=np.dtype(minc.get_data_dtype()),
-        affine=minc.get_affine(),
-        units=tuple(unit_of(Attributes(file[f"minc-2.0/dimensions/{axis}"]).get("units")) for axis in axes),
+        places=tuple(_places(file, axis) for axis in axes),
         valid=Attributes(image).get("valid_range"),
         ends=(np.asarray(ends[0]), np.asarray(ends[1])),
         ends_axes=ends_axes,
@@ -63,6 +63,12 @@ def _check_links(group: Any, name: str, h5py: Any) -> None:
                 f"{name}: {group.name} holds a link, {key[:80]!r}; expected all values in this file; "
                 "copy it with h5repack"
             )
+
+
+def _places(file: Any, axis: str) -> dict[str, Any]:
+    """Return what an axis tells of where its nodes lie."""
+    attributes = Attributes(file[f"minc-2.0/dimensions/{axis}"])
+    return {key: told for key in WHAT_PLACES if (told := attributes.get(key)) is not None}
 
 
 def _axes(dataset: Any) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ all, or for each slice. Floating-point values are physical already. Source: the 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,7 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
-from dmc_cli.volume_io.lengths import settled_affine
-from dmc_cli.volume_io.units import scales_in_mm
+from dmc_cli.volume_io.minc.world import minc_world
 
 SPACE = {"xspace", "yspace", "zspace"}
 
@@ -31,8 +30,7 @@ class MincImage:
         axes: Names of the axes, the slowest first.
         shape: Nodes along each.
         dtype: Type of a stored value, with its byte order.
-        affine: nibabel's, shape (4, 4): indices along the axes in space, in the file's order, to `units`.
-        units: The axes' units as the file spells them, None where it tells none.
+        places: For each axis the attributes of `world.py` that the file has of it.
         valid: The range of stored values, or None where the type's own is meant.
         ends: image-min and image-max.
         ends_axes: The axes along which they differ.
@@ -44,8 +42,7 @@ class MincImage:
     axes: tuple[str, ...]
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
-    affine: Float64Array
-    units: tuple[str | None, ...]
+    places: tuple[Mapping[str, Any], ...]
     valid: Sequence[float] | None
     ends: tuple[AnyArray, AnyArray]
     ends_axes: tuple[str, ...]
@@ -63,7 +60,7 @@ class MincImage:
             UnsupportedFormatError: The last three axes are not x, y and z in any order.
             VolumeError: A layer of less than two nodes.
         """
-        is_spatial = {*self.axes[-3:]} == SPACE and self.affine.shape == (4, 4)
+        is_spatial = {*self.axes[-3:]} == SPACE and not SPACE & {*self.axes[:-3]}
         if not is_spatial or len(self.axes) != len(self.shape):
             raise UnsupportedFormatError(
                 f"{self.name}: axes {', '.join(self.axes)} found; expected xspace, yspace and zspace as the "
@@ -76,21 +73,11 @@ class MincImage:
     def world(self, settings: ReadSettings) -> tuple[Float64Array, tuple[Notice, ...]]:
         """Return the affine of indices whose first one is the fastest, shape (4, 4), in mm, and what is told.
 
-        An axis without a unit is in millimetres, as the tools of MINC take it.
-
         Raises:
             UnsupportedFormatError: Units that differ, or of time.
         """
-        units = [unit or "mm" for unit in self.units[:-4:-1]]
-        scales, doubts = scales_in_mm(units, self.name)
-        if len(set(scales)) > 1:
-            raise UnsupportedFormatError(
-                f"{self.name}: axes in units that differ ({', '.join(units)}) found; expected one unit; "
-                "correct them with minc_modify_header"
-            )
-        affine = self.affine[:, [2, 1, 0, 3]]
-        affine[:3] *= scales[0]
-        return settled_affine(affine, doubts, settings)
+        axes = list(zip(self.axes, self.places, strict=True))[:-4:-1]
+        return minc_world(axes, settings, self.name)
 
     def scales(self, place: tuple[int, ...]) -> Float64Array:
         """Return slope and intercept of each slice of a volume, shape (nz, 2).
@@ -146,9 +133,3 @@ class MincImage:
                 yield np.clip(slab, math.ceil(low), math.floor(high))
             else:
                 yield slab
-
-
-def unit_of(told: object) -> str | None:
-    """Return an axis' attribute `units` as a text, None for what is none."""
-    text = told.decode("latin-1") if isinstance(told, bytes) else str(told or "")
-    return text.strip("\0 ") or None

@@ -11,7 +11,8 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.volume import intact, map_file
-from dmc_cli.volume_io.minc.image import MincImage, unit_of
+from dmc_cli.volume_io.minc.image import MincImage
+from dmc_cli.volume_io.minc.world import WHAT_PLACES
 
 LONGEST_HEADER = 1 << 22
 """Bytes that the header is read for: more than any history of processing, and read within seconds."""
@@ -77,13 +78,18 @@ def open_netcdf(path: Path, name: str) -> MincImage:
         axes=tuple(image.dimensions),
         shape=values.shape,
         dtype=dtype,
-        affine=minc.get_affine(),
-        units=tuple(unit_of(getattr(found.variables.get(axis), "units", None)) for axis in image.dimensions),
+        places=tuple(_places(found, axis) for axis in image.dimensions),
         valid=getattr(image, "valid_range", told),
         ends=ranges,
         ends_axes=tuple(least.dimensions),
         slabs=slabs,
     )
+
+
+def _places(found: Any, axis: str) -> dict[str, Any]:
+    """Return what an axis tells of where its nodes lie."""
+    variable = found.variables.get(axis)
+    return {key: getattr(variable, key) for key in WHAT_PLACES if hasattr(variable, key)}
 
 
 def _mapped(file: BinaryIO) -> Any:

@@ -345,3 +345,31 @@ def test_a_time_is_no_length(tmp_path, kind):
     path = kind[0](tmp_path / "a.mnc", counting((3, 4, 5), "u1"), 0.0, 1.0, units="s")
     with pytest.raises(UnsupportedFormatError, match="a time is no length"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("told", "spacing", "origin", "codes"),
+    [
+        ({"without": ["direction_cosines"]}, (2, 3, 4), (2, 3, 4), []),
+        ({"without": ["step"]}, (1, 1, 1), (2, 3, 4), ["W-SPACING-MISSING"]),
+        ({"without": ["step"], "units": "um"}, (1e-3,) * 3, (2e-3, 3e-3, 4e-3), ["W-SPACING-MISSING"]),
+        ({"without": ["start"]}, (2, 3, 4), (0, 0, 0), ["W-POSITION-MISSING"]),
+        ({"cosines": np.diag([2, 1, 1.1])}, (2, 3, 4), (2, 3, 4), ["W-ORIENTATION-ROUNDED"] * 2),
+        ({"cosines": np.diag([1.00001, 1, 1])}, (2, 3, 4), (2, 3, 4), []),
+        ({"alignment": "centre"}, (2, 3, 4), (2, 3, 4), []),
+        ({"alignment": "start_"}, (2, 3, 4), (2, 3, 4), ["W-GEOMETRY-CONTRADICTED"]),
+    ],
+    ids=str,
+)
+def test_what_an_axis_leaves_open_is_told(tmp_path, kind, told, spacing, origin, codes):
+    volume = read(kind[0](tmp_path / "a.mnc", counting((3, 4, 5), "u1"), 0.0, 1.0, **told))
+    np.testing.assert_allclose(volume.spacing, spacing, rtol=1e-4)
+    np.testing.assert_allclose(volume.affine[:3, 3], origin, rtol=1e-4)
+    assert [notice.code for notice in volume.warnings] == codes
+
+
+def test_options_tell_what_a_header_lacks(tmp_path, kind):
+    path = kind[0](tmp_path / "a.mnc", counting((3, 4, 5), "u1"), 0.0, 1.0, without=["step", "start"])
+    volume = read(path, spacing=(1, 2, 3), origin=(4, 5, 6))
+    np.testing.assert_allclose(volume.affine, [[1, 0, 0, 4], [0, 2, 0, 5], [0, 0, 3, 6], [0, 0, 0, 1]])
+    assert volume.warnings == ()
