@@ -138,13 +138,29 @@ DIRECTIONS = "(1,0,0) (0,2,0) (0,0,3)"
     ],
 )
 def test_nrrd_units_of_axes_count_beside_directions(tmp_path, units, spacing):
-    volume = read(nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, units=units))
+    volume = read(
+        nrrd(tmp_path, space="RAS", space_origin="(4,5,6)", space_directions=DIRECTIONS, units=units)
+    )
     np.testing.assert_allclose(volume.spacing, spacing)
     assert volume.sentences == ()
 
 
+def test_nrrd_directions_without_an_origin_are_told(tmp_path):
+    path = nrrd(tmp_path, space="LPS", space_directions=DIRECTIONS)
+    volume = read(path)
+    assert [notice.code for notice in volume.warnings] == ["W-POSITION-MISSING"]
+    np.testing.assert_array_equal(volume.affine, np.diag([1, 2, 3, 1]))
+    volume = read(path, origin=(4, 5, 6))
+    assert volume.warnings == ()
+    np.testing.assert_array_equal(volume.affine, [[1, 0, 0, 4], [0, 2, 0, 5], [0, 0, 3, 6], [0, 0, 0, 1]])
+    volume = read(nrrd(tmp_path, space_directions=DIRECTIONS, units='"mm" "mm" "mm"', space_dimension="3"))
+    assert volume.warnings == ()
+
+
 def test_nrrd_units_of_axes_that_differ_beside_directions_are_refused(tmp_path):
-    path = nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, units='"um" "um" "mm"')
+    path = nrrd(
+        tmp_path, space="RAS", space_origin="(4,5,6)", space_directions=DIRECTIONS, units='"um" "um" "mm"'
+    )
     with pytest.raises(UnsupportedFormatError, match="expected one unit, or space units"):
         read(path)
 
@@ -165,7 +181,11 @@ def test_nrrd_units_of_axes_that_differ_beside_directions_are_refused(tmp_path):
     ],
 )
 def test_nrrd_statements_about_a_distance_that_differ_are_told(tmp_path, fields, is_told):
-    units = {"space": "RAS"} if "space_directions" in fields else {"units": '"mm" "mm" "mm"'}
+    units = (
+        {"space": "RAS", "space_origin": "(4,5,6)"}
+        if "space_directions" in fields
+        else {"units": '"mm" "mm" "mm"'}
+    )
     volume = read(nrrd(tmp_path, **fields, **units))
     assert volume.spacing == (1, 2, 3)
     assert [notice.code for notice in volume.warnings] == ["W-GEOMETRY-CONTRADICTED"] * is_told
@@ -181,7 +201,7 @@ def test_nrrd_statements_about_a_distance_that_differ_are_told(tmp_path, fields,
     ],
 )
 def test_nrrd_values_that_were_others_before_they_were_rounded_are_told(tmp_path, fields, is_told):
-    volume = read(nrrd(tmp_path, space="RAS", space_directions=DIRECTIONS, **fields))
+    volume = read(nrrd(tmp_path, space="RAS", space_origin="(4,5,6)", space_directions=DIRECTIONS, **fields))
     assert [notice.code for notice in volume.warnings] == ["W-VALUES-MAPPED"] * is_told
 
 

@@ -6,6 +6,7 @@ with space none.
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,6 +38,8 @@ SPACES: dict[str, tuple[Space, tuple[float, float, float]]] = {
     "3d-left-handed": ("none", (1, 1, 1)),
 }
 """Name of a space to ours, and the signs that turn its axes into it. A name may end in `-time` (or T)."""
+
+NO_ORIGIN = "the header tells no space origin; 0 is taken for the first node; --origin gives it"
 
 _SAME_LENGTH = 1e-3
 """Part of a distance by which two statements of it may differ: writers round to a few digits."""
@@ -88,7 +91,13 @@ def nrrd_geometry(
         lengths, [_entry(fields, "spacings", a, name) for a in spatial], "space directions"
     )
     affine[:3] *= (np.array(scale) * np.array(signs))[:, None]
-    affine, told_of_lengths = settled_affine(affine, doubts, settings)
+    if "space origin" in fields or spelled not in SCANNED:
+        affine, told_of_lengths = settled_affine(affine, doubts, settings)
+        return affine, space, (*notes, *told_of_lengths)
+    affine, told_of_lengths = settled_affine(affine, doubts, replace(settings, origin=None))
+    if settings.origin is None:
+        notes.append(Notice("W-POSITION-MISSING", NO_ORIGIN))
+    affine[:3, 3] = settings.origin or (0.0, 0.0, 0.0)
     return affine, space, (*notes, *told_of_lengths)
 
 
