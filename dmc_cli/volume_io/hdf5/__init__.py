@@ -4,6 +4,7 @@ links            links in a file, attributes that are texts
 dataset          which dataset of a file is meant
 stored           what is known of it, and of several that make one image
 named_axes       what a file calls the axes of its dataset
+nexus            scales of NeXus' fields, and transformations
 imaris           what an Imaris file says of a dataset
 geometry         what a file says of its dataset's axes, lengths and units
 spim_data        what the XML beside a BigDataViewer file says

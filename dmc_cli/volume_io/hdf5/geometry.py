@@ -14,6 +14,7 @@ from dmc_cli.volume_io.axes import Axis, Image, stacked_image, unnamed_axes
 from dmc_cli.volume_io.hdf5.dataset import ITK_VALUES
 from dmc_cli.volume_io.hdf5.imaris import imaris_grid, is_imaris
 from dmc_cli.volume_io.hdf5.named_axes import named_axes
+from dmc_cli.volume_io.hdf5.nexus import moved, signal_scale
 from dmc_cli.volume_io.hdf5.stored import HdfGeometry
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
 from dmc_cli.volume_io.loose_lengths import loose_lengths, numbers
@@ -32,16 +33,17 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
         nodes, lengths, first, doubts = imaris_grid(file, dataset, name)
         return HdfGeometry(stacked_image(nodes), lengths, first, doubts=doubts)
     image, along = named_axes(file, dataset, group, name, h5py)
-    notices = (*unnamed_axes(image), *_matlab(dataset))
+    notices = (*unnamed_axes(image), *_matlab(dataset), *moved(file, dataset, group, name, h5py))
+    scale = signal_scale(file, dataset, group, name, h5py)
     sizes = numbers(Attributes(dataset).get("element_size_um"))
     if len(sizes) == 3:
         z, y, x = (1e-3 * size for size in sizes)
-        return HdfGeometry(image, (x, y, z), notices=notices)
+        return HdfGeometry(image, (x, y, z), notices=notices, scale=scale)
     spacing, origin, told = placed(image, along, name)
     if spacing is None and not told:
         owners = [(str(owner.name), Attributes(owner)) for owner in (dataset, dataset.parent, file)]
         spacing, origin, told = loose_lengths(owners, str(dataset.name).rpartition("/")[2])
-    return HdfGeometry(image, spacing, origin, notices=notices, unsettled=told)
+    return HdfGeometry(image, spacing, origin, notices=notices, unsettled=told, scale=scale)
 
 
 def _itk(file: Any, dataset: Any, name: str) -> HdfGeometry:

@@ -14,6 +14,7 @@ from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.volume_io.axes import UNNAMED, Image, nameless_image
 from dmc_cli.volume_io.hdf5.links import followed, text_of
+from dmc_cli.volume_io.hdf5.nexus import field_scale
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
 from dmc_cli.volume_io.loose_lengths import axis_names
 from dmc_cli.volume_io.places import Along, cf_axis, named_image
@@ -38,7 +39,7 @@ def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> tup
             return nameless_image(dataset.shape), [Along("", int(size)) for size in dataset.shape]
         told = [(label, None) for label in names]
     along = [
-        _along(label, places, int(size), name, h5py)
+        _along(file, group, label, places, int(size), name, h5py)
         for (label, places), size in zip(told, dataset.shape, strict=True)
     ]
     image = named_image(along)
@@ -52,7 +53,7 @@ def named_axes(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> tup
     return image, along
 
 
-def _along(label: str, places: Any, size: int, name: str, h5py: Any) -> Along:
+def _along(file: Any, group: Any, label: str, places: Any, size: int, name: str, h5py: Any) -> Along:
     """Return what a file says of an axis by its name and its dataset of places, which may be none."""
     if not isinstance(places, h5py.Dataset) or places.shape != (size,):
         return Along(label, size)
@@ -60,7 +61,8 @@ def _along(label: str, places: Any, size: int, name: str, h5py: Any) -> Along:
     def read() -> AnyArray:
         check_inside(places, name)
         check_stored(places, places.file.id.get_filesize(), name, "copy it with h5repack")
-        return np.asarray(places[()])
+        slope, intercept, _ = field_scale(file, group, label, name, h5py) or (1.0, 0.0, ())
+        return slope * np.asarray(places[()], np.float64) + intercept
 
     unit = text_of(Attributes(places).get("units", ""))
     return Along(label, size, unit, cf_axis(Attributes(places), text_of), read)

@@ -26,7 +26,7 @@ from dmc_cli.volume import (
     widened_type,
 )
 from dmc_cli.volume_io.axes import Image, chosen_volume, listed_volumes
-from dmc_cli.volume_io.climate import marked_values, scale_of_values
+from dmc_cli.volume_io.climate import scale_of_values, true_type, without_missing
 from dmc_cli.volume_io.content import START, first_bytes
 from dmc_cli.volume_io.hdf5.images import hdf_images
 from dmc_cli.volume_io.hdf5.spim_data import SpimData, is_spim_data, spim_data_beside, spim_data_of
@@ -76,9 +76,11 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         affine[:3, 3] = origin
         affine = respaced(affine, geometry.doubts, settings)
         check_affine(name, affine)
-        values = _values(dataset, image, where, geometry.dtype, name, progress)
-        slope, intercept, told = scale_of_values(Attributes(dataset))
-        marked = marked_values(Attributes(dataset), values)
+        attributes = Attributes(dataset)
+        stored_as = geometry.dtype or true_type(attributes, dataset.dtype)
+        values = _values(dataset, image, where, stored_as, name, progress)
+        slope, intercept, told = geometry.scale or scale_of_values(attributes)
+        padding, marked = without_missing(attributes, values, (slope, intercept))
     return Volume(
         values=values,
         affine=affine,
@@ -88,6 +90,7 @@ def hdf5_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="hdf5",
         slope=slope,
         intercept=intercept,
+        padding=padding,
         warnings=(*geometry.notices, *unsettled, *told, *marked, *notices, *unused),
     )
 
@@ -137,21 +140,20 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[lis
 
 
 def _values(
-    dataset: Any, image: Image, where: Where, stored_as: Any, name: str, progress: Progress
+    dataset: Any, image: Image, where: Where, dtype: np.dtype[Any], name: str, progress: Progress
 ) -> AnyArray:
     """Return the values of a volume, shape (nz, ny, nx), read a few planes at a time; no padding.
 
-    `stored_as` is the type that they have in truth, None where it is the dataset's.
+    `dtype` is the type that they have in truth, of as many bytes as the dataset's.
     """
     assert image.grid is not None
-    dtype = storable_type(name, widened_type(stored_as or dataset.dtype))
-    values = allocate_values(name, image.nodes, dtype)
+    values = allocate_values(name, image.nodes, storable_type(name, widened_type(dtype)))
     target = values.transpose(tuple(int(axis) for axis in np.argsort(image.grid)))
     done = 0
     for slab in stored_slabs(dataset, where, name):
         count = min(len(slab), len(target) - done)
         part = slab[:count, : target.shape[1], : target.shape[2]]
-        target[done : done + count] = part if stored_as is None else part.astype(stored_as)
+        target[done : done + count] = part if dtype == dataset.dtype else part.astype(dtype)
         done += count
         progress.advance(done / len(target))
     return values

@@ -30,6 +30,7 @@ class HdfGeometry:
         doubts: What is told of the lengths that are taken, of which `--spacing` tells better.
         unsettled: What is told of lengths that are not used, and that options give.
         dtype: What the values are, where they are stored as something else of the same size.
+        scale: Slope, intercept and what is told of them, where something else than attributes of CF tells.
     """
 
     image: Image
@@ -41,6 +42,7 @@ class HdfGeometry:
     doubts: tuple[Notice, ...] = ()
     unsettled: tuple[Notice, ...] = ()
     dtype: np.dtype[Any] | None = None
+    scale: tuple[float, float, tuple[Notice, ...]] | None = None
 
 
 @dataclass(frozen=True)

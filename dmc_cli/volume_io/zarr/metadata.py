@@ -137,6 +137,9 @@ def read_node(folder: Path, bounds: Bounds, name: str) -> ZarrArray | dict[str, 
     old = read_json(folder / ".zarray", bounds, name)
     if old is not None:
         attributes = read_json(folder / ".zattrs", bounds, name) or {}
+        if "_ARRAY_DIMENSIONS" in attributes and old.get("fill_value"):
+            # so xarray marks missing values; 0 is what others fill with
+            attributes = {"_FillValue": old["fill_value"], **attributes}
         return _scaled(_version_2(old, name), dict(attributes))
     group = read_json(folder / ".zgroup", bounds, name)
     if group is None:

@@ -13,7 +13,7 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.axes import chosen_volume, images_entry, unnamed_axes
-from dmc_cli.volume_io.climate import marked_values
+from dmc_cli.volume_io.climate import true_type, without_missing
 from dmc_cli.volume_io.layout import (
     ZARR_MARKERS,
     chosen_origin,
@@ -46,13 +46,13 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     array, grid = found.array, found.image.grid
     assert grid is not None
     check_shape(name, found.image.nodes)
-    dtype = storable_type(name, widened_type(array.packing.dtype))
+    dtype = storable_type(name, widened_type(true_type(array.attributes, array.packing.dtype)))
     told_spacing, told_origin, doubts = found.placed(name)
     files = chunk_files(found.folder, array, bounds, name)
     values = allocate_values(name, found.image.nodes, dtype)
     stored = values.transpose(np.argsort(grid))  # its axes in the order of the array's
     ChunkReader(found.folder, array, choice.where, stored, name).read(files, settings.threads, progress)
-    marked = marked_values(array.attributes, values)
+    padding, marked = without_missing(array.attributes, values, array.scale)
     spacing, warnings = chosen_spacing(told_spacing, settings, "the store", doubts)
     origin, unused = chosen_origin(told_origin, settings, "the store")
     unsettled = unsettled_lengths(found.plain[2], settings)
@@ -65,6 +65,7 @@ def zarr_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         format="zarr",
         slope=array.scale[0],
         intercept=array.scale[1],
+        padding=padding,
         warnings=(*unnamed_axes(found.image), *unsettled, *array.notices, *marked, *warnings, *unused),
     )
 

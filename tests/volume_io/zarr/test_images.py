@@ -169,8 +169,8 @@ def test_axes_of_space_with_names_that_are_known(tmp_path, names):
         ({"add_offset": 3}, (1, 3), []),
         ({"scale_factor": 0.0}, (1, 0), ["W-RESCALE-UNKNOWN"]),
         ({"scale_factor": "high"}, (1, 0), ["W-RESCALE-UNKNOWN"]),
-        ({"_FillValue": 7}, (1, 0), ["W-VALUES-MAPPED"]),
         ({"_FillValue": -7}, (1, 0), []),
+        ({"_FillValue": [{}]}, (1, 0), ["W-VALUES-MAPPED"]),
     ],
 )
 def test_values_are_scaled_as_climate_conventions_have_it(tmp_path, version, attributes, scale, told):
@@ -181,6 +181,41 @@ def test_values_are_scaled_as_climate_conventions_have_it(tmp_path, version, att
     np.testing.assert_array_equal(volume.values, values)
     assert (volume.slope, volume.intercept) == scale
     assert [notice.code for notice in volume.warnings] == told
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize(
+    ("attributes", "missing"),
+    [
+        ({"_FillValue": 7}, [7]),
+        ({"missing_value": 7, "valid_range": [3, 110]}, [0, 1, 2, 7, *range(111, 120)]),
+        ({"valid_range": [1.5, 50.0], "scale_factor": 0.5}, [0, 1, 2, *range(101, 120)]),
+        ({"_FillValue": "AAAAAAAAHEA="}, [7]),
+    ],
+)
+def test_missing_values_are_nodes_without_data(tmp_path, version, attributes, missing):
+    """By the attributes of CF 2.5.1, as xarray writes them: real numbers packed as base64 in version 3."""
+    for dtype in ("<i2", "<f4"):
+        values = values_of("zyx", dtype)
+        write_array(tmp_path / dtype[1:], values, version, attributes=attributes)
+        volume = read(tmp_path / dtype[1:], spacing=(1, 1, 1))
+        assert [notice.code for notice in volume.warnings] == ["W-NO-DATA"]
+        if dtype == "<i2":
+            is_missing = volume.values == volume.padding[0]
+            np.testing.assert_array_equal(is_missing, np.isin(values, missing))
+        else:
+            found = {*values[np.isnan(volume.values)].astype(int).tolist()}
+            assert found == {*missing} or "scale_factor" in attributes
+
+
+def test_the_fill_value_of_an_array_of_xarrays_marks_missing_values(tmp_path):
+    """In version 2 it is how xarray keeps `_FillValue`; 0 is what everybody fills with."""
+    values = values_of("zyx")
+    names = {"_ARRAY_DIMENSIONS": ["z", "y", "x"]}
+    for fill, attributes, padding in ((7, names, (7, 7)), (7, {}, None), (0, names, None)):
+        path = tmp_path / f"{fill}{len(attributes)}.zarr"
+        write_array(path, values, 2, fill_value=fill, attributes=attributes)
+        assert read(path).padding == padding
 
 
 def test_channels_have_the_names_of_omero(tmp_path):
