@@ -136,7 +136,7 @@ FORMATS: dict[str, VolumeFormat] = {
     "parrec": VolumeFormat(
         title="Philips PAR/REC (pairs)",
         suffixes=(".par", ".rec"),
-        options=("volume_index", "allow_outside"),
+        options=(*_NAMED_AXES, "volume_index", "allow_outside"),
         read="parrec:parrec_volume",
         entries="parrec:parrec_entries",
     ),

@@ -26,7 +26,7 @@ raw, synthetic, numpy_file, metaimage  formats whose headers are read by us
 nibabel_headers  what headers of nibabel's classes say of the values
 nifti, analyze, mgh, afni  formats whose headers nibabel reads
 slices           a volume from slices that have a scale each
-parrec, minc/    formats with such slices
+parrec_axes, parrec, minc/  formats with such slices
 climate          scale and missing values by the Climate and Forecast conventions
 hdf_path, hdf_storage, hdf5/  a dataset in a file: how it is named, stored and read
 images           folders of PNG, BMP, JPEG and JPEG 2000

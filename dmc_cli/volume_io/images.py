@@ -34,6 +34,9 @@ LARGEST_RATIO = 5000
 SCALED = {"L;2": 85, "L;4": 17}
 """Grey of few bits that Pillow spreads over 8, and by what factor."""
 
+DEEP_COLORS = ("RGB;16B", "RGBA;16B")
+"""Pillow's names of colours of 16 bits."""
+
 FEW_BITS = {"1": 1, "L;2": 2, "L;4": 4}
 """Pillow's names of images of less than 8 bits."""
 
@@ -96,7 +99,7 @@ def _opened(path: Path, name: str) -> Iterator[Plane]:
             columns, rows = image.size
             raw = _raw_mode(image)
             is_grey = image.mode in GREY_MODES and not raw.endswith(";I")
-            dtype = np.dtype("u1")
+            dtype = np.dtype("u2" if raw in DEEP_COLORS else "u1")
             if is_grey and image.mode not in ("1", "L"):
                 dtype = np.dtype({"I": "i4", "F": "f4"}.get(image.mode, "u2"))
             bits = FEW_BITS.get(image.mode, FEW_BITS.get(raw, 0))
@@ -129,14 +132,35 @@ def _grey(image: Any, raw: str, path: Path, name: str) -> AnyArray:
     if image.mode in GREY_MODES:
         values: AnyArray = np.asarray(image)
         return values // SCALED[raw] if raw in SCALED else values
-    if ";16" not in raw and image.mode in ("RGB", "RGBA", "LA", "P"):
+    parts = None
+    if raw in DEEP_COLORS and "transparency" not in image.info:
+        parts = _deep_parts(path, raw)
+    elif ";16" not in raw and image.mode in ("RGB", "RGBA", "LA", "P"):
         parts = np.asarray(image.convert("RGBA"))
-        if (parts[..., 3] == 255).all() and (parts[..., :3] == parts[..., :1]).all():
-            return parts[..., 0]
+    if parts is not None and _are_grey(parts):
+        return parts[..., 0]
     raise UnsupportedFormatError(
         f"{name}: {path.name} has colours or transparent pixels ({raw or image.mode}); expected grey slices; "
         "convert them, or put what is no slice elsewhere"
     )
+
+
+def _are_grey(parts: AnyArray) -> bool:
+    """Return whether the parts of all pixels are the same, and opaque where there is a fourth."""
+    is_opaque = (parts[..., 3:] == np.iinfo(parts.dtype).max).all()
+    return bool(is_opaque and (parts[..., :3] == parts[..., :1]).all())
+
+
+def _deep_parts(path: Path, raw: str) -> AnyArray:
+    """Return the parts of pixels of 16 bits, of which Pillow decodes one byte, as the raw mode says."""
+    from PIL import Image
+
+    halves = []
+    for half in (raw, raw.replace("16B", "16L")):
+        with path.open("rb") as file, Image.open(file, formats=("PNG",)) as image:
+            image.tile = [tile._replace(args=half) for tile in image.tile]
+            halves.append(np.asarray(image).astype(np.uint16))
+    return halves[0] << 8 | halves[1]
 
 
 @contextmanager

@@ -5,6 +5,7 @@ lie elsewhere is refused. Physical values are those that the console displays: s
 are its own.
 """
 
+import math
 import warnings
 from collections.abc import Iterator
 from io import StringIO
@@ -18,8 +19,10 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
-from dmc_cli.volume_io.layout import check_file, chosen_index, file_entry
+from dmc_cli.volume_io.axes import chosen_volume, flat_index, listed_volumes
+from dmc_cli.volume_io.layout import check_file, file_entry
 from dmc_cli.volume_io.pair import checked_pair
+from dmc_cli.volume_io.parrec_axes import parrec_image
 from dmc_cli.volume_io.slices import stack_slices
 
 LARGEST_HEADER = 1 << 26
@@ -37,25 +40,29 @@ LABELS = (
     "gradient orientation number",
     "cardiac phase number",
     "echo number",
+    "scanning sequence",
 )
 """What all slices of a volume share, as far as the version has it."""
 
 
 def parrec_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """Return the volume `settings.volume_index` of a pair.
+    """Return the volume of a pair that the settings choose.
 
     Raises:
         VolumeError: One of the two files is not there.
         UnsupportedFormatError: Slices that are no one volume.
         DamagedVolumeError: The header cannot be understood, or the values are fewer than it promises.
         AmbiguousVolumeError: Several volumes, and none chosen.
+        SettingsError: The chosen one does not exist.
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
     header_path, data_path = checked_pair(path, name, settings.allow_outside)
     header = _header(header_path, name)
-    shape, volumes = _grid(header, name)
-    index = chosen_index(name, volumes, settings.volume_index)
-    order = header.get_sorted_slice_indices()[index * shape[2] : (index + 1) * shape[2]]
+    shape = _grid(header, name)
+    order = header.get_sorted_slice_indices()
+    image = parrec_image(header.image_defs[order[:: shape[2]]], shape)
+    index = flat_index(image, chosen_volume([image], settings, name))
+    order = order[index * shape[2] : (index + 1) * shape[2]]
     slices = header.image_defs[order]
     with np.errstate(all="ignore"):  # what is not finite is refused
         affine = header.get_affine()
@@ -93,8 +100,12 @@ def parrec_entries(path: Path, name: str, settings: ReadSettings) -> list[Volume
         VolumeError: As `parrec_volume`.
     """
     header_path, _ = checked_pair(path, name, settings.allow_outside)
-    shape, volumes = _grid(_header(header_path, name), name)
-    return [file_entry("parrec", volumes, shape)]
+    header = _header(header_path, name)
+    shape = _grid(header, name)
+    image = parrec_image(header.image_defs[header.get_sorted_slice_indices()[:: shape[2]]], shape)
+    listed = listed_volumes([image], settings, name)
+    count = len(listed) if settings.time is not None else math.prod(image.axes[n].size for n in image.others)
+    return [file_entry("parrec", count, shape, listed if count > 1 else ())]
 
 
 def _header(path: Path, name: str) -> Any:
@@ -134,13 +145,13 @@ def _header(path: Path, name: str) -> Any:
     return header
 
 
-def _grid(header: Any, name: str) -> tuple[tuple[int, int, int], int]:
-    """Return the nodes along x, y, z and the number of volumes."""
-    nx, ny, nz, volumes = (int(n) for n in (*header.get_data_shape(), 1)[:4])
+def _grid(header: Any, name: str) -> tuple[int, int, int]:
+    """Return the nodes along x, y, z."""
+    nx, ny, nz = (int(n) for n in header.get_data_shape()[:3])
     if min(nx, ny) < 1:
         raise DamagedVolumeError(f"{name}: slices of {nx} x {ny} values found; expected positive numbers")
     check_shape(name, (nx, ny, nz))
-    return (nx, ny, nz), volumes
+    return nx, ny, nz
 
 
 def _check_slices(slices: Any, shape: tuple[int, int, int], affine: Float64Array, name: str) -> None:

@@ -7,7 +7,7 @@ GENERAL = """\
 # CLINICAL TRYOUT             Research image export tool     {version}
 # === GENERAL INFORMATION ===
 .    Patient name                       :   phantom
-.    Max. number of echoes              :   1
+.    Max. number of echoes              :   {echoes}
 .    Max. number of slices/locations    :   {slices}
 .    Max. number of dynamics            :   {dynamics}
 .    Repetition time [ms]               :   2000.000
@@ -19,7 +19,8 @@ GENERAL = """\
 """
 
 LINE = (
-    "{slice} 1 {dynamic} 1 {kind} 2 {record} {bits} 62 {nx} {ny} {intercept} {slope} 0.005 1070 1860 "
+    "{slice} {echo} {dynamic} {phase} {kind} {sequence} {record} {bits} 62 {nx} {ny} {intercept} {slope} "
+    "0.005 1070 1860 "
     "{angulation} {place} {thickness} {gap} 0 1 0 2 {dx} {dy} 28 0 0 0 1 90 0 0 0 39 0 1 1 7 0 0 0 0 1"
 )
 
@@ -38,7 +39,13 @@ def par_header(shape, scales, spacing=(2.0, 3.0, 4.0), version="V4.2", order=Non
     nx, ny, nz = shape
     dynamics = len(scales)
     centre = changes.pop("centre", (7.0, -8.0, 9.0))
-    told = {"slices": nz, "dynamics": dynamics, "angulation": "0 0 0", "version": version} | changes
+    told = {
+        "slices": nz,
+        "echoes": 1,
+        "dynamics": dynamics,
+        "angulation": "0 0 0",
+        "version": version,
+    } | changes
     order = range(nz * dynamics) if order is None else order
     lines = []
     for number, record in enumerate(order):
@@ -46,7 +53,10 @@ def par_header(shape, scales, spacing=(2.0, 3.0, 4.0), version="V4.2", order=Non
         up = centre[1] + (k - (nz - 1) / 2) * spacing[2]
         line = {
             "slice": k + 1,
+            "echo": 1,
             "dynamic": dynamic + 1,
+            "phase": 1,
+            "sequence": 2,
             "kind": 0,
             "record": record,
             "bits": 16,

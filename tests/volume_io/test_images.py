@@ -135,11 +135,26 @@ def test_colours_and_transparent_pixels_are_refused(tmp_path):
         folder = save(tmp_path / str(k), numbered(".png", 2), [plane, plane])
         with pytest.raises(UnsupportedFormatError, match=r"rec7.png has colours or transparent pixels"):
             read(folder)
-    deep = np.full((6, 7, 3), 300)
-    for name in numbered(".png"):
-        (tmp_path / name).write_bytes(_png(deep, depth=16, color=2))
-    with pytest.raises(UnsupportedFormatError, match=r"colours or transparent pixels \(RGB;16B\)"):
-        read(tmp_path)
+
+
+@pytest.mark.parametrize("color", [2, 6])
+def test_grey_of_16_bits_written_as_colours_is_grey(tmp_path, color):
+    """Pillow decodes eight bits of them."""
+    parts = {2: 3, 6: 4}[color]
+    values = np.random.default_rng(0).integers(0, 65536, (4, 6, 7))
+    for name, plane in zip(numbered(".png"), values, strict=True):
+        pixels = np.repeat(plane[..., None], parts, axis=2)
+        pixels[..., 3:] = 65535
+        (tmp_path / name).write_bytes(_png(pixels, depth=16, color=color))
+    volume = read(tmp_path)
+    assert volume.values.dtype == np.uint16
+    np.testing.assert_array_equal(volume.values, values)
+    for place in {2: [0], 6: [0, 3]}[color]:  # a colour that differs in the lower bits, and a clear pixel
+        wrong = pixels.copy()
+        wrong[2, 3, place] ^= 1
+        (tmp_path / "rec10.png").write_bytes(_png(wrong, depth=16, color=color))
+        with pytest.raises(UnsupportedFormatError, match=r"rec10.png has colours or transparent"):
+            read(tmp_path)
 
 
 @pytest.mark.parametrize("depth", [1, 2, 4])

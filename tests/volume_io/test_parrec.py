@@ -4,7 +4,13 @@ import pytest
 from hypothesis import given, strategies as st
 from nibabel.parrec import PARRECHeader, PARRECImage
 
-from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import (
+    AmbiguousVolumeError,
+    DamagedVolumeError,
+    SettingsError,
+    UnsupportedFormatError,
+    VolumeError,
+)
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.read import list_volumes
 from tests.volume_io.par_files import par_header, same_scales
@@ -104,6 +110,57 @@ def test_several_volumes_are_listed_and_chosen_from(tmp_path):
     (entry,) = list_volumes(str(path), ReadSettings())
     assert entry.description == "parrec, 3 volumes (--volume-index 0 to 2)"
     assert entry.size == (5, 4, 3)
+    assert entry.volumes[2] == "time 2 (dynamic 3, 0 s), 5 x 4 x 3"
+    for time in (0, 1, 2):
+        np.testing.assert_array_equal(read(path, time=str(time)).values, read(path, volume_index=time).values)
+    with pytest.raises(SettingsError, match=r"time is '3'; .* has time 0 to 2"):
+        read(path, time="3")
+
+
+def of_volumes(numbers, slices=3):
+    """Numbers of volumes for each of their slices."""
+    return [number for number in numbers for _ in range(slices)]
+
+
+def test_what_volumes_differ_in_is_told_in_words_and_chosen_by_time(tmp_path):
+    """Two echoes of two dynamics: nibabel sorts dynamics to be slower."""
+    values = counting((4, 3, 4, 5), "<u2")
+    told = {"dynamics": 2, "echoes": 2, "dynamic": of_volumes((1, 1, 2, 2)), "echo": of_volumes((1, 2, 1, 2))}
+    path = write(tmp_path, values, **told)
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert [label.split(" (")[0] for label in entry.volumes] == ["time 0", "time 0", "time 1", "time 1"]
+    assert ["echo 1" in label for label in entry.volumes] == [False, True, False, True]
+    np.testing.assert_array_equal(read(path, time="1", volume_index=1).values, values[3])
+    (entry,) = list_volumes(str(path), ReadSettings(time="1"))
+    assert entry.description == "parrec, 2 volumes (--volume-index 0 to 1)"
+    with pytest.raises(AmbiguousVolumeError, match=r"2 volumes found \(echo 0 to 1"):
+        read(path, time="1")
+
+
+def test_phases_of_the_heart_are_times_where_there_is_one_dynamic(tmp_path):
+    values = counting((3, 3, 4, 5), "<u2")
+    path = write(tmp_path, values, dynamics=1, dynamic=1, phase=of_volumes((1, 2, 3)))
+    np.testing.assert_array_equal(read(path, time="2").values, values[2])
+    assert list_volumes(str(path), ReadSettings())[0].volumes[1].startswith("time 1 (phase 2, ")
+
+
+def test_types_of_images_are_named(tmp_path):
+    told = {"dynamics": 1, "dynamic": 1, "kind": of_volumes((0, 3)), "sequence": of_volumes((2, 4))}
+    path = write(tmp_path, counting((2, 3, 4, 5), "<u2"), **told)
+    assert list_volumes(str(path), ReadSettings())[0].volumes == (
+        "image type 0 (magnitude), 5 x 4 x 3",
+        "image type 1 (phase), 5 x 4 x 3",
+    )
+    with pytest.raises(SettingsError, match="has no such axis"):
+        read(path, time="1")
+
+
+def test_volumes_that_are_no_combinations_are_told_one_by_one(tmp_path):
+    told = {"dynamics": 2, "dynamic": of_volumes((1, 1, 2)), "kind": of_volumes((0, 3, 0))}
+    path = write(tmp_path, counting((3, 3, 4, 5), "<u2"), **told)
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert len({*entry.volumes}) == 3
+    assert all("image type" in label and "dynamic" in label for label in entry.volumes)
 
 
 @pytest.mark.parametrize(
