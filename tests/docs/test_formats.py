@@ -41,3 +41,10 @@ def test_every_code_that_a_page_names_is_one():
 def test_every_page_is_named():
     for page in (ROOT / "docs" / "formats").glob("*.md"):
         assert f"(formats/{page.name})" in TEXT, page.name
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "formats").glob("*.md")), ids=lambda page: page.stem)
+def test_every_row_of_a_page_names_a_test(page):
+    rows = [line for line in page.read_text("utf-8").splitlines() if line.startswith("|")]
+    told = [row for row in rows if not re.match(r"\| (field|element|---|part)", row)]
+    assert [row for row in told if not re.search(r"`[\w/]*(\.py)?(::test_\w+)?` \|$", row)] == []

@@ -255,3 +255,13 @@ def test_slices_that_lie_elsewhere_are_refused(tmp_path, name):
     (tmp_path / "a.REC").write_bytes(bytes(10))
     with pytest.raises(UnsupportedFormatError, match="mm from where the header puts"):
         read(tmp_path / "a.PAR", volume_index=0)
+
+
+@pytest.mark.parametrize("what", ["slices/locations", "dynamics", "echoes"])
+def test_more_of_something_than_the_lines_have_is_refused(tmp_path, what):
+    path = write(tmp_path, counting((1, 3, 4, 5), "<u2"))
+    header = path.read_text()
+    line = next(line for line in header.splitlines() if f"Max. number of {what}" in line)
+    path.write_text(header.replace(line, f"{line[:-1]}9"))
+    with pytest.raises(DamagedVolumeError, match="all slices there"):
+        read(path)
