@@ -24,6 +24,7 @@ unpacked_size    what packed bytes unpack to, told beforehand
 values           values of a layout, mapped or copied
 raw, synthetic, numpy_file, metaimage  formats whose headers are read by us
 nibabel_headers  what headers of nibabel's classes say of the values
+nifti_intents    what the fourth and fifth axis of NIfTI count
 nifti, analyze, mgh, afni  formats whose headers nibabel reads
 slices           a volume from slices that have a scale each
 parrec_axes, parrec, minc/  formats with such slices

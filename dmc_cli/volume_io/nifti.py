@@ -18,16 +18,14 @@ from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Space, check_affine, check_shape
-from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, flat_index, listed_volumes
+from dmc_cli.volume_io.axes import Image, chosen_volume, flat_index, listed_volumes
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import missing_spacing, settled_affine
 from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
+from dmc_cli.volume_io.nifti_intents import named_axes
 from dmc_cli.volume_io.pair import checked_pair, is_gzip
 from dmc_cli.volume_io.units import scales_in_mm
-
-AXES = ("x", "y", "z", "time", "component", "axis 6", "axis 7")
-"""What dim counts, in its order."""
 
 HEADER_BYTES = 348, 540
 """Sizes of the headers of NIfTI-1 and NIfTI-2, which are their first numbers, too."""
@@ -136,8 +134,7 @@ def _grid(header: Any, name: str) -> Image:
             f"{name}: axes of {sizes} nodes found; expected positive numbers; the header is damaged"
         )
     check_shape(name, (sizes[0], sizes[1], sizes[2]))
-    axes = [Axis(axis, size) for axis, size in zip(AXES, sizes, strict=False)]
-    return Image(tuple(reversed(axes)))
+    return Image(tuple(reversed(named_axes(header, sizes))))
 
 
 def _offset(header: Any, name: str) -> int:

@@ -5,6 +5,7 @@ import struct
 import nibabel as nib
 import numpy as np
 import pytest
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from hypothesis import given, settings, strategies as st
 
 from dmc_cli.errors import DamagedVolumeError, SettingsError, VolumeError
@@ -14,6 +15,7 @@ from tests.cases import case
 from tests.volume_io.reading import assert_same_as_nibabel, counting, lps_affine, read, read_with_itk
 
 VALUES = counting((4, 5, 6))
+TRIANGLE = ("xx", "xy", "yy", "xz", "yz", "zz")
 QFORM = np.array([[0.5, 0, 0, 10], [0, 0.6, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]])
 
 
@@ -220,6 +222,52 @@ def test_times_and_components_are_chosen(tmp_path, axes):
     assert ("volumes" in entry.description) == (len(flat) // times > 1)
     with pytest.raises(SettingsError, match="time is '3'"):
         read(path, time="3")
+
+
+@pytest.mark.parametrize(
+    ("intent", "sizes", "labels"),
+    [
+        (1007, (3, 1), [f"vector component {n} ({part})" for n, part in enumerate("xyz")]),
+        (1007, (3,), [f"vector component {n} ({part})" for n, part in enumerate("xyz")]),
+        (1007, (2,), ["vector component 0 (x)", "vector component 1 (y)"]),
+        (1007, (4,), [f"vector component {n}" for n in range(4)]),
+        (1006, (2, 2), ["displacement 0 (x), time 0", "displacement 0 (x), time 1"]),
+        (1005, (6, 1), [f"symmetric matrix entry {n} ({part})" for n, part in enumerate(TRIANGLE)]),
+        (1004, (2, 1), ["matrix entry 0", "matrix entry 1"]),
+        (2003, (3, 1), ["colour 0 (red)", "colour 1 (green)", "colour 2 (blue)"]),
+        (2006, (3,), ["displacement 0 (x)", "displacement 1 (y)", "displacement 2 (z)"]),
+        (2001, (2,), ["time 0", "time 1"]),
+        (0, (2,), ["time 0", "time 1"]),
+        (1002, (2,), ["time 0", "time 1"]),
+        (0, (2, 1), ["component 0", "component 1"]),
+    ],
+)
+def test_what_the_intent_says_of_the_fourth_and_fifth_axis(tmp_path, intent, sizes, labels):
+    """`sizes` are the slowest first."""
+    values = counting((*sizes, 4, 5, 6))
+    path = write(tmp_path / "a.nii", values=values, intent_code=intent)
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert entry.volumes[: len(labels)] == tuple(f"{label}, 6 x 5 x 4" for label in labels)
+    np.testing.assert_array_equal(read(path, volume_index=1).values, values.reshape(-1, 4, 5, 6)[1])
+    if intent == 1007 and len(sizes) == 1:
+        with pytest.raises(SettingsError, match="no such axis"):
+            read(path, time="1")
+
+
+def test_the_name_of_the_intent_is_told(tmp_path):
+    path = write(
+        tmp_path / "a.nii", values=counting((3, 1, 4, 5, 6)), intent_code=1007, intent_name="velocity"
+    )
+    (entry,) = list_volumes(str(path), ReadSettings())
+    assert entry.volumes[1] == "vector component 1 (y, velocity), 6 x 5 x 4"
+
+
+def test_the_vectors_that_itk_writes_are_told(tmp_path):
+    image = sitk.GetImageFromArray(np.stack([VALUES, VALUES + 1, VALUES + 2], axis=-1), isVector=True)
+    sitk.WriteImage(image, str(tmp_path / "a.nii"))
+    np.testing.assert_array_equal(read(tmp_path / "a.nii", volume_index=2).values, VALUES + 2)
+    (entry,) = list_volumes(str(tmp_path / "a.nii"), ReadSettings())
+    assert entry.volumes[2] == "vector component 2 (z), 6 x 5 x 4"
 
 
 @pytest.mark.parametrize("name", ["control.nii", "dim4_zero.nii", "dim5_all_zero.nii"])

@@ -81,6 +81,7 @@ def nrrd_geometry(
         raise UnsupportedFormatError(
             f"{name}: space directions or origin without three coordinates; expected 3-D vectors"
         )
+    notes += _unclear_space(fields, spelled, len(columns[0]))
     scale, doubts = _scales(_with_space_units(fields, spatial, name), "space units", (0, 1, 2), spelled, name)
     affine = np.eye(4)
     affine[:3, :3] = np.array([c[:3] for c in columns]).T
@@ -99,6 +100,19 @@ def nrrd_geometry(
         notes.append(Notice("W-POSITION-MISSING", NO_ORIGIN))
     affine[:3, 3] = settings.origin or (0.0, 0.0, 0.0)
     return affine, space, (*notes, *told_of_lengths)
+
+
+def _unclear_space(fields: dict[str, str], space: str, count: int) -> list[Notice]:
+    """Return what is told of a space of so many axes: no name for one with a time, too many units."""
+    told = []
+    if not space and count == 4:
+        sentence = "the header names no space for its four coordinates; the first three are taken, space none"
+        told.append(Notice("W-ORIENTATION-MISSING", sentence))
+    units = len(per_axis(fields.get("space units", "")))
+    if units > count:
+        sentence = f"the header has {units} space units for {count} axes of its space; the first are taken"
+        told.append(Notice("W-GEOMETRY-CONTRADICTED", sentence))
+    return told
 
 
 def _with_space_units(fields: dict[str, str], spatial: tuple[int, int, int], name: str) -> dict[str, str]:

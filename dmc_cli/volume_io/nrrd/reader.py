@@ -180,7 +180,15 @@ def _image(fields: dict[str, str], sizes: list[int], name: str) -> Image:
 
 
 def _check_counts(fields: dict[str, str], count: int, name: str) -> None:
-    """Raise DamagedVolumeError for a field that has not one entry an axis; an empty one tells nothing."""
+    """Raise DamagedVolumeError for a field that has not one entry an axis; an empty one tells nothing.
+
+    Of units some may be missing, which is told, but none is too many.
+    """
+    found = len(per_axis(fields.get("units", "")))
+    if found > count:
+        raise DamagedVolumeError(
+            f"{name}: {found} units found, but {count} axes; expected one an axis; correct the header"
+        )
     for key in PER_AXIS:
         found = len(per_axis(fields.get(key, "")))
         if found not in (0, count):

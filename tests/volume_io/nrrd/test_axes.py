@@ -4,6 +4,7 @@ import gzip
 
 import numpy as np
 import pytest
+import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 from hypothesis import given, settings, strategies as st
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
@@ -167,3 +168,28 @@ def test_a_direction_of_nan_of_three_is_damaged(tmp_path):
     write(tmp_path / "a.nrrd", "xyz", **{"space": "LPS", "space directions": "(1,0,0) (0,1,0) (nan,nan,nan)"})
     with pytest.raises(DamagedVolumeError, match="not finite"):
         read(tmp_path / "a.nrrd")
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_four_coordinates_of_a_space_without_a_name_are_told(tmp_path, count):
+    """As ITK writes a series of volumes: it knows no names of such spaces."""
+    image = sitk.GetImageFromArray(counting((4, 5, 6)))
+    image.SetSpacing((1, 2, 3))
+    image.SetDirection((0, 1, 0, 0, 0, 1, 1, 0, 0))
+    sitk.WriteImage(sitk.JoinSeries([image] * count), str(tmp_path / "a.nrrd"))
+    volume = read(tmp_path / "a.nrrd", volume_index=0)
+    np.testing.assert_array_equal(volume.affine[:3, :3], [[0, 2, 0], [0, 0, 3], [1, 0, 0]])
+    assert [notice.code for notice in volume.warnings] == ["W-ORIENTATION-MISSING", "W-UNIT-MISSING"]
+
+
+def test_more_units_than_a_space_has_axes_are_told(tmp_path):
+    space = {
+        "space": "LPS",
+        "space directions": "(1,0,0) (0,1,0) (0,0,1)",
+        "space origin": "(0,0,0)",
+        "space units": '"mm" "mm" "cm" "s"',
+    }
+    write(tmp_path / "a.nrrd", "xyz", **space)
+    volume = read(tmp_path / "a.nrrd")
+    assert volume.spacing == (1, 1, 10)
+    assert [notice.code for notice in volume.warnings] == ["W-GEOMETRY-CONTRADICTED"]

@@ -70,6 +70,7 @@ def nrrd(folder, content=None, **fields):
         ({"kinds": "domain domain"}, "2 kinds found, but 3 axes"),
         ({"labels": '"z" "y" "x" "t"'}, "4 labels found, but 3 axes"),
         ({"spacings": "1 2"}, "2 spacings found, but 3 axes"),
+        ({"spacings": "1 2 3", "units": '"mm" "mm" "mm" "s"'}, "4 units found, but 3 axes"),
         ({"axis_mins": "1"}, "1 axis mins found, but 3 axes"),
         ({"centerings": "cell cell cell cell"}, "4 centerings found, but 3 axes"),
         ({"space_directions": "(1,0) (0,1) (1,1)"}, "without three coordinates"),
