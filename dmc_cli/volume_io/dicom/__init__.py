@@ -20,6 +20,7 @@ frames       the images of a file
 order        slices without positions, in the order that is asked for
 distances    gaps and copies among the slices' places
 doubts       what contradicts the positions
+mixed        slices whose values do not mean the same
 identity     whose the slices are, and whether all of an object are there
 geometry     the affine of a stack of them
 philips      what Philips keeps of each frame, and its scale

@@ -17,6 +17,7 @@ from dmc_cli.volume_io.dicom.frames import Frame, read_frames
 from dmc_cli.volume_io.dicom.geometry import slice_geometry
 from dmc_cli.volume_io.dicom.header import read_header
 from dmc_cli.volume_io.dicom.identity import identity_told
+from dmc_cli.volume_io.dicom.mixed import mixed_told
 from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
 from dmc_cli.volume_io.dicom.philips import scale_told
 from dmc_cli.volume_io.dicom.pixels import read_slices
@@ -105,6 +106,7 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *order_told(geometry.frames, settings),
             *_spacing_told(geometry.frames, settings),
             *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),
+            *mixed_told(geometry.frames),
             *_remarks(geometry.frames),
             *scale_told(geometry.frames),
             *slices.warnings,

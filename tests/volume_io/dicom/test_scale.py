@@ -196,3 +196,18 @@ def test_case_of_dose_offsets(cases, name, ends):
     heights = np.array(dataset.GridFrameOffsetVector, float)
     order = np.argsort(heights) if step > 0 else np.argsort(-heights)
     np.testing.assert_allclose(physical(volume), planes[order])
+
+
+@pytest.mark.parametrize(
+    ("intercept", "lacking", "is_told"),
+    [("-1024", 2, True), ("-1024", 0, False), ("0", 2, False), (None, 0, False)],
+)
+def test_a_rescale_that_only_some_slices_have_is_told(tmp_path, intercept, lacking, is_told):
+    for k, position in enumerate(axial()):
+        told = {} if k >= lacking else {"RescaleSlope": None}
+        scale = None if k < lacking else intercept
+        save(make_slice(position, k, RescaleIntercept=scale, **told), tmp_path / f"IM{k}")
+    volume = read(tmp_path)
+    assert [notice.code for notice in volume.warnings] == ["W-RESCALE-UNKNOWN"] * is_told
+    if is_told:
+        assert "in 2 of 4 slices, first IM0" in volume.sentences[0]
