@@ -7,6 +7,7 @@ of funlib), or are one length for all axes; else they are told.
 """
 
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -42,7 +43,7 @@ def loose_lengths(owners: Sequence[tuple[str, Mapping[str, Any]]], label: str = 
     for number, (where, attributes) in enumerate(owners):
         factors = _factors(owners[0][1], attributes, label)
         for read in (_transform, _pixel_resolution, _loose):
-            spacing, origin, told = read(attributes, where)
+            spacing, origin, told = _positive(read(attributes, where), where)
             if spacing is not None and (number or read is _pixel_resolution):
                 if factors is None:
                     sentence = f"the lengths of {where} are of s0, not of the smaller copy {label}; not used"
@@ -51,6 +52,18 @@ def loose_lengths(owners: Sequence[tuple[str, Mapping[str, Any]]], label: str = 
             if spacing is not None or told:
                 return spacing, origin, told
     return None, None, ()
+
+
+def _positive(told: Told, where: str) -> Told:
+    """Return what is told, without lengths that are none: these are not used."""
+    spacing = told[0]
+    if spacing is None or all(0 < length < math.inf for length in spacing):
+        return told
+    sizes = " x ".join(f"{length:g}" for length in spacing)
+    sentence = (
+        f"{where} tells distances of {sizes} mm, which are no lengths and not used; --spacing gives them"
+    )
+    return None, None, (Notice("W-SPACING-MISSING", sentence),)
 
 
 def _factors(own: Mapping[str, Any], attributes: Mapping[str, Any], label: str) -> Triple | None:

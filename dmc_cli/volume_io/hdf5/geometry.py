@@ -17,6 +17,7 @@ from dmc_cli.volume_io.hdf5.named_axes import named_axes
 from dmc_cli.volume_io.hdf5.nexus import moved, signal_scale
 from dmc_cli.volume_io.hdf5.stored import HdfGeometry
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
+from dmc_cli.volume_io.layout import check_lengths
 from dmc_cli.volume_io.loose_lengths import loose_lengths, numbers
 from dmc_cli.volume_io.places import placed
 
@@ -38,6 +39,7 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
     sizes = numbers(Attributes(dataset).get("element_size_um"))
     if len(sizes) == 3:
         z, y, x = (1e-3 * size for size in sizes)
+        check_lengths(name, (x, y, z))
         return HdfGeometry(image, (x, y, z), notices=notices, scale=scale)
     spacing, origin, told = placed(image, along, name)
     if spacing is None and not told:
@@ -60,6 +62,7 @@ def _itk(file: Any, dataset: Any, name: str) -> HdfGeometry:
     names = ("z", "y", "x", "channel")[: dataset.ndim]
     image = Image(tuple(Axis(label, int(n)) for label, n in zip(names, dataset.shape, strict=True)))
     x, y, z = (float(length) for length in told[0][()])
+    check_lengths(name, (x, y, z))
     i, j, k = (float(place) for place in told[1][()])
     directions = np.asarray(told[2][()], np.float64).T
     return HdfGeometry(image, (x, y, z), (i, j, k), directions, "LPS")

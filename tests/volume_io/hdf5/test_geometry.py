@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813 -- its own documentation calls it so
 
-from dmc_cli.errors import UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from tests.volume_io.hdf5.files import VALUES, codes, nexus, write
 from tests.volume_io.reading import assert_same_as_itk, read
 
@@ -59,6 +59,15 @@ def test_element_sizes_are_read_and_loose_lengths_told(path):
     volume = read(write(path, {"data": VALUES}, resolution=[40.0, 4.0, 4.0]))
     assert codes(volume) == ["W-UNIT-MISSING", "W-SPACING-MISSING"]
     assert "'resolution'" in volume.warnings[0].sentence
+
+
+@pytest.mark.parametrize("size", [0.0, -3.0, np.nan, np.inf])
+def test_sizes_that_are_no_lengths_are_refused_or_told(path, size):
+    with pytest.raises(DamagedVolumeError, match="expected positive lengths"):
+        read(write(path, {"data": VALUES}, element_size_um=[size, 2.0, 1.0]))
+    volume = read(write(path, {"data": VALUES}, pixel_size_um=size))
+    assert (volume.spacing, codes(volume)) == ((1, 1, 1), ["W-SPACING-MISSING", "W-SPACING-MISSING"])
+    assert "which are no lengths and not used" in volume.sentences[0]
 
 
 @pytest.mark.parametrize(
