@@ -42,7 +42,7 @@ class VolumeFormat:
         begins: Whether a file with these first bytes, unpacked where they are packed, is one of it.
         may_begin: Whether it is one of it unless it begins like another format.
         options: The fields of `ReadSettings` that its reader looks at, but those that are for all formats.
-        unpacks_gzip: Whether its reader unpacks a gzipped file itself, piece by piece into the values.
+        unpacks: Whether its reader unpacks a packed file itself, piece by piece into the values.
         layout: Of a format whose header tells where the values lie: returns its `Layout`.
         read: Of any other: puts a volume together from pieces. Such a format comes from standard input only
             if it tells how it begins.
@@ -56,7 +56,7 @@ class VolumeFormat:
     begins: Callable[[bytes], bool] = _never
     may_begin: Callable[[bytes], bool] = _never
     options: tuple[str, ...] = ()
-    unpacks_gzip: bool = False
+    unpacks: bool = False
     layout: str = ""
     read: str = ""
     entries: str = ""
@@ -99,7 +99,7 @@ FORMATS: dict[str, VolumeFormat] = {
         suffixes=(".nii", ".nii.gz"),
         begins=lambda start: start[344:347] in (b"n+1", b"ni1") or start[4:7] in (b"n+2", b"ni2"),
         options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
-        unpacks_gzip=True,
+        unpacks=True,
         layout="nifti:nifti_layout",
     ),
     "meta": VolumeFormat(
@@ -113,7 +113,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="Analyze (.hdr and .img)",
         begins=lambda start: start[:4] in (b"\x5c\x01\0\0", b"\0\0\x01\x5c"),
         options=(*_NAMED_AXES, "volume_index", "allow_outside", *_GRID),
-        unpacks_gzip=True,
+        unpacks=True,
         layout="analyze:analyze_layout",
     ),
     "mgh": VolumeFormat(
@@ -123,14 +123,14 @@ FORMATS: dict[str, VolumeFormat] = {
             start[:4] == b"\0\0\0\1" and start[20:24] in _MGH_TYPES and start[28:29] == b"\0"
         ),
         options=(*_NAMED_AXES, "volume_index"),
-        unpacks_gzip=True,
+        unpacks=True,
         layout="mgh:mgh_layout",
     ),
     "afni": VolumeFormat(
         title="AFNI (pairs)",
         suffixes=(".head", ".brik", ".brik.gz"),
         options=(*_NAMED_AXES, "volume_index", "allow_outside"),
-        unpacks_gzip=True,
+        unpacks=True,
         layout="afni:afni_layout",
     ),
     "parrec": VolumeFormat(
@@ -194,7 +194,7 @@ FORMATS: dict[str, VolumeFormat] = {
         title="raw",
         suffixes=(".raw", ".raw.gz"),
         options=("shape", "dtype", "byte_order", "skip_bytes", *_GRID),
-        unpacks_gzip=True,
+        unpacks=True,
         layout="raw:raw_layout",
     ),
 }

@@ -1,4 +1,4 @@
-"""Read AFNI's pairs of .HEAD and .BRIK, the latter gzipped or not; world axes RAS.
+"""Read AFNI's pairs of .HEAD and .BRIK, packed or not; world axes RAS.
 
 The header is nibabel's. Each sub-brick is a volume with a factor of its own.
 """
@@ -14,8 +14,9 @@ from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
+from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, check_file
-from dmc_cli.volume_io.pair import checked_pair, is_gzip
+from dmc_cli.volume_io.pair import checked_pair
 
 LARGEST_HEADER = 1 << 26
 """More than any history of processing that an AFNI header holds."""
@@ -48,7 +49,6 @@ def afni_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         space="RAS",
         files=(data_path,),
         headers=(header_path,),
-        encoding="gzip" if is_gzip(data_path, name) else "raw",
         volumes=volumes,
         volume=volume,
         listed=listed_volumes([image], settings, name),
@@ -92,7 +92,7 @@ def _header(path: Path, name: str) -> Any:
         raise DamagedVolumeError(
             f"{name}: {size} bytes of {path.name} found; expected a header of at most {LARGEST_HEADER}"
         )
-    text = path.read_bytes().decode("latin-1")
+    text = first_bytes(path, name, LARGEST_HEADER).decode("latin-1")
     try:
         header = AFNIHeader.from_fileobj(StringIO(text, newline=None))
         found = header.get_data_shape()

@@ -1,4 +1,4 @@
-"""Read Analyze 7.5 and its SPM variants: .hdr and .img (gzipped too); no space, with a warning.
+"""Read Analyze 7.5 and its SPM variants: .hdr and .img (packed too); no space, with a warning.
 
 The format tells no orientation: programs that use it disagree on left and right. SPM's scale factor
 is applied, as nibabel, whose class for SPM2 reads the header, and SPM do.
@@ -18,7 +18,7 @@ from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import settled_affine
 from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
-from dmc_cli.volume_io.pair import checked_pair, is_gzip
+from dmc_cli.volume_io.pair import checked_pair
 from dmc_cli.volume_io.units import scales_in_mm
 
 HEADER_BYTES = 348
@@ -70,7 +70,6 @@ def analyze_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         space="none",
         files=(data_path,),
         offset=int(abs(offset)),
-        encoding="gzip" if is_gzip(data_path, name) else "raw",
         volumes=math.prod(sizes[3:]),
         volume=flat_index(image, choice),
         listed=listed_volumes([image], settings, name),

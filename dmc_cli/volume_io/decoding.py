@@ -5,12 +5,13 @@ reads knows how many bytes were promised. Nothing is decoded beyond what is take
 """
 
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from typing import Any, BinaryIO
 
 import numpy as np
 from isal import isal_zlib
 
-from dmc_cli.errors import DamagedVolumeError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.layout import Encoding
 
 CHUNK = 1 << 20
@@ -46,11 +47,20 @@ LARGEST_RATIO: dict[Encoding, float] = {
 no separator). A file that is shorter than its promised size allows is refused before memory is taken."""
 
 
+_MISSING = 'backports.zstd is not installed; pip install "dmc-cli[zstd]" or pip install backports.zstd'
+
+
 class DecodedStream:
     """The decoded bytes of one file, taken piece by piece into memory that exists already."""
 
     def __init__(self, name: str, file: BinaryIO, encoding: Encoding, dtype: np.dtype[Any]) -> None:
-        """Read `file` from where it stands; `dtype` is what text is converted to."""
+        """Read `file` from where it stands; `dtype` is what text is converted to.
+
+        Raises:
+            UnsupportedFormatError: The package that decodes it is missing.
+        """
+        if encoding == "zstd" and not _knows_zstd():
+            raise UnsupportedFormatError(f"{name}: values packed by zstd found, but {_MISSING}")
         self._name = name
         self._chunks = _decoders[encoding](file, dtype)
         self._rest = memoryview(b"")
@@ -134,6 +144,18 @@ def _new_unxz() -> Any:
     import lzma
 
     return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MOST_DICTIONARY)
+
+
+def _knows_zstd() -> bool:
+    """Return whether Python itself, from 3.14 on, or a package unpacks zstd."""
+    try:
+        return find_spec("compression.zstd") is not None
+    except ModuleNotFoundError:
+        pass
+    try:
+        return find_spec("backports.zstd") is not None
+    except ModuleNotFoundError:
+        return False
 
 
 def _new_unzstd() -> Any:

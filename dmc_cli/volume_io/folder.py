@@ -11,6 +11,7 @@ from pathlib import Path
 from dmc_cli.errors import AmbiguousVolumeError, VolumeError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.volume_formats import FORMATS, format_of_start, format_of_suffix
+from dmc_cli.volume_io.content import format_of_content
 from dmc_cli.volume_io.image_kinds import kind_of, most_common_kind
 from dmc_cli.volume_io.layout import exists
 from dmc_cli.volume_io.left_out import left_out, shortened
@@ -177,10 +178,15 @@ def _is_dicom(path: Path) -> bool:
     return format_of_start(start) == "dicom" and not start.startswith(b"PK")
 
 
+def _format_of_pair(header: Path) -> str:
+    """Return which of the formats of pairs a .hdr is of."""
+    return format_of_content(header, header.name) or "analyze"
+
+
 def _single(folder: Path, volume: str, others: list[str]) -> FolderContent:
     """Return the only volume of a folder; its data files are no strays."""
     plain = inner_name(volume)
-    found = format_of_suffix(volume) or format_of_suffix(plain) or "analyze"
+    found = format_of_suffix(volume) or format_of_suffix(plain) or _format_of_pair(folder / volume)
     stem = plain[: plain.rfind(".")].lower() if "." in plain else plain.lower()
     strays = [other for other in others if not other.lower().startswith(stem)]
     told = tuple(Notice("W-FILES-LEFT-OUT", sentence) for sentence in left_out(strays, "file", "files"))

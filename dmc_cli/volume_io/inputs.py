@@ -20,8 +20,8 @@ from dmc_cli.volume_io.content import START, first_bytes, format_of_content
 from dmc_cli.volume_io.folder import folder_content
 from dmc_cli.volume_io.hdf_path import split_dataset
 from dmc_cli.volume_io.layout import Encoding, Layout, check_file, exists
-from dmc_cli.volume_io.packed import SUFFIXES, inner_name, packing_of, unpacked_file
-from dmc_cli.volume_io.pair import pair_files
+from dmc_cli.volume_io.packed import file_packing, inner_name, packed_layout, unpacked_file
+from dmc_cli.volume_io.pair import is_detached, pair_files
 from dmc_cli.volume_io.raw import RAW_TYPES
 from dmc_cli.volume_io.stream import spooled
 from dmc_cli.volume_io.unzipped import is_other_zip, unzipped
@@ -104,18 +104,9 @@ def _is_folder(path: Path) -> bool:
 
 
 def _packing(path: Path, format_name: str) -> Encoding | None:
-    """Return what a file is packed by as a whole, or None where its reader takes it as it is.
-
-    Raw values may begin with whatever, so of a raw file the suffix decides.
-    """
-    if path.is_dir():
-        return None
-    with path.open("rb") as file:
-        packing = packing_of(file.read(8))
-    if packing is None or (packing == "gzip" and FORMATS[format_name].unpacks_gzip):
-        return None
-    is_told = SUFFIXES.get(path.suffix.lower()) == packing
-    return packing if is_told or format_name != "raw" else None
+    """Return what a file is packed by as a whole, or None where its reader takes it as it is."""
+    is_read = path.is_dir() or FORMATS[format_name].unpacks or is_detached(path)
+    return None if is_read else file_packing(path)
 
 
 def input_format(path: Path, name: str, settings: ReadSettings) -> str:
@@ -150,7 +141,7 @@ def input_format(path: Path, name: str, settings: ReadSettings) -> str:
 def read_layout(format_name: str, path: Path, name: str, settings: ReadSettings) -> Layout:
     """Return where a file's values lie, of a format whose header tells it."""
     layout: Layout = reader(FORMATS[format_name].layout)(path, name, settings)
-    return layout
+    return layout if format_name == "raw" else packed_layout(layout, path)
 
 
 def spooled_input(settings: ReadSettings) -> AbstractContextManager[Path]:

@@ -16,6 +16,7 @@ from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
+from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.data_files import listed_files, named_file, pattern_files
 from dmc_cli.volume_io.layout import (
     Encoding,
@@ -114,8 +115,7 @@ def _encoding(fields: dict[str, str], detached: Path | None) -> Encoding:
 
 def _read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
     """Return the fields by name, the header's length, and the lines after `ElementDataFile = LIST`."""
-    with path.open("rb") as file:
-        start = file.read(MAX_HEADER)
+    start = first_bytes(path, name, MAX_HEADER)
     fields: dict[str, str] = {}
     position = 0
     while position < len(start) and "ElementDataFile" not in fields:

@@ -15,7 +15,6 @@ from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.axes import Axis, chosen_volume, flat_index, listed_volumes, stacked_image
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import Layout, check_file
-from dmc_cli.volume_io.pair import is_gzip
 
 HEADER_BYTES = 284
 
@@ -74,7 +73,6 @@ def mgh_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         space="RAS",
         files=(path,),
         offset=HEADER_BYTES,
-        encoding="gzip" if is_gzip(path, name) else "raw",
         volumes=volumes,
         volume=flat_index(image, choice),
         listed=listed_volumes([image], settings, name),

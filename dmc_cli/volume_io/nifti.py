@@ -1,4 +1,4 @@
-"""Read NIfTI-1 and NIfTI-2: .nii, .nii.gz and pairs of .hdr and .img (gzipped too); world axes RAS.
+"""Read NIfTI-1 and NIfTI-2: .nii and pairs of .hdr and .img, packed or not; world axes RAS.
 
 Headers are nibabel's. The affine is the sform's, else the qform's. With both codes 0 the header tells no
 orientation: then x = pixdim * index with origin 0 and no space (nibabel would centre and flip the volume),
@@ -24,7 +24,7 @@ from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import missing_spacing, settled_affine
 from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
 from dmc_cli.volume_io.nifti_intents import named_axes
-from dmc_cli.volume_io.pair import checked_pair, is_gzip
+from dmc_cli.volume_io.pair import checked_pair
 from dmc_cli.volume_io.units import scales_in_mm
 
 HEADER_BYTES = 348, 540
@@ -78,7 +78,6 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         space=space,
         files=(values_path,),
         offset=_offset(header, name),
-        encoding="gzip" if is_gzip(values_path, name) else "raw",
         volumes=math.prod(image.axes[axis].size for axis in image.others),
         volume=flat_index(image, choice),
         listed=listed_volumes([image], settings, name),

@@ -6,12 +6,12 @@ and never far more than files are packed in: what would be is refused.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.decoding import (
     BZIP2_MAGIC,
     GZIP_MAGIC,
@@ -19,7 +19,7 @@ from dmc_cli.volume_io.decoding import (
     ZSTD_MAGIC,
     DecodedStream,
 )
-from dmc_cli.volume_io.layout import Encoding
+from dmc_cli.volume_io.layout import FROM_END, Encoding, Layout, check_file
 from dmc_cli.volume_io.stream import spooled
 
 MAGICS: dict[Encoding, bytes] = {
@@ -36,12 +36,16 @@ FREE_BYTES = 1 << 30
 LARGEST_RATIO = 200
 """Bytes that any file may unpack to, and beyond them how many for each of its own."""
 
-MISSING = 'backports.zstd is not installed; pip install "dmc-cli[zstd]" or pip install backports.zstd'
-
 
 def packing_of(start: bytes) -> Encoding | None:
     """Return what a file that begins so is packed by, or None."""
     return next((packing for packing, magic in MAGICS.items() if start.startswith(magic)), None)
+
+
+def file_packing(path: Path) -> Encoding | None:
+    """Return what a file is packed by, as it begins, or None."""
+    with path.open("rb") as file:
+        return packing_of(file.read(max(map(len, MAGICS.values()))))
 
 
 def inner_name(name: str) -> str:
@@ -56,21 +60,55 @@ def unpacked_stream(file: object, packing: Encoding, name: str) -> DecodedStream
     Raises:
         UnsupportedFormatError: The package that unpacks it is missing.
     """
-    if packing == "zstd" and not _knows_zstd():
-        raise UnsupportedFormatError(f"{name}: a file packed by zstd found, but {MISSING}")
     return DecodedStream(name, file, packing, np.dtype(np.uint8))  # type: ignore[arg-type]
 
 
-def _knows_zstd() -> bool:
-    """Return whether Python itself, from 3.14 on, or a package unpacks zstd."""
-    try:
-        return find_spec("compression.zstd") is not None
-    except ModuleNotFoundError:
-        pass
-    try:
-        return find_spec("backports.zstd") is not None
-    except ModuleNotFoundError:
-        return False
+def packed_layout(layout: Layout, path: Path) -> Layout:
+    """Return a layout with the packing that its files have, whatever its header says of it.
+
+    Values may begin with whatever. So those in a file of their own are packed where its suffix says so, too,
+    or where it is too short for them.
+
+    Args:
+        layout: As a reader gives it.
+        path: The header's file.
+
+    Raises:
+        VolumeError: The first file is not there.
+        DamagedVolumeError: The header counts lines, or from the end, in what is packed.
+    """
+    first = layout.files[0]
+    label = layout.name if first.name == Path(layout.name).name else f"{layout.name} ({first.name})"
+    size = check_file(first, label)
+    packing = file_packing(first)
+    if packing in (None, layout.encoding) or layout.encoding not in ("raw", *MAGICS):
+        return layout
+    is_told = SUFFIXES.get(first.suffix.lower()) == packing
+    is_short = size * len(layout.files) < layout.volume_bytes * layout.volumes
+    if layout.encoding == "raw" and not (first == path or is_told or is_short):
+        return layout
+    if layout.line_skip or layout.offset == FROM_END:
+        raise DamagedVolumeError(
+            f"{label}: values found that are packed by {packing}, and a header that skips lines of them or "
+            "counts from their end; expected a number of bytes to skip; unpack the file"
+        )
+    return replace(layout, encoding=packing, start=0, offset=layout.offset + layout.start)
+
+
+@contextmanager
+def plain_file(path: Path, name: str, most: int) -> Iterator[Path]:
+    """Give a file with what a path holds, its first `most` bytes: itself, or a temporary one.
+
+    Raises:
+        DamagedVolumeError: It is packed and cannot be unpacked.
+        UnsupportedFormatError: The package that unpacks it is missing.
+    """
+    packing = file_packing(path)
+    if packing is None:
+        yield path
+        return
+    with unpacked_file(path, packing, name, lambda _: most) as plain:
+        yield plain
 
 
 @contextmanager

@@ -20,7 +20,9 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine, check_shape
 from dmc_cli.volume_io.axes import chosen_volume, flat_index, listed_volumes
+from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import check_file, file_entry
+from dmc_cli.volume_io.packed import plain_file
 from dmc_cli.volume_io.pair import checked_pair
 from dmc_cli.volume_io.parrec_axes import parrec_image
 from dmc_cli.volume_io.slices import stack_slices
@@ -71,16 +73,18 @@ def parrec_volume(path: Path, name: str, settings: ReadSettings, progress: Progr
     records = _records(header.image_defs, name)[order]
     scales = _scales(slices, name)
     dtype = header.get_data_dtype()
-    size = shape[0] * shape[1] * dtype.itemsize
-    found = check_file(data_path, name if data_path == path else f"{name} ({data_path.name})")
-    if found < len(header.image_defs) * size:
-        raise DamagedVolumeError(
-            f"{name}: {found} bytes found in {data_path.name}, {len(header.image_defs) * size} expected for "
-            f"{len(header.image_defs)} slices of {shape[0]} x {shape[1]} values; the file is cut short; "
-            "get it again"
-        )
-    planes = _planes(data_path, records.tolist(), np.empty((1, shape[1], shape[0]), dtype), name)
-    values, slope, intercept = stack_slices(name, shape, dtype, scales, planes, progress)
+    size = len(header.image_defs) * shape[0] * shape[1] * dtype.itemsize
+    check_file(data_path, name if data_path == path else f"{name} ({data_path.name})")
+    with plain_file(data_path, name, size) as plain:
+        found = plain.stat().st_size
+        if found < size:
+            raise DamagedVolumeError(
+                f"{name}: {found} bytes found in {data_path.name}, {size} expected for "
+                f"{len(header.image_defs)} slices of {shape[0]} x {shape[1]} values; the file is cut short; "
+                "get it again"
+            )
+        planes = _planes(plain, records.tolist(), np.empty((1, shape[1], shape[0]), dtype), name)
+        values, slope, intercept = stack_slices(name, shape, dtype, scales, planes, progress)
     return Volume(
         values=values,
         affine=affine,
@@ -121,7 +125,7 @@ def _header(path: Path, name: str) -> Any:
         raise DamagedVolumeError(
             f"{name}: {size} bytes of {path.name} found; expected a header of at most {LARGEST_HEADER}"
         )
-    file = StringIO(path.read_bytes().decode("latin-1"), newline=None)
+    file = StringIO(first_bytes(path, name, LARGEST_HEADER).decode("latin-1"), newline=None)
     try:
         if any(len(line) > LONGEST_LINE and line.lstrip().startswith(".") for line in file):
             raise ValueError(f"a line of more than {LONGEST_LINE} characters")

@@ -13,13 +13,14 @@ from dmc_cli.errors import DamagedVolumeError, SettingsError
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import check_shape
 from dmc_cli.volume_io.layout import Layout, check_file, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume_io.packed import SUFFIXES
 
 RAW_TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64")
 """What `--dtype` takes."""
 
 
 def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
-    """Return the layout of a raw file as the settings describe it; a suffix .gz means gzip.
+    """Return the layout of a raw file as the settings describe it; its suffix tells what packs it.
 
     Raises:
         SettingsError: Shape or type are missing, or the type is unknown.
@@ -35,9 +36,9 @@ def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
     dtype = np.dtype(settings.dtype).newbyteorder("<" if settings.byte_order == "little" else ">")
     check_shape(name, settings.shape)
     found = check_file(path, name)
-    gzipped = path.suffix.lower() == ".gz"
+    packing = SUFFIXES.get(path.suffix.lower())
     expected = settings.skip_bytes + math.prod(settings.shape) * dtype.itemsize
-    if not gzipped and found != expected:
+    if packing is None and found != expected:
         skipped = f" after {settings.skip_bytes} skipped bytes" if settings.skip_bytes else ""
         remedy = f"; if it begins with a header, --skip-bytes {found - expected + settings.skip_bytes}"
         raise DamagedVolumeError(
@@ -55,7 +56,7 @@ def raw_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         space="none",
         files=(path,),
         offset=settings.skip_bytes,
-        encoding="gzip" if gzipped else "raw",
+        encoding=packing or "raw",
         format="raw",
         warnings=warnings,
     )

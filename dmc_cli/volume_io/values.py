@@ -30,7 +30,7 @@ TOLD_BYTES = 1 << 24
 NODES_AT_ONCE = 1 << 16
 """Nodes of several values each that are read before those of the chosen component are picked."""
 
-MOST_SKIPPED = {"gzip": 1 << 33, "bzip2": 1 << 30}
+MOST_SKIPPED = {"gzip": 1 << 33, "bzip2": 1 << 30, "xz": 1 << 31, "zstd": 1 << 33}
 SKIPPED_RATIO = 100
 """Bytes that are unpacked and passed over, at most: some seconds' worth, and so many times the file's."""
 

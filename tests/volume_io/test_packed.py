@@ -11,7 +11,7 @@ import pytest
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume_io import packed, stream
+from dmc_cli.volume_io import decoding, packed, stream
 from dmc_cli.volume_io.read import list_volumes, read_volume
 from tests.fuzz.honest import HONEST
 from tests.volume_io.reading import counting, read
@@ -139,6 +139,6 @@ def test_a_file_packed_again_and_again_is_refused(tmp_path):
 
 def test_the_package_that_is_missing_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.nrrd.zst").write_bytes(_zstd(honest("nrrd", tmp_path).read_bytes()))
-    monkeypatch.setattr(packed, "_knows_zstd", lambda: False)
+    monkeypatch.setattr(decoding, "_knows_zstd", lambda: False)
     with pytest.raises(UnsupportedFormatError, match=r"pip install \"dmc-cli\[zstd\]\""):
         read(tmp_path / "a.nrrd.zst")

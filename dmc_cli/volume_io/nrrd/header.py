@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
+from dmc_cli.volume_io.content import first_bytes
 
 MAX_HEADER = 1 << 20
 """Longest header that is read; real ones have some hundred bytes."""
@@ -12,8 +13,7 @@ MAX_HEADER = 1 << 20
 
 def read_header(path: Path, name: str) -> tuple[dict[str, str], int, list[str]]:
     """Return the fields by lower-case name, the header's length, and the lines after `data file: LIST`."""
-    with path.open("rb") as file:
-        start = file.read(MAX_HEADER)
+    start = first_bytes(path, name, MAX_HEADER)
     if not re.match(rb"NRRD00\d\d", start):
         raise UnsupportedFormatError(
             f"{name}: no NRRD file (it does not begin with NRRD000); choose another --input-format"
