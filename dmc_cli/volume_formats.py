@@ -17,6 +17,9 @@ _GRID = ("spacing", "origin")
 
 _ZIP = b"PK\x03\x04"
 
+ARCHIVES = (".zip", ".tar", ".tgz", ".tbz2", ".txz", ".tzst")
+"""Suffixes of archives: of DICOM, or of whatever is found in them."""
+
 _HDF = b"\x89HDF"
 
 _IMAGES = (
@@ -69,9 +72,11 @@ class VolumeFormat:
 
 FORMATS: dict[str, VolumeFormat] = {
     "dicom": VolumeFormat(
-        title="DICOM (folders, zips, files with many frames)",
-        suffixes=(".dcm", ".ima", ".zip"),
-        begins=lambda start: start[128:132] == b"DICM" or start.startswith(_ZIP),
+        title="DICOM (folders, archives, files with many frames)",
+        suffixes=(".dcm", ".ima", *ARCHIVES),
+        begins=lambda start: (
+            start[128:132] == b"DICM" or start.startswith(_ZIP) or start[257:262] == b"ustar"
+        ),
         # without its preamble it begins with an element of group 2 or 8
         may_begin=lambda start: start[:2] in (b"\x02\0", b"\x08\0"),
         options=(

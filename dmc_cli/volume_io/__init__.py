@@ -10,7 +10,7 @@ folder           what a folder holds
 image_kinds, slice_names, log_fields, scanner_log, image_stack  folders of images: kinds, order, texts
 told_lengths, image_resolution, stack_spacing  what images tell of lengths, and which of it counts
 left_out         how what is not used is named
-zip_archive, unzipped  entries of a zip that can be what they claim; a zip of no DICOM, unpacked
+zip_archive, tar_archive, unarchived  entries of an archive that can be what they claim; all of them, unpacked
 within           which files belong to an input
 pair, data_files  a header's data files
 axes             what the axes of an array are called, and which volume of it is wanted

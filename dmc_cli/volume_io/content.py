@@ -5,6 +5,7 @@ from pathlib import Path
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_formats import format_of_start
 from dmc_cli.volume_io.packed import packing_of, unpacked_stream
+from dmc_cli.volume_io.zip_archive import ENTRY_MARK
 
 START = 4096
 """Bytes of a file that are looked at, unpacked."""
@@ -13,6 +14,12 @@ START = 4096
 def format_of_content(path: Path, name: str) -> str | None:
     """Return the format whose first bytes the file has, or None."""
     return format_of_start(first_bytes(path, name, START))
+
+
+def begins_as_dicom(start: bytes) -> bool:
+    """Return whether the first 132 bytes of a file, or more, are those of DICOM, and not of an archive."""
+    is_plausible = format_of_start(start[:132]) == "dicom" and not start.startswith(ENTRY_MARK)
+    return start[128:132] == b"DICM" or is_plausible
 
 
 def first_bytes(path: Path, name: str, count: int) -> bytes:

@@ -8,10 +8,10 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dmc_cli.errors import AmbiguousVolumeError, VolumeError
+from dmc_cli.errors import AmbiguousVolumeError, DmcError, UnsupportedFormatError, VolumeError
 from dmc_cli.notices import Notice, notices
-from dmc_cli.volume_formats import FORMATS, format_of_start, format_of_suffix
-from dmc_cli.volume_io.content import format_of_content
+from dmc_cli.volume_formats import ARCHIVES, format_of_suffix
+from dmc_cli.volume_io.content import begins_as_dicom, first_bytes, format_of_content
 from dmc_cli.volume_io.image_kinds import kind_of, most_common_kind
 from dmc_cli.volume_io.layout import exists
 from dmc_cli.volume_io.left_out import left_out, shortened
@@ -63,6 +63,30 @@ def folder_content(path: Path, name: str) -> FolderContent:
     return replace(content, notices=(*notices("W-FILES-LEFT-OUT", told), *content.notices))
 
 
+def file_of_format(folder: Path, wanted: str, name: str) -> Path:
+    """Return the only file below a folder whose suffix means a format, or the only one that is no text.
+
+    Args:
+        folder: Where to look.
+        wanted: The format that the user has named, one of files.
+        name: The input, for messages.
+
+    Raises:
+        AmbiguousVolumeError: There is none, or there are several.
+    """
+    walk = Walk(folder, Bounds(folder))
+    files = [file for file, _ in walk.files() if not file.rpartition("/")[2].startswith(".")]
+    plain = {file: inner_name(file) for file in files}
+    fitting = [file for file in files if wanted in (format_of_suffix(file), format_of_suffix(plain[file]))]
+    found = fitting or [file for file in files if not plain[file].lower().endswith(TEXTS)]
+    if len(found) != 1:
+        raise AmbiguousVolumeError(
+            f"{name}: {len(found)} files found that may be {wanted} ({shortened(found, ', ') or 'none'}); "
+            "expected one; give the file that is wanted"
+        )
+    return folder / found[0]
+
+
 def _content(path: Path, folder: Path, files: list[str], folders: list[str], name: str) -> FolderContent:
     """Return what a folder holds that was entered from a path."""
     if is_zarr(folder):
@@ -93,22 +117,32 @@ def _neither(path: Path, folder: Path, files: list[str], name: str) -> FolderCon
 
     Raises:
         AmbiguousVolumeError: There are volumes or images in folders of it, and no DICOM.
+        UnsupportedFormatError: There are archives in it, and nothing else.
     """
     raw = [file for file in files if format_of_suffix(inner_name(file)) == "raw"]
     others = {file for file in files if file not in raw}
     if len(raw) == 1 and not _holds_dicom(folder, others, 1):
         return _single(folder, raw[0], [*others])
     below: dict[str, str] = {}
+    archives: list[str] = []
     for file, status in Walk(folder, Bounds(folder)).files():
         inner, _, last = file.rpartition("/")
         if _is_volume(last) or kind_of(last) is not None:
             below.setdefault(inner, file)
+        elif inner_name(last).lower().endswith(ARCHIVES):
+            archives.append(file)
         elif not last.lower().endswith(TEXTS) and status.st_size and _is_dicom(folder / file):
             return FolderContent("dicom", path)
     if len(below) > 1:
         raise AmbiguousVolumeError(
             f"{name}: {len(below)} folders found with volumes or images "
             f"({shortened([*below.values()], ', ')}); expected one; give the folder or file that is wanted"
+        )
+    if archives and not below:
+        raise UnsupportedFormatError(
+            f"{name}: nothing but {'an archive' if len(archives) == 1 else 'archives'} found in it "
+            f"({shortened(archives, ', ')}); expected a volume or slices; an archive in another one or in a "
+            "folder is not opened: unpack it, or give it alone"
         )
     return FolderContent("dicom", path)
 
@@ -167,15 +201,14 @@ def _holds_dicom(folder: Path, others: set[str], count: int) -> bool:
 
 
 def _is_dicom(path: Path) -> bool:
-    """Return whether a file is named or begins like DICOM."""
-    if path.suffix.lower() in FORMATS["dicom"].suffixes:
-        return path.suffix.lower() != ".zip"
+    """Return whether a file is named or begins like DICOM, packed or not."""
+    plain = inner_name(path.name).lower()
+    if format_of_suffix(plain) == "dicom":
+        return not plain.endswith(ARCHIVES)
     try:
-        with path.open("rb") as file:
-            start = file.read(132)
-    except OSError:
+        return begins_as_dicom(first_bytes(path, path.name, 132))
+    except (OSError, DmcError):
         return False
-    return format_of_start(start) == "dicom" and not start.startswith(b"PK")
 
 
 def _format_of_pair(header: Path) -> str:
@@ -190,7 +223,7 @@ def _single(folder: Path, volume: str, others: list[str]) -> FolderContent:
     stem = plain[: plain.rfind(".")].lower() if "." in plain else plain.lower()
     strays = [other for other in others if not other.lower().startswith(stem)]
     told = tuple(Notice("W-FILES-LEFT-OUT", sentence) for sentence in left_out(strays, "file", "files"))
-    if found in ("nrrd", "meta"):  # their headers may name files of any name
+    if plain.lower().endswith((".nhdr", ".mhd")):  # their headers name files of any name
         told = ()
     assert exists(folder / volume)
     return FolderContent(found, folder / volume, told)

@@ -17,14 +17,14 @@ from dmc_cli.notices import Notice
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.volume_formats import FORMATS, format_of_suffix, known_suffixes, reader
 from dmc_cli.volume_io.content import START, first_bytes, format_of_content
-from dmc_cli.volume_io.folder import folder_content
+from dmc_cli.volume_io.folder import file_of_format, folder_content
 from dmc_cli.volume_io.hdf_path import split_dataset
 from dmc_cli.volume_io.layout import Encoding, Layout, check_file, exists
 from dmc_cli.volume_io.packed import file_packing, inner_name, packed_layout, unpacked_file
 from dmc_cli.volume_io.pair import is_detached, pair_files
 from dmc_cli.volume_io.raw import RAW_TYPES
 from dmc_cli.volume_io.stream import spooled
-from dmc_cli.volume_io.unzipped import is_other_zip, unzipped
+from dmc_cli.volume_io.unarchived import is_unpacked_first, unarchived
 
 LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "xz": 2, "zstd": 2, "text": 40, "hex": 4}
 """Stored bytes a byte of a value, at most, in any sensible file."""
@@ -32,6 +32,9 @@ LONGEST_VALUE = {"raw": 1, "gzip": 2, "bzip2": 2, "xz": 2, "zstd": 2, "text": 40
 STREAM_SLACK = 1 << 20
 """Bytes behind the values that are read, too."""
 
+
+FOLDERS = ("dicom", "images", "tiff", "zarr")
+"""Formats whose readers take a folder."""
 
 MOST_LAYERS = 3
 """How often something packed may be packed again."""
@@ -68,17 +71,20 @@ def opened(path: Path, name: str, settings: ReadSettings) -> Iterator[Input]:
     notices: tuple[Notice, ...] = ()
     with ExitStack() as layers:
         for _ in range(MOST_LAYERS):
-            if _is_folder(place) and settings.input_format is None:
+            if _is_archive(place, name, settings):
+                packed = packed or place
+                place, left = layers.enter_context(unarchived(place, name))
+                notices += left
+            if not _is_folder(place):
+                format_name = input_format(place, name, settings)
+            elif settings.input_format is None:
                 content = folder_content(place, name)
                 format_name, place = content.format_name, content.path
                 notices += content.notices
             else:
-                format_name = input_format(place, name, settings)
-            if format_name == "dicom" and place.is_file() and is_other_zip(place, name):
-                packed = packed or place
-                place, left = layers.enter_context(unzipped(place, name))
-                notices += left
-                continue
+                format_name = settings.input_format
+                if format_name not in FOLDERS:
+                    place = file_of_format(place, format_name, name)
             packing = _packing(place, format_name)
             if packing is None:
                 inner = Path(f"{place}:{dataset}") if dataset and format_name == "hdf5" else place
@@ -97,6 +103,13 @@ def opened(path: Path, name: str, settings: ReadSettings) -> Iterator[Input]:
 def _check_name(name: str) -> None:
     if not name or "\0" in name:
         raise VolumeError(f"the path {name!r} found; expected a file, a folder or synth:FIELD:N; check it")
+
+
+def _is_archive(path: Path, name: str, settings: ReadSettings) -> bool:
+    """Return whether a path is an archive that has to be unpacked for a reader."""
+    told = settings.input_format
+    is_likely = exists(path) and path.is_file() and (told or input_format(path, name, settings) == "dicom")
+    return bool(is_likely) and is_unpacked_first(path, name, told)
 
 
 def _is_folder(path: Path) -> bool:

@@ -96,8 +96,8 @@ def packed_layout(layout: Layout, path: Path) -> Layout:
 
 
 @contextmanager
-def plain_file(path: Path, name: str, most: int) -> Iterator[Path]:
-    """Give a file with what a path holds, its first `most` bytes: itself, or a temporary one.
+def plain_file(path: Path, name: str, most: int | None = None) -> Iterator[Path]:
+    """Give a file with what a path holds, its first `most` bytes or all: itself, or a temporary one.
 
     Raises:
         DamagedVolumeError: It is packed and cannot be unpacked.

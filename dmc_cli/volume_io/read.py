@@ -22,7 +22,7 @@ from dmc_cli.volume_io.values import load_volume
 
 
 def read_volume(path: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
-    """Read a volume: a file, a folder (DICOM, TIFF, Zarr), a zip with DICOM, `synth:FIELD:N`, or `-`.
+    """Read a volume: a file, packed or not, a folder, an archive, `synth:FIELD:N`, or `-`.
 
     Args:
         path: The input as the user named it.

@@ -44,7 +44,7 @@ def spooled(
             file.flush()
             most = promised(path) if copied == START_BYTES else copied
             while most is None or copied < most:
-                _check_disk(path, copied, name)
+                check_disk(path, copied, name)
                 count = PIECE_BYTES if most is None else min(PIECE_BYTES, most - copied)
                 piece = read(count)
                 if not piece:
@@ -61,7 +61,7 @@ def _what(name: str) -> str:
     return f"{name}: standard input" if name == STREAM else f"{name}: what is packed there"
 
 
-def _check_disk(path: Path, copied: int, name: str = STREAM) -> None:
+def check_disk(path: Path, copied: int, name: str = STREAM) -> None:
     """Raise VolumeError where the next piece would fill the disk."""
     disk = shutil.disk_usage(path.parent)
     if disk.free - PIECE_BYTES < min(LEAST_FREE * disk.total, MOST_FREE):

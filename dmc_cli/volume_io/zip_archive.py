@@ -44,8 +44,8 @@ def zip_entries(archive: zipfile.ZipFile, name: str) -> tuple[list[zipfile.ZipIn
     entries = archive.infolist()
     _check_apart(entries, name)
     full = [entry for entry in entries if entry.filename and not entry.is_dir() and entry.file_size > 0]
-    leading = [entry.filename for entry in full if _leads_out(entry.filename)]
-    inside = [entry for entry in full if not _leads_out(entry.filename)]
+    leading = [entry.filename for entry in full if leads_out(entry.filename)]
+    inside = [entry for entry in full if not leads_out(entry.filename)]
     claiming = [entry.filename for entry in inside if not _can_hold(entry)]
     honest = [entry for entry in inside if _can_hold(entry)]
     if any(entry.flag_bits & 1 for entry in honest):
@@ -89,8 +89,8 @@ def _can_hold(entry: zipfile.ZipInfo) -> bool:
     return entry.file_size <= min(MAX_ENTRY, DEFLATE_RATIO * entry.compress_size)
 
 
-def _leads_out(entry_name: str) -> bool:
-    """Return whether the name of a zip's entry is absolute or climbs: a trick on whoever unpacks it."""
+def leads_out(entry_name: str) -> bool:
+    """Return whether the name of an archive's entry is absolute or climbs: a trick on whoever unpacks it."""
     parts = entry_name.replace("\\", "/").split("/")
     return parts[0] == "" or ".." in parts or parts[0][1:2] == ":"
 

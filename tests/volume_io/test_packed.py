@@ -117,8 +117,8 @@ def test_what_unpacks_to_far_more_than_files_are_packed_in_is_refused(tmp_path, 
 def test_no_more_is_unpacked_than_the_header_asks_for(tmp_path, monkeypatch):
     monkeypatch.setattr(stream, "START_BYTES", 1 << 16)
     taken = []
-    pieces = stream._check_disk
-    monkeypatch.setattr(stream, "_check_disk", lambda *of: (taken.append(of[1]), pieces(*of)))
+    pieces = stream.check_disk
+    monkeypatch.setattr(stream, "check_disk", lambda *of: (taken.append(of[1]), pieces(*of)))
     values = counting((10, 100, 100), "<u2")
     header = b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 100 100 10\nencoding: raw\nendian: little\n\n"
     path = tmp_path / "a.nrrd.gz"

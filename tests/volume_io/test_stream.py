@@ -63,7 +63,7 @@ def test_standard_input_never_fills_the_disk(monkeypatch, total, kept):
     """A twentieth of it stays free, of a large one a gibibyte."""
     usage = type("Usage", (), {"total": total, "used": 0, "free": kept + stream.PIECE_BYTES})
     monkeypatch.setattr(stream.shutil, "disk_usage", lambda _: usage)
-    stream._check_disk(Path("/tmp/a"), 1 << 20)
+    stream.check_disk(Path("/tmp/a"), 1 << 20)
     endless, reading = from_stdin(monkeypatch, b"II*\0")
     monkeypatch.setattr(stream, "PIECE_BYTES", stream.PIECE_BYTES + 1)
     with pytest.raises(VolumeError, match=r"no end after 1 MiB.*give a file"):

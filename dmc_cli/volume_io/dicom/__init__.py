@@ -1,6 +1,7 @@
 """Read DICOM: files, folders and zips to one volume; `reader` is the way in.
 
 source       the files of a folder, a zip or a DICOMDIR
+packed_slices  those of a folder that are packed one by one
 effort       how much of all headers is read
 deflated     a data set unpacked as it is read
 wanted       the elements that images are asked for

@@ -4,6 +4,8 @@ Steps: find the files, read their headers, turn them into frames, the frames int
 lay out its slices, read their values.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from dmc_cli.volume_io.dicom.header import read_header
 from dmc_cli.volume_io.dicom.identity import identity_told
 from dmc_cli.volume_io.dicom.mixed import mixed_told
 from dmc_cli.volume_io.dicom.order import check_order, order_told, ordered_frames
+from dmc_cli.volume_io.dicom.packed_slices import plain_slices
 from dmc_cli.volume_io.dicom.philips import scale_told
 from dmc_cli.volume_io.dicom.pixels import read_slices
 from dmc_cli.volume_io.dicom.place import NoSlice
@@ -40,7 +43,7 @@ def dicom_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         MemoryBudgetError: The values do not fit into the memory that is free.
     """
     check_order(settings, name)
-    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+    with _files(path, name, settings) as (files, notes):
         return _volume(_found(files, notes, name, settings, progress), name, settings, progress)
 
 
@@ -51,7 +54,7 @@ def dicom_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeE
         VolumeError: There is none.
     """
     check_order(settings, name)
-    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+    with _files(path, name, settings) as (files, notes):
         return _found(files, notes, name, settings, SILENT).entries()
 
 
@@ -64,12 +67,22 @@ def dicom_survey(
         VolumeError: As `dicom_volume`.
     """
     check_order(settings, name)
-    with dicom_files(path, name, settings.allow_outside) as (files, notes):
+    with _files(path, name, settings) as (files, notes):
         found = _found(files, notes, name, settings, progress)
         entries = found.entries()
         if len(entries) > 1 and settings.series is None:
             return entries, None
         return entries, _volume(found, name, settings, progress)
+
+
+@contextmanager
+def _files(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[list[DicomFile], list[str]]]:
+    """Give the files of an input, unpacked where they are packed one by one, and what was left out."""
+    with (
+        dicom_files(path, name, settings.allow_outside) as (files, notes),
+        plain_slices(files, name) as plain,
+    ):
+        yield plain, notes
 
 
 def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progress) -> Volume:

@@ -34,6 +34,7 @@ class DicomFile:
         size: Its bytes when unpacked.
         effort: What is left for the headers of the input.
         archive: The zip that holds it, or None.
+        plain: Where it is unpacked, if it is packed, or None.
     """
 
     name: str
@@ -41,6 +42,7 @@ class DicomFile:
     size: int
     effort: Effort
     archive: zipfile.ZipFile | None = None
+    plain: Path | None = None
 
     def open(self, most: int | None = None) -> BinaryIO:
         """Open the file, seekable; a zip's entry is unpacked into memory, its first `most` bytes at most.
@@ -50,7 +52,7 @@ class DicomFile:
         """
         try:
             if self.archive is None:
-                return self.path.open("rb")
+                return (self.plain or self.path).open("rb")
             return io.BytesIO(self._unpacked(self.size if most is None else min(most, self.size)))
         except (OSError, RuntimeError, NotImplementedError, EOFError, zipfile.BadZipFile) as error:
             raise self._unreadable(error) from error

@@ -1,7 +1,9 @@
-"""Zips of whatever is read as a file or a folder, and folders that hold one volume."""
+"""Zips and tars of whatever is read as a file or a folder, and folders that hold one volume."""
 
 import gzip
+import io
 import shutil
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -10,11 +12,12 @@ import pytest
 
 from dmc_cli.errors import AmbiguousVolumeError, DamagedVolumeError, SettingsError, VolumeError
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume_io import unzipped
+from dmc_cli.volume_io import unarchived
 from dmc_cli.volume_io.read import list_volumes
 from tests.fuzz.honest import HONEST
 from tests.volume_io.dicom.scanner import axial, make_slice, save
 from tests.volume_io.reading import counting, read
+from tests.volume_io.test_packed import PACKERS
 
 
 def zipped(path, folder):
@@ -23,6 +26,19 @@ def zipped(path, folder):
         for file in sorted(folder.rglob("*")):
             archive.write(file, file.relative_to(folder))
     return path
+
+
+def tarred(path, folder):
+    """A tar of all files below a folder, packed as the suffix says."""
+    content = io.BytesIO()
+    with tarfile.open(fileobj=content, mode="w") as archive:
+        archive.add(folder, ".")
+    pack = PACKERS.get({".tgz": ".gz"}.get(path.suffix, path.suffix), bytes)
+    path.write_bytes(pack(content.getvalue()))
+    return path
+
+
+ARCHIVERS = {"a zip": (zipped, "one.zip"), "a tar": (tarred, "one.tar"), "a packed tar": (tarred, "one.tgz")}
 
 
 def honest(reader, folder):
@@ -42,13 +58,14 @@ READERS = ["nifti", "nrrd", "meta", "mgh", "minc", "numpy", "tiff", "afni", "ana
 
 
 @pytest.mark.parametrize("reader", READERS)
-@pytest.mark.parametrize("kind", ["a folder", "a zip", "a zip of a folder"])
+@pytest.mark.parametrize("kind", ["a folder", *ARCHIVERS, "a zip of a folder", "a tar of a folder"])
 def test_one_volume_of_any_kind_is_read(tmp_path, reader, kind):
     folder, path = honest(reader, tmp_path)
     plain = read(path)
     source = folder
     if kind != "a folder":
-        source = zipped(tmp_path / "one.zip", folder if kind == "a zip" else _inside(folder))
+        archiver, name = ARCHIVERS[kind.removesuffix(" of a folder")]
+        source = archiver(tmp_path / name, folder if kind in ARCHIVERS else _inside(folder))
     volume = read(source)
     np.testing.assert_array_equal(volume.values, plain.values)
     np.testing.assert_array_equal(volume.affine, plain.affine)
@@ -123,7 +140,7 @@ def test_a_file_beside_the_only_volume_is_named(tmp_path):
 
 
 def test_a_zip_that_unpacks_to_far_more_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(unzipped, "FREE_BYTES", 1 << 10)
+    monkeypatch.setattr(unarchived, "FREE_BYTES", 1 << 10)
     np.save(tmp_path / "a.npy", np.zeros((100, 100, 100), "u1"))
     with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(tmp_path / "a.npy", "a.npy")
@@ -137,7 +154,7 @@ def test_a_damaged_entry_is_told_by_its_name(tmp_path):
     content = bytearray(source.read_bytes())
     content[60:70] = bytes(10)
     source.write_bytes(content)
-    with pytest.raises(DamagedVolumeError, match=rf"zip entry {path.name} cannot be unpacked"):
+    with pytest.raises(DamagedVolumeError, match=rf"archive's entry {path.name} cannot be unpacked"):
         read(source)
 
 
