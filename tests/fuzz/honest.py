@@ -2,8 +2,6 @@
 
 import bz2
 import gzip
-import lzma
-import zipfile
 
 import nibabel as nib
 import numpy as np
@@ -12,12 +10,9 @@ from pydicom import uid
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
+from tests.fuzz import honest_inputs, honest_meanings
 from tests.volume_io.afni_files import afni_header
 from tests.volume_io.dicom.scanner import axial, make_slice, plane_values, save
-from tests.volume_io.dicom.test_factors import nuclear
-from tests.volume_io.dicom.test_frames import enhanced, sequence
-from tests.volume_io.dicom.test_scale import table
-from tests.volume_io.dicom.test_segments import random_masks, segmentation
 from tests.volume_io.hdf5.big_data_viewer_files import CHANNELS, write_big_data_viewer, write_xml
 from tests.volume_io.minc_files import hdf, netcdf
 from tests.volume_io.par_files import par_header
@@ -138,20 +133,6 @@ def make_dicom(folder):
     return paths
 
 
-def make_meanings(folder):
-    """Files whose frames and values need more than positions: segments, time slots, a lookup table."""
-    planes = [(1, 0), (2, 4), (1, 4), (2, 2)]
-    paths = [save(segmentation(planes, random_masks(4)), folder / "segments")]
-    dataset, _ = nuclear({"TimeSlotVector": [1, 1, 2, 2], "SliceVector": [1, 2] * 2}, 4)
-    paths.append(save(dataset, folder / "slots"))
-    dataset, _ = enhanced([0, 2, 4, 0, 2, 4], BitsStored=12, HighBit=11)
-    for n, group in enumerate(dataset.PerFrameFunctionalGroupsSequence):
-        lut = Sequence([table(0, range(100 * n, 100 * n + 300))])
-        group.PixelValueTransformationSequence = sequence(ModalityLUTSequence=lut)
-        group.FrameContentSequence = sequence(DimensionIndexValues=[n // 3 + 1, n % 3 + 1])
-    return [*paths, save(dataset, folder / "tables")]
-
-
 def make_compressed(folder):
     """A folder a codec of the extra packages, of which one slice is damaged."""
     paths = []
@@ -187,13 +168,6 @@ def make_enhanced(folder):
         groups.append(group)
     dataset.PerFrameFunctionalGroupsSequence = Sequence(groups)
     return [save(dataset, folder / "enhanced.dcm")]
-
-
-def make_zip(folder):
-    with zipfile.ZipFile(folder / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        for k, position in enumerate(axial(3)):
-            archive.write(save(make_slice(position, k), folder / "in" / f"{k}"), f"{k}")
-    return [folder / "a.zip"]
 
 
 def make_zarr(folder):
@@ -314,25 +288,16 @@ def make_hdf5(folder):
     return [folder / name for name in ("a.h5", "b.nxs", "c.h5", "c.xml")]
 
 
-def make_packed(folder):
-    content = make_nrrd(folder)[0].read_bytes()
-    (folder / "a.nrrd.gz").write_bytes(gzip.compress(content))
-    (folder / "a.nrrd.bz2").write_bytes(bz2.compress(content))
-    (folder / "a.nrrd.xz").write_bytes(lzma.compress(content))
-    with zipfile.ZipFile(folder / "other.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.write(folder / "raw.nrrd", "scan/raw.nrrd")
-        archive.writestr("scan/readme.txt", "of use to people")
-    return [folder / name for name in ("a.nrrd.gz", "a.nrrd.bz2", "a.nrrd.xz", "other.zip")]
-
-
 HONEST = {
     "afni": make_afni,
     "analyze": make_analyze,
     "compressed": make_compressed,
     "dicom": make_dicom,
-    "dicom_meanings": make_meanings,
+    "dicom_makers": honest_meanings.make_makers,
+    "dicom_meanings": honest_meanings.make_dicom,
     "enhanced": make_enhanced,
     "hdf5": make_hdf5,
+    "hdf5_meanings": honest_meanings.make_hdf5,
     "images": make_images,
     "meta": make_meta,
     "mgh": make_mgh,
@@ -340,11 +305,15 @@ HONEST = {
     "nifti": make_nifti,
     "nrrd": make_nrrd,
     "numpy": make_numpy,
-    "packed": make_packed,
+    "packed": honest_inputs.make_packed,
+    "packed_pairs": honest_inputs.make_packed_pairs,
+    "packed_slices": honest_inputs.make_packed_slices,
     "parrec": make_parrec,
     "raw": make_raw,
+    "tar": honest_inputs.make_tar,
     "tiff": make_tiff,
+    "tiff_logs": honest_meanings.make_logs,
     "zarr": make_zarr,
-    "zip": make_zip,
+    "zip": honest_inputs.make_zip,
 }
 """Name of a reader to what makes its honest files in a folder; each file is damaged in turn."""

@@ -1,9 +1,13 @@
 """Damage to a file: a few random changes of the kind that bad disks, bad programs and attackers make."""
 
+import bz2
 import gzip
+import lzma
 import random
 import struct
 import zlib
+
+PACKERS = {b"\x1f\x8b": gzip, b"BZh": bz2, b"\xfd7zXZ": lzma}
 
 NUMBERS = [0, 1, 2, 7, 127, 128, 255, 256, 32767, 32768, 65535, 65536, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1]
 WORDS = [
@@ -27,11 +31,12 @@ WORDS = [
 
 
 def mutated(content: bytes, draws: random.Random) -> bytes:
-    """One to eight changes; of a gzipped file also inside the packing."""
-    if content[:2] == b"\x1f\x8b" and draws.random() < 0.7:
+    """One to eight changes; of a packed file also inside the packing."""
+    packer = next((module for start, module in PACKERS.items() if content.startswith(start)), None)
+    if packer is not None and draws.random() < 0.7:
         try:
-            return gzip.compress(mutated(gzip.decompress(content), draws), 1)
-        except (OSError, EOFError, zlib.error):
+            return packer.compress(mutated(packer.decompress(content), draws))
+        except (OSError, EOFError, ValueError, zlib.error, lzma.LZMAError):
             pass
     changed = bytearray(content)
     for _ in range(draws.choice([1, 1, 1, 2, 3, 8])):

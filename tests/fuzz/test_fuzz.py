@@ -14,9 +14,11 @@ from tests.fuzz.trial import settings_for, target_of, try_file
 NEEDED = {
     "compressed": ("openjpeg", "jpeg_ls"),
     "hdf5": ("h5py",),
+    "hdf5_meanings": ("h5py",),
     "images": ("PIL", "openjpeg"),
     "minc": ("h5py",),
     "tiff": ("tifffile",),
+    "tiff_logs": ("tifffile",),
     "zarr": ("zarr",),
 }
 """The packages that a reader needs."""

@@ -12,7 +12,7 @@ MOST_SECONDS = 2.0
 MOST_BYTES = 512 << 20
 
 
-SEVERAL = ("nrrd", "numpy", "tiff", "zarr")
+SEVERAL = ("hdf5_meanings", "nrrd", "numpy", "tiff", "zarr")
 """Readers whose honest files may hold several volumes."""
 
 
@@ -37,15 +37,17 @@ def reset_peak():
 def settings_for(reader):
     if reader == "raw":
         return ReadSettings(input_format="raw", shape=(8, 7, 6), dtype="int16")
-    if reader == "dicom_meanings":
+    if reader in ("dicom_makers", "dicom_meanings"):
         return ReadSettings(series="1")
     return ReadSettings(volume_index=0) if reader in SEVERAL else ReadSettings()
 
 
 def target_of(path, reader):
     """What a reader is given to read a file: the file, or the folder that it belongs to."""
-    if reader in ("compressed", "dicom", "images"):
+    if reader in ("compressed", "dicom", "dicom_makers", "images", "packed_slices", "tiff_logs"):
         return path.parent
+    if reader == "packed_pairs" and ".raw" in path.name:
+        return next(path.parent.glob(f"{path.name[0]}.[nm]hd*"))
     if reader == "zarr":
         return next(folder for folder in path.parents if folder.suffix == ".zarr")
     return path
