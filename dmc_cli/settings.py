@@ -5,15 +5,14 @@ Python API takes them as they are. Settings are immutable and hold plain values 
 """
 
 import math
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
 from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.methods import method_named, methods_that, settled_option
-from dmc_cli.setting_types import is_whole, settle_types
+from dmc_cli.setting_checks import check_format, check_noise, check_path, check_run, check_threads
+from dmc_cli.setting_types import settle_types
 
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]
@@ -37,50 +36,6 @@ METHOD_OPTIONS = ("topology", "placement", "border")
 
 STREAM = "-"
 """The path that means standard input or standard output."""
-
-
-MOST_THREADS = 4096
-"""CPU threads that may be asked for: more than machines have cores."""
-
-WIDEST_SMOOTHING = 10_000
-"""Nodes of a Gaussian, at most: its filter has eight weights a node."""
-
-
-def check_path(name: str, path: str | None) -> None:
-    """Raise SettingsError for a path that no system can have."""
-    if path is not None and "\0" in path:
-        raise SettingsError(f"{name} is {path!r}; expected a path without the character NUL")
-
-
-def check_format(name: str, given: str | None, known: Iterable[str]) -> None:
-    """Raise SettingsError for a format that is none of those that are known."""
-    if given is not None and given not in known:
-        raise SettingsError(f"{name} is {given!r:.80}; expected one of {', '.join(known)}")
-
-
-def check_run(device: str, threads: int | None) -> None:
-    """Raise SettingsError unless a device and a number of CPU threads can be meant."""
-    if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):
-        raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
-    check_threads(threads)
-
-
-def check_threads(threads: int | None) -> None:
-    """Raise SettingsError unless so many CPU threads can be meant."""
-    if threads is not None and (not is_whole(threads) or threads < 1):
-        raise SettingsError(f"threads is {threads!r}; expected 1 or more, a whole number")
-    if threads is not None and threads > MOST_THREADS:
-        raise SettingsError(
-            f"threads is beyond {MOST_THREADS}; expected as many as there are cores, or fewer"
-        )
-
-
-def check_noise(seed: int, sigma: float) -> None:
-    """Raise SettingsError unless synthetic noise can be made so."""
-    if seed < 0:
-        raise SettingsError(f"seed is {seed}; expected a whole number, 0 or more")
-    if not 0 <= sigma <= WIDEST_SMOOTHING:
-        raise SettingsError(f"sigma is {sigma}; expected a number of nodes, 0 to {WIDEST_SMOOTHING}")
 
 
 @dataclass(frozen=True, kw_only=True)

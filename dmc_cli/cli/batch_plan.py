@@ -15,6 +15,7 @@ from dmc_cli.cli.batch_file import read_tables
 from dmc_cli.cli.options import gather
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
+from dmc_cli.setting_checks import check_path
 from dmc_cli.settings import (
     STREAM,
     ConvertSettings,
@@ -22,11 +23,10 @@ from dmc_cli.settings import (
     OutputSettings,
     ReadSettings,
     SurfaceSettings,
-    check_path,
 )
 from dmc_cli.volume_io import exists
 
-_COMPRESSED = {".gz", ".bz2", ".zip"}
+_COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
 
 _PATHS = ("output", "halfedges", "report")

@@ -226,6 +226,8 @@ def test_the_parent_of_an_input(run, scans, monkeypatch, source, template, expec
     ("source", "stem"),
     [
         ("a/scan.nii.gz", "scan"),
+        ("a/scan.nrrd.zst", "scan"),
+        ("a/scan.tar.xz", "scan"),
         ("a/scan.v2.nrrd", "scan.v2"),
         ("synth:iwp:8", "synth_iwp_8"),
         ("a/DICOM", "DICOM"),

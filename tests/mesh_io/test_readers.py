@@ -1,14 +1,11 @@
-"""Mesh files: what other programs write is read, what is damaged is refused."""
-
-import contextlib
+"""Mesh files: what other programs write is read."""
 
 import meshio
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, strategies as st
 
-from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io import numbers, obj
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.obj import encode_obj
@@ -17,6 +14,7 @@ from dmc_cli.mesh_io.ply import encode_ply
 from dmc_cli.mesh_io.read import read_mesh
 from tests import shapes
 from tests.cases import case
+from tests.mesh_io.ply_files import FACES, PLY_HEAD, binary_ply, head, save
 
 ENCODERS = {
     "binary.ply": (encode_ply, False),
@@ -69,12 +67,6 @@ def test_trimeshs_files_are_read(tmp_path, suffix):
     found = read_mesh(tmp_path / f"ball.{suffix}")
     assert np.allclose(found.points, mesh.vertices, atol=1e-6)
     assert np.array_equal(found.faces[:, :3], mesh.faces)
-
-
-def save(tmp_path, name, text):
-    path = tmp_path / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 def test_an_obj_of_any_style_is_read(tmp_path):
@@ -147,38 +139,6 @@ def test_an_off_with_comments_and_colours_is_read(tmp_path, head):
     assert found.points[2].tolist() == [1, 1, 0]
 
 
-PLY_HEAD = """ply
-format {format} 1.0
-comment SPACE=RAS
-obj_info made by hand
-element vertex 4
-property uchar red
-property double x
-property double y
-property double z
-element edge 1
-property int a
-property int b
-element face {faces}
-property uchar flag
-property list uchar uint vertex_index
-property float weight
-end_header
-"""
-
-
-def binary_ply(order, faces):
-    vertices = np.array(
-        [(7, i, i + 1, i + 2) for i in range(4)], dtype=[("r", "u1"), *((a, order + "f8") for a in "xyz")]
-    )
-    body = vertices.tobytes() + np.array([1, 2], dtype=order + "i4").tobytes()
-    for face in faces:
-        body += bytes([9, len(face)]) + np.array(face, dtype=order + "u4").tobytes()
-        body += np.array([0.5], dtype=order + "f4").tobytes()
-    name = "binary_little_endian" if order == "<" else "binary_big_endian"
-    return PLY_HEAD.format(format=name, faces=len(faces)).encode() + body
-
-
 def check_values(mesh):
     """What a file of `PLY_HEAD` brings beside points and corners."""
     assert {name: (v.dtype, v.tolist()) for name, v in mesh.vertex_values.items()} == {"red": ("u1", [7] * 4)}
@@ -186,9 +146,6 @@ def check_values(mesh):
         "flag": ("u1", {9}, len(mesh.faces)),
         "weight": ("f4", {0.5}, len(mesh.faces)),
     }
-
-
-FACES = [[0, 1, 2], [0, 1, 2, 3], [3, 2, 1, 0], *[[1, 2, 3]] * 300, [0, 2, 3, 1]]
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -227,105 +184,6 @@ def test_faces_in_runs_of_any_length_are_read(tmp_path, order, seed):
     assert found.faces.tolist() == [f if len(f) == 4 else [*f, -1] for f in faces]
 
 
-def head(properties="x y z", vertices=1, faces=1):
-    """The header of a PLY file in text."""
-    lines = [f"element vertex {vertices}", *(f"property float {name}" for name in properties.split())]
-    lines += [f"element face {faces}", "property list uchar int vertex_indices", "end_header", ""]
-    return "\n".join(["ply", "format ascii 1.0", *lines])
-
-
-@pytest.mark.parametrize("keep", [0, 2, 60, 200, -1, -7, -2000, -7000])
-def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
-    data = binary_ply("<", FACES)
-    with pytest.raises(MeshFileError, match=r"a\.ply: "):
-        read_mesh(save(tmp_path, "a.ply", data[:keep]))
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "found"),
-    [
-        (
-            "a.off",
-            "OFF\n4 1 0\n0 0 0\n1 0 0\n",
-            "2 lines were found after the counts; expected 4 vertices and 1",
-        ),
-        ("a.off", "OFX\n4 1 0\n", "the word OFF was expected"),
-        ("a.off", "OFF\n1 1 0\n0 0\n3 0 0 0\n", "a vertex with fewer than 3 coordinates"),
-        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0\n", "a face with fewer corners"),
-        ("a.off", "OFF\n", "the numbers of vertices and faces were expected"),
-        ("a.off", "OFF\n1 1 0\n0 x 0\n3 0 0 0\n", "'x' was found where a number was expected"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 4\n", "a face names vertex 3; expected 0 to 2"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 0 1 2\n", "a face names vertex -1; expected 0 to 2"),
-        (
-            "a.obj",
-            "v 0 0 0\nv 1 0 nan\nv 1 1 0\nf 1 2 3\n",
-            "vertex 1 is at .*nan.*; expected finite numbers",
-        ),
-        (
-            "a.off",
-            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 -1e39 0\n3 0 1 2\n",
-            r"vertex 2 is at \[0.0, -1e\+39, 0.0\]; expected finite numbers up to 3.4e\+38",
-        ),
-        ("a.obj", "v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3\n", "a vertex with fewer than 3 coordinates"),
-        ("a.obj", "v 0 0 0\n", "1 vertices and no faces were found"),
-        ("a.obj", "", "0 vertices and no faces were found"),
-        (
-            "a.ply",
-            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
-            "no property y",
-        ),
-        ("a.ply", "ply\nformat ascii 2.0\nend_header\n", "the header has the line 'format ascii 2.0'"),
-        ("a.ply", "ply\nproperty int x\nend_header\n", "the header has the line 'property int x'"),
-        ("a.ply", "ply\nend_header\n", "the header names no format"),
-        ("a.ply", "ply\nend_header", "a header from ply to end_header was expected; this is no PLY file"),
-        ("a.ply", "ply\nformat ascii 1.0\n", "a header from ply to end_header was expected"),
-        ("a.ply", "x\nformat ascii 1.0\nend_header\n", "a header from ply to end_header was expected"),
-        ("a.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex was found"),
-        ("a.off", "OFF\n-1 1 0\n0 0 0\n3 0 0 0\n", "-1 vertices and 1 faces were announced"),
-        ("a.off", "OFF\n1 -1 0\n0 0 0\n3 0 0 0\n", "1 vertices and -1 faces were announced"),
-        ("a.off", "OFF\nnan 1 0\n0 0 0\n3 0 0 0\n", "nan was found where a whole number"),
-        ("a.off", "OFF\n1 1 0\n0 0 0\n-3 0 0 0\n", "a face with fewer corners"),
-        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0.5 0\n", "0.5 was found where a whole number"),
-        ("a.obj", "v 0 0 0\nf 1 nan 1\n", "nan was found where a whole number"),
-        ("a.obj", "v 0 0 0\nf 1 1e300 1\n", r"1e\+300 was found where a whole number"),
-        ("a.ply", head(vertices=-1) + "0 0 0 3 0 0 0", "the line 'element vertex -1'"),
-        ("a.ply", head(properties="x x y z"), "the element vertex has 2 properties called x; expected one"),
-        ("a.ply", head(properties="") + "3 0 0 0", "the vertices have no property x"),
-        ("a.ply", head() + "0 0 0 3 0 0.5 0", "0.5 was found where a whole number"),
-        ("a.ply", head() + "0 0 0 3 0 nan 0", "nan was found where a whole number"),
-        ("a.ply", head() + "0 0 0 2.5 0 0 0", "the file ends within the element face"),
-        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 nan 0 0 0", "the file ends within the element face"),
-        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 3.5 0 0 0", "the file ends within the element face"),
-        ("a.stl", "solid nothing", "meshio cannot read it|no faces were found"),
-    ],
-)
-def test_a_damaged_file_is_refused_with_what_was_found(tmp_path, name, text, found):
-    with pytest.raises(MeshFileError, match=found):
-        read_mesh(save(tmp_path, name, text))
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "found"),
-    [
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 2 2 2\nv 3 3 3\nf 1 2 3 4 5\n", "face 0 has 5 corners"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "face 0 has 2 corners"),
-        ("a.off", "4OFF\n1 1 0\n", "only three-dimensional text OFF"),
-        ("a.off", "OFF BINARY\n", "only three-dimensional text OFF"),
-        ("a.xyz123", "", r"no reader for \.xyz123"),
-        (
-            "a.ply",
-            "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
-            "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
-            "end_header\n",
-            "has the lists vertex_indices, texcoord; expected one",
-        ),
-    ],
-)
-def test_an_unsupported_file_is_refused(tmp_path, name, text, found):
-    with pytest.raises(UnsupportedFormatError, match=found):
-        read_mesh(save(tmp_path, name, text))
-
-
 @pytest.mark.parametrize("name", ENCODERS)
 def test_the_largest_float32_is_read_again(tmp_path, name):
     """Its shortest decimal is a larger double."""
@@ -334,11 +192,6 @@ def test_the_largest_float32_is_read_again(tmp_path, name):
     mesh = MeshFile(points=points, faces=np.array([[0, 1, 2, 3]], np.int32))
     (tmp_path / name).write_bytes(b"".join(encode(mesh, ascii=ascii)))
     assert np.array_equal(read_mesh(tmp_path / name).points.astype(np.float32), points)
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(MeshFileError, match=r"nowhere\.ply: no such file"):
-        read_mesh(tmp_path / "nowhere.ply")
 
 
 @pytest.mark.parametrize("name", ["x", "nx", "other"])
@@ -363,78 +216,3 @@ def test_a_number_that_signals_is_no_warning(tmp_path, name):
 def test_an_element_without_properties_takes_no_room(tmp_path):
     text = head().replace("element face", "element nothing 99\nelement face")
     assert len(read_mesh(save(tmp_path, "a.ply", text + "0 0 0 3 0 0 0")).faces) == 1
-
-
-def test_faces_without_corners_are_none(tmp_path):
-    text = head().replace("list uchar int vertex_indices", "uchar flags")
-    with pytest.raises(MeshFileError, match="1 vertices and no faces were found"):
-        read_mesh(save(tmp_path, "a.ply", text + "0 0 0 7"))
-
-
-@given(st.binary(max_size=300))
-def test_garbage_gives_a_message_or_a_mesh(tmp_path_factory, garbage):
-    folder = tmp_path_factory.mktemp("garbage")
-    head = PLY_HEAD.format(format="binary_little_endian", faces=3).encode()
-    for name, text in (("a.ply", head + garbage), ("a.obj", garbage), ("a.off", b"OFF\n" + garbage)):
-        with contextlib.suppress(MeshFileError, UnsupportedFormatError):
-            read_mesh(save(folder, name, text))
-
-
-def codes(mesh):
-    return [notice.code for notice in mesh.warnings]
-
-
-def test_what_an_obj_file_holds_besides_is_told(tmp_path):
-    path = tmp_path / "a.obj"
-    plain = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-    path.write_text(plain + "g part\no object\nusemtl m\ns off\n")
-    assert codes(read_mesh(path)) == []
-    path.write_text("vn 0 0 1\nvt 0 0\n" + plain + "l 1 2\np 3\n")
-    mesh = read_mesh(path)
-    assert codes(mesh) == ["W-MESH-UNREAD"]
-    assert mesh.warnings[0].sentence == (
-        "a.obj: not read and not used: normals, texture coordinates, lines, points"
-    )
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", None),
-        ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "colours"),
-        ("NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n", "normals"),
-        ("COFF\n3 1 0\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n3 0 1 2\n", "colours"),
-    ],
-)
-def test_what_an_off_file_holds_besides_is_told(tmp_path, text, told):
-    path = tmp_path / "a.off"
-    path.write_text(text)
-    assert [notice.sentence for notice in read_mesh(path).warnings] == (
-        [] if told is None else [f"a.off: not read and not used: {told}"]
-    )
-
-
-def test_what_meshio_reads_besides_is_told(tmp_path):
-    path = tmp_path / "a.vtu"
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    cells = [("triangle", [[0, 1, 2]]), ("line", [[0, 3], [1, 3]]), ("tetra", [[0, 1, 2, 3]])]
-    meshio.Mesh(points, cells, point_data={"depth": points[:, 0]}).write(path)
-    mesh = read_mesh(path)
-    assert (len(mesh.faces), codes(mesh)) == (1, ["W-MESH-UNREAD"])
-    for part in ("2 cells of line", "1 cells of tetra", "values depth"):
-        assert part in mesh.warnings[0].sentence
-    meshio.Mesh(points, cells[:1]).write(path)
-    assert codes(read_mesh(path)) == []
-
-
-@pytest.mark.parametrize(("kind", "corners"), [("polygon", 5), ("triangle6", 6), ("quad8", 8)])
-def test_faces_that_meshio_reads_and_no_mesh_has_are_refused(tmp_path, kind, corners):
-    """Else the mesh had holes in their places."""
-    path = tmp_path / "a.vtu"
-    points = np.random.default_rng(0).random((8, 3))
-    cells = [("triangle", [[0, 1, 2]]), (kind, [[*range(corners)]])]
-    meshio.Mesh(points, cells).write(path)
-    with pytest.raises(
-        UnsupportedFormatError, match=rf"1 faces of the kind {kind}.*expected triangles and quads"
-    ):
-        read_mesh(path)

@@ -1,0 +1,50 @@
+"""Check what settings of several kinds may be beyond their types: paths, formats, devices, threads, noise."""
+
+import re
+from collections.abc import Iterable
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.setting_types import is_whole
+
+MOST_THREADS = 4096
+"""CPU threads that may be asked for: more than machines have cores."""
+
+WIDEST_SMOOTHING = 10_000
+"""Nodes of a Gaussian, at most: its filter has eight weights a node."""
+
+
+def check_path(name: str, path: str | None) -> None:
+    """Raise SettingsError for a path that no system can have."""
+    if path is not None and "\0" in path:
+        raise SettingsError(f"{name} is {path!r}; expected a path without the character NUL")
+
+
+def check_format(name: str, given: str | None, known: Iterable[str]) -> None:
+    """Raise SettingsError for a format that is none of those that are known."""
+    if given is not None and given not in known:
+        raise SettingsError(f"{name} is {given!r:.80}; expected one of {', '.join(known)}")
+
+
+def check_run(device: str, threads: int | None) -> None:
+    """Raise SettingsError unless a device and a number of CPU threads can be meant."""
+    if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):
+        raise SettingsError(f"device is {device!r}; expected auto, cpu, cuda or cuda:N")
+    check_threads(threads)
+
+
+def check_threads(threads: int | None) -> None:
+    """Raise SettingsError unless so many CPU threads can be meant."""
+    if threads is not None and (not is_whole(threads) or threads < 1):
+        raise SettingsError(f"threads is {threads!r}; expected 1 or more, a whole number")
+    if threads is not None and threads > MOST_THREADS:
+        raise SettingsError(
+            f"threads is beyond {MOST_THREADS}; expected as many as there are cores, or fewer"
+        )
+
+
+def check_noise(seed: int, sigma: float) -> None:
+    """Raise SettingsError unless synthetic noise can be made so."""
+    if seed < 0:
+        raise SettingsError(f"seed is {seed}; expected a whole number, 0 or more")
+    if not 0 <= sigma <= WIDEST_SMOOTHING:
+        raise SettingsError(f"sigma is {sigma}; expected a number of nodes, 0 to {WIDEST_SMOOTHING}")

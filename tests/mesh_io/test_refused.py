@@ -1,0 +1,122 @@
+"""Mesh files that are damaged, or of a kind that is not read, are refused in words."""
+
+import contextlib
+
+import pytest
+from hypothesis import given, strategies as st
+
+from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.read import read_mesh
+from tests.mesh_io.ply_files import FACES, PLY_HEAD, binary_ply, head, save
+
+
+@pytest.mark.parametrize("keep", [0, 2, 60, 200, -1, -7, -2000, -7000])
+def test_a_ply_that_is_cut_off_is_refused(tmp_path, keep):
+    data = binary_ply("<", FACES)
+    with pytest.raises(MeshFileError, match=r"a\.ply: "):
+        read_mesh(save(tmp_path, "a.ply", data[:keep]))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [
+        (
+            "a.off",
+            "OFF\n4 1 0\n0 0 0\n1 0 0\n",
+            "2 lines were found after the counts; expected 4 vertices and 1",
+        ),
+        ("a.off", "OFX\n4 1 0\n", "the word OFF was expected"),
+        ("a.off", "OFF\n1 1 0\n0 0\n3 0 0 0\n", "a vertex with fewer than 3 coordinates"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0\n", "a face with fewer corners"),
+        ("a.off", "OFF\n", "the numbers of vertices and faces were expected"),
+        ("a.off", "OFF\n1 1 0\n0 x 0\n3 0 0 0\n", "'x' was found where a number was expected"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 4\n", "a face names vertex 3; expected 0 to 2"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 0 1 2\n", "a face names vertex -1; expected 0 to 2"),
+        (
+            "a.obj",
+            "v 0 0 0\nv 1 0 nan\nv 1 1 0\nf 1 2 3\n",
+            "vertex 1 is at .*nan.*; expected finite numbers",
+        ),
+        (
+            "a.off",
+            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 -1e39 0\n3 0 1 2\n",
+            r"vertex 2 is at \[0.0, -1e\+39, 0.0\]; expected finite numbers up to 3.4e\+38",
+        ),
+        ("a.obj", "v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3\n", "a vertex with fewer than 3 coordinates"),
+        ("a.obj", "v 0 0 0\n", "1 vertices and no faces were found"),
+        ("a.obj", "", "0 vertices and no faces were found"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+            "no property y",
+        ),
+        ("a.ply", "ply\nformat ascii 2.0\nend_header\n", "the header has the line 'format ascii 2.0'"),
+        ("a.ply", "ply\nproperty int x\nend_header\n", "the header has the line 'property int x'"),
+        ("a.ply", "ply\nend_header\n", "the header names no format"),
+        ("a.ply", "ply\nend_header", "a header from ply to end_header was expected; this is no PLY file"),
+        ("a.ply", "ply\nformat ascii 1.0\n", "a header from ply to end_header was expected"),
+        ("a.ply", "x\nformat ascii 1.0\nend_header\n", "a header from ply to end_header was expected"),
+        ("a.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex was found"),
+        ("a.off", "OFF\n-1 1 0\n0 0 0\n3 0 0 0\n", "-1 vertices and 1 faces were announced"),
+        ("a.off", "OFF\n1 -1 0\n0 0 0\n3 0 0 0\n", "1 vertices and -1 faces were announced"),
+        ("a.off", "OFF\nnan 1 0\n0 0 0\n3 0 0 0\n", "nan was found where a whole number"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n-3 0 0 0\n", "a face with fewer corners"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0.5 0\n", "0.5 was found where a whole number"),
+        ("a.obj", "v 0 0 0\nf 1 nan 1\n", "nan was found where a whole number"),
+        ("a.obj", "v 0 0 0\nf 1 1e300 1\n", r"1e\+300 was found where a whole number"),
+        ("a.ply", head(vertices=-1) + "0 0 0 3 0 0 0", "the line 'element vertex -1'"),
+        ("a.ply", head(properties="x x y z"), "the element vertex has 2 properties called x; expected one"),
+        ("a.ply", head(properties="") + "3 0 0 0", "the vertices have no property x"),
+        ("a.ply", head() + "0 0 0 3 0 0.5 0", "0.5 was found where a whole number"),
+        ("a.ply", head() + "0 0 0 3 0 nan 0", "nan was found where a whole number"),
+        ("a.ply", head() + "0 0 0 2.5 0 0 0", "the file ends within the element face"),
+        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 nan 0 0 0", "the file ends within the element face"),
+        ("a.ply", head(faces=2) + "0 0 0 3 0 0 0 3.5 0 0 0", "the file ends within the element face"),
+        ("a.stl", "solid nothing", "meshio cannot read it|no faces were found"),
+    ],
+)
+def test_a_damaged_file_is_refused_with_what_was_found(tmp_path, name, text, found):
+    with pytest.raises(MeshFileError, match=found):
+        read_mesh(save(tmp_path, name, text))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 2 2 2\nv 3 3 3\nf 1 2 3 4 5\n", "face 0 has 5 corners"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "face 0 has 2 corners"),
+        ("a.off", "4OFF\n1 1 0\n", "only three-dimensional text OFF"),
+        ("a.off", "OFF BINARY\n", "only three-dimensional text OFF"),
+        ("a.xyz123", "", r"no reader for \.xyz123"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+            "end_header\n",
+            "has the lists vertex_indices, texcoord; expected one",
+        ),
+    ],
+)
+def test_an_unsupported_file_is_refused(tmp_path, name, text, found):
+    with pytest.raises(UnsupportedFormatError, match=found):
+        read_mesh(save(tmp_path, name, text))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(MeshFileError, match=r"nowhere\.ply: no such file"):
+        read_mesh(tmp_path / "nowhere.ply")
+
+
+def test_faces_without_corners_are_none(tmp_path):
+    text = head().replace("list uchar int vertex_indices", "uchar flags")
+    with pytest.raises(MeshFileError, match="1 vertices and no faces were found"):
+        read_mesh(save(tmp_path, "a.ply", text + "0 0 0 7"))
+
+
+@given(st.binary(max_size=300))
+def test_garbage_gives_a_message_or_a_mesh(tmp_path_factory, garbage):
+    folder = tmp_path_factory.mktemp("garbage")
+    head = PLY_HEAD.format(format="binary_little_endian", faces=3).encode()
+    for name, text in (("a.ply", head + garbage), ("a.obj", garbage), ("a.off", b"OFF\n" + garbage)):
+        with contextlib.suppress(MeshFileError, UnsupportedFormatError):
+            read_mesh(save(folder, name, text))
