@@ -6,6 +6,7 @@ numbers.
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,6 +19,8 @@ LONGEST_LINE = 200
 _LINE = re.compile(r"([A-Za-z][^=:\t]*?)\s*(?:=|:|\t|  )\s*(\S.*?)\s*$")
 _BLANK_LINE = re.compile(r"([A-Za-z][^=:\t]*?) ([-+.\d].*?)\s*$")
 """A line whose key and number only a blank keeps apart."""
+_SECTION = re.compile(r"\[([^\]=:]+)\]$")
+_DETECTOR = re.compile(r"detector|camera|panel", re.IGNORECASE)
 _AXES = re.compile(r"\s*[\[(]\s*x\s*,\s*y(?:\s*,\s*z)?\s*[\])]", re.IGNORECASE)
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]|[_ ](um|µm|μm|mm|nm|cm)$")
 _PER_NODE = re.compile(r"\s*(?:/|per)\s*(?:px|pixel|voxel|vx)s?$", re.IGNORECASE)
@@ -75,7 +78,7 @@ def log_fields(text: Path) -> LogFields:
     """Return the lines of a text that have a key and a value."""
     with text.open("rb") as file:
         lines = _decoded(file.read(LARGEST_TEXT)).splitlines()
-    pairs = [pair for line in lines if (pair := _pair(line.strip(" \t#;!")[:LONGEST_LINE])) is not None]
+    pairs = list(_pairs(lines))
     has_points = any(_POINT.match(value) for _, value in pairs)
     has_points &= not any(_CLEAR_COMMA.match(value) for _, value in pairs)
     fields = LogFields()
@@ -90,10 +93,17 @@ def log_fields(text: Path) -> LogFields:
     return fields
 
 
-def _pair(line: str) -> tuple[str, str] | None:
-    """Return the key and the value of a line."""
-    matched = _LINE.match(line) or _BLANK_LINE.match(line)
-    return None if matched is None else (matched[1], matched[2])
+def _pairs(lines: list[str]) -> Iterator[tuple[str, str]]:
+    """Yield the key and the value of each line; a key in a section of the detector begins with its name."""
+    section = ""
+    for line in lines:
+        plain = line.strip(" \t#;!")[:LONGEST_LINE]
+        named = _SECTION.match(plain)
+        if named is not None:
+            section = f"{named[1]} " if _DETECTOR.search(named[1]) else ""
+        matched = _LINE.match(plain) or _BLANK_LINE.match(plain)
+        if matched is not None:
+            yield section + matched[1], matched[2]
 
 
 def _name_and_unit(key: str) -> tuple[str, str]:

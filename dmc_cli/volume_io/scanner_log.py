@@ -23,9 +23,9 @@ MOST_TEXTS = 20
 """Texts in a folder that are looked at."""
 
 WHOLE_KEYS = (
-    *("pixel size", "voxel size", "element size", "el size", "voxel spacing", "pixel spacing"),
-    *("reconstructed pixel size", "reconstructed voxel size", "effective pixel size", "effective voxel size"),
-    *("voxel size rec", "isotropic voxel size", "nominal resolution"),
+    *("voxel size rec", "reconstructed voxel size", "voxel size", "isotropic voxel size", "voxel spacing"),
+    *("element size", "el size", "reconstructed pixel size", "pixel size", "pixel spacing"),
+    *("effective voxel size", "effective pixel size", "nominal resolution"),
     *("scaled image pixel size", "image pixel size"),
 )
 """Keys of a size of the nodes, along all axes or each, the surest first; the last two are those of the scan
@@ -33,15 +33,20 @@ before its reconstruction."""
 
 SCAN_KEYS = WHOLE_KEYS[-2:]
 
+ROUND_KEYS = ("nominal resolution", *SCAN_KEYS)
+"""Keys of a size that another one may differ from."""
+
 VGI_KEYS = ("resolution",)
 """Keys of a size of the nodes in `.vgi`; elsewhere a resolution may be anything."""
 
 SLICE_KEYS = ("slice increment", "slice distance", "slice spacing", "slice thickness", "slice pitch")
 """Keys of the distance of slices, the surest first."""
 
-WIDTH_KEYS = ("result image width", "image width", "number of columns", "width")
-HEIGHT_KEYS = ("result image height", "image height", "number of rows", "height")
-COUNT_KEYS = ("sections count", "number of slices", "slice count")
+WIDTH_KEYS = ("result image width", "image width", "number of columns", "width", "voxels x", "volume size x")
+HEIGHT_KEYS = ("result image height", "image height", "number of rows", "height", "voxels y", "volume size y")
+COUNT_KEYS = ("sections count", "number of slices", "slice count", "voxels z", "volume size z")
+SIZE_KEYS = ("dim", "image size", "matrix size")
+"""Keys of the pixels along x and y, and of the slices."""
 PREFIX_KEY = "filename prefix"
 
 
@@ -122,6 +127,7 @@ def _read(text: Path, fields: LogFields, notes: list[Notice]) -> ScannerLog:
     if lengths is not None and not all(math.isfinite(n) and n > 0 for n in lengths):
         notes.append(_unused(text, f"a size of {lengths[0]:g} mm", "expected a positive length"))
         lengths = None
+    notes += [] if lengths is None else _others(text, fields, lengths[0])
     step = fields.whole(("section to section step",)) or 1
     return ScannerLog(text, lengths, is_whole, max(step, 1), tuple(notes))
 
@@ -134,7 +140,13 @@ def _mismatch(
     Of a text of the scan only the width counts: rows of the camera are slices.
     """
     columns, rows, slices = size
-    told = fields.whole(WIDTH_KEYS), None if is_of_scan else fields.whole(HEIGHT_KEYS)
+    sizes = fields.numbers(fields.first(("size",) if text.suffix.lower() == ".vgi" else SIZE_KEYS) or "")
+    if len(sizes) == 3:
+        told: tuple[int | None, int | None] = int(sizes[0]), int(sizes[1])
+        count: int | None = int(sizes[2])
+    else:
+        told = fields.whole(WIDTH_KEYS), None if is_of_scan else fields.whole(HEIGHT_KEYS)
+        count = fields.whole(COUNT_KEYS)
     if any(size not in (None, 0, n) for size, n in zip(told, (columns, rows), strict=True)):
         found = f"{columns} x {rows}" if told[1] is not None else f"{columns}"
         across = f"{told[0]} x {told[1]}" if told[1] is not None else f"{told[0]}"
@@ -147,9 +159,22 @@ def _mismatch(
     if prefix and not stem.startswith(prefix) and not stem.startswith(text.stem.lower()):
         told_name = f"slices called {fields.texts[PREFIX_KEY][:60]}..."
         yield _unused(text, f"of {told_name}", "those found are called otherwise")
-    count = fields.whole(COUNT_KEYS)
     if count not in (None, 0, slices):
         yield Notice("W-SLICES-COUNT", f"{text.name} tells of {count} slices, {slices} were found")
+
+
+def _others(text: Path, fields: LogFields, across: float) -> Iterator[Notice]:
+    """Yield what else the text tells of the size of the nodes along x in mm, where that differs."""
+    for key in _whole_keys(text):
+        name = key if key in fields.values else f"{key} x"
+        if key in ROUND_KEYS or name not in fields.values:
+            continue
+        other = _length(text, fields, name, SUFFIXES[text.suffix.lower()], [])
+        if other and abs(other[0] - across) > 0.01 * across:
+            sentence = (
+                f"{text.name} tells {name} {fields.values[name].told}, too, not {across:g} mm as is taken"
+            )
+            yield Notice("W-GEOMETRY-CONTRADICTED", f"{sentence}; --spacing tells better")
 
 
 def _lengths(text: Path, fields: LogFields, notes: list[Notice]) -> tuple[Triple | None, bool]:

@@ -29,6 +29,35 @@ def nrecon(step=1, count=4, width=7, size="17.50"):
     return NRECON.format(step=step, count=count, width=width, size=size)
 
 
+PHOENIX = """[Geometry]
+FDD=815.23
+VoxelSizeX=0.015
+VoxelSizeY=0.015
+[Detector]
+PixelsizeX=0.2
+PixelsizeY=0.2
+"""
+
+NIKON = """[XTekCT]
+VoxelsX={x}
+VoxelSizeX=0.04
+VoxelsY=6
+VoxelSizeY=0.05
+VoxelsZ={z}
+VoxelSizeZ=0.06
+DetectorPixelSizeX=0.2
+"""
+
+VGI = """{{volume1}}
+[representation]
+size = {x} 6 4
+bitsperelement = 8
+[geometry]
+resolution = 0.5 0.5 0.7
+unit = mm
+"""
+
+
 def stack(folder, texts=(), step=1, first=100):
     for k, plane in enumerate(VALUES):
         PIL.fromarray(plane).save(folder / f"scan_rec{first + k * step:08d}.png")
@@ -62,7 +91,7 @@ def codes(volume):
         ("scan.xtekct", "[XTekCT]\nVoxelSizeX=0.04\nVoxelSizeY=0.05\nVoxelSizeZ=0.06\n", (0.04, 0.05, 0.06)),
         ("scan.pca", "[Geometry]\nVoxelSizeX=0.02\nVoxelSizeY=0.02\nVoxelSizeZ=0.02\n", (0.02,) * 3),
         ("scan.pca", "[Geometry]\nVoxelSizeX=0.02\nVoxelSizeY=0.02\n", (0.02,) * 3),
-        ("scan.pcr", "[VolumeData]\nVoxelSizeRec=0.0125\nVolume_SizeX=70\n", (0.0125,) * 3),
+        ("scan.pcr", "[VolumeData]\nVoxelSizeRec=0.0125\nVolume_SizeX=7\n", (0.0125,) * 3),
         ("scan.vgi", "{volume1}\n[geometry]\nresolution = 0.5 0.5 0.7\nunit = mm\n", (0.5, 0.5, 0.7)),
         ("scan.vgi", "{volume1}\n[geometry]\nresolution = 50 50 70\nunit = um\n", (0.05, 0.05, 0.07)),
         ("scan.txt", "!  El_size_mm (x,y,z)      0.0820  0.0820  0.09\n", (0.082, 0.082, 0.09)),
@@ -84,6 +113,11 @@ def codes(volume):
         ("scan.txt", "Voxel size (mm): 0.5,0.5,0.7\n", (0.5, 0.5, 0.7)),
         ("scan.txt", "Voxel size (mm): 2,3,4\n", (2, 3, 4)),
         ("scan.log", "Number of Rows=900\nNumber of Columns=7\nImage Pixel Size (um)=6\n", (0.006,) * 3),
+        ("scan.pca", PHOENIX, (0.015,) * 3),
+        ("scan.txt", "Voxel size: 15 um\n[Camera]\nPixel size: 55 um\n", (0.015,) * 3),
+        ("scan.txt", "Dim: 7 6 4\nElement Size: 0.01 0.01 0.012 mm\n", (0.01, 0.01, 0.012)),
+        ("scan.xtekct", NIKON.format(x=7, z=4), (0.04, 0.05, 0.06)),
+        ("scan.vgi", VGI.format(x=7), (0.5, 0.5, 0.7)),
     ],
 )
 def test_the_distances_are_read_and_told(tmp_path, name, text, spacing):
@@ -137,6 +171,7 @@ def test_slices_lie_as_far_apart_as_their_numbers(tmp_path, step, told, between)
         ("Pixel Size (um)=12 mm\n", "W-GEOMETRY-CONTRADICTED"),
         (nrecon() + nrecon(size=3), "W-GEOMETRY-CONTRADICTED"),
         ("Number of Columns=1000\nImage Pixel Size (um)=6\n", "W-GEOMETRY-CONTRADICTED"),
+        ("Dim: 14 12 4\nElement Size: 0.01 0.01 0.012 mm\n", "W-GEOMETRY-CONTRADICTED"),
     ],
 )
 def test_what_is_not_sure_is_not_used_and_told(tmp_path, text, code):
@@ -145,6 +180,25 @@ def test_what_is_not_sure_is_not_used_and_told(tmp_path, text, code):
     assert codes(volume) == [code, "W-SPACING-MISSING"]
     with pytest.raises(AmbiguousVolumeError, match=code):
         read(tmp_path, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [
+        ("scan.xtekct", NIKON.format(x=14, z=4), ["W-GEOMETRY-CONTRADICTED", "W-SPACING-MISSING"]),
+        ("scan.xtekct", NIKON.format(x=7, z=8), ["W-SPACING-FROM-LOG", "W-SLICES-COUNT"]),
+        ("scan.vgi", VGI.format(x=70), ["W-GEOMETRY-CONTRADICTED", "W-SPACING-MISSING"]),
+        ("scan.pcr", "VoxelSizeRec=0.1\nVolume_SizeX=70\n", ["W-GEOMETRY-CONTRADICTED", "W-SPACING-MISSING"]),
+        (
+            "scan.txt",
+            "Pixel size: 200 um\nVoxel size: 15 um\n",
+            ["W-SPACING-FROM-LOG", "W-GEOMETRY-CONTRADICTED"],
+        ),
+        ("scan.txt", "Nominal resolution: 20 um\nVoxel size: 19.7 um\n", ["W-SPACING-FROM-LOG"]),
+    ],
+)
+def test_what_a_text_says_of_the_volume_s_size_or_otherwise_is_told(tmp_path, name, text, code):
+    assert codes(read(stack(tmp_path, {name: text}))) == code
 
 
 def test_the_text_of_slices_that_are_called_otherwise_is_not_used(tmp_path):
