@@ -4,6 +4,9 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import PurePath
 
+import numpy as np
+
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import AmbiguousVolumeError
 from dmc_cli.notices import Notice
 
@@ -23,6 +26,12 @@ def turned(orientation: object, title: str) -> tuple[Notice, ...]:
         return ()
     sentence = f"the {title} images are to be turned or mirrored by their tag Orientation; taken as stored"
     return (Notice("W-IMAGE-TURNED", sentence),)
+
+
+def are_grey(parts: AnyArray) -> bool:
+    """Return whether the colours of all pixels are the same, and opaque where there is a fourth."""
+    is_opaque = (parts[..., 3:] == np.iinfo(parts.dtype).max).all()
+    return bool(is_opaque and (parts[..., :3] == parts[..., :1]).all())
 
 
 def kind_of(file_name: str) -> str | None:

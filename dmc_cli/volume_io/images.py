@@ -18,7 +18,7 @@ from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError,
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
-from dmc_cli.volume_io.image_kinds import KINDS, most_common_kind, turned
+from dmc_cli.volume_io.image_kinds import KINDS, are_grey, most_common_kind, turned
 from dmc_cli.volume_io.image_resolution import image_lengths, jpeg_2000_lengths
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, stack_volume
 from dmc_cli.volume_io.layout import check_file
@@ -137,18 +137,12 @@ def _grey(image: Any, raw: str, path: Path, name: str) -> AnyArray:
         parts = _deep_parts(path, raw)
     elif ";16" not in raw and image.mode in ("RGB", "RGBA", "LA", "P"):
         parts = np.asarray(image.convert("RGBA"))
-    if parts is not None and _are_grey(parts):
+    if parts is not None and are_grey(parts):
         return parts[..., 0]
     raise UnsupportedFormatError(
         f"{name}: {path.name} has colours or transparent pixels ({raw or image.mode}); expected grey slices; "
         "convert them, or put what is no slice elsewhere"
     )
-
-
-def _are_grey(parts: AnyArray) -> bool:
-    """Return whether the parts of all pixels are the same, and opaque where there is a fourth."""
-    is_opaque = (parts[..., 3:] == np.iinfo(parts.dtype).max).all()
-    return bool(is_opaque and (parts[..., :3] == parts[..., :1]).all())
 
 
 def _deep_parts(path: Path, raw: str) -> AnyArray:

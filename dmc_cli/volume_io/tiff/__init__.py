@@ -5,6 +5,7 @@ ome_set   a folder with one OME-TIFF of several files
 dialects  distances of the nodes in the tags of microscopes and other programs
 spacing   distances of the nodes, as the surest of a file's metadata tells them
 imagej    its origin and its calibration of values
+pages     what is told of pages: previews, how they are to be shown
 stack     the volumes of a file with many pages, and the planes of one
 reader    the volume of a stack of pages or of files
 """

@@ -9,37 +9,27 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
 from dmc_cli.volume_io.axes import images_entry, unnamed_axes
-from dmc_cli.volume_io.image_kinds import KINDS, turned
+from dmc_cli.volume_io.image_kinds import KINDS, are_grey
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
 from dmc_cli.volume_io.layout import check_file, chosen_origin, exists, scale_affine
 from dmc_cli.volume_io.left_out import left_out
 from dmc_cli.volume_io.tiff.imagej import imagej_origin, imagej_scale
 from dmc_cli.volume_io.tiff.ome_set import ome_set
+from dmc_cli.volume_io.tiff.pages import RGB, pages_told, shown
 from dmc_cli.volume_io.tiff.spacing import WHAT, tiff_lengths
 from dmc_cli.volume_io.tiff.stack import LARGEST_RATIO, check_segments, read_stack, stack_images
 from dmc_cli.volume_io.told_lengths import settled_spacing
-
-MIN_IS_WHITE, PALETTE = 0, 3
-"""Photometric interpretations whose values are no brightness."""
-
-SEQUENCES = {
-    **{"scanimage": "ScanImage", "stk": "MetaMorph", "metaseries": "MetaSeries", "andor": "Andor"},
-    **{"epics": "EPICS", "nuvu": "Nuvu", "tvips": "TVIPS", "eer": "EER", "streak": "a streak camera"},
-    **{"pilatus": "Pilatus", "micromanager": "Micro-Manager"},
-}
-"""tifffile's flags of programs whose pages are as often times or channels as slices, and their names."""
-
-ORIENTATION = 274
-"""The tag that says how a page is to be turned."""
 
 MISSING = 'tifffile is not installed; pip install "dmc-cli[tiff]" or pip install tifffile'
 
@@ -62,8 +52,8 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
     with _told_errors(name), tifffile.TiffFile(path) as tiff:
         values, image, number = read_stack(tiff, path, name, settings)
         notes = (
-            *_unfollowed(tiff, number),
-            *_shown(tiff.series[number].keyframe),
+            *pages_told(tiff, number),
+            *shown(tiff.series[number].keyframe),
             *unnamed_axes(image),
         )
         slope, intercept, mapped = imagej_scale(tiff)
@@ -134,11 +124,13 @@ def _told_errors(name: str) -> Iterator[None]:
     except Exception as error:
         # tifffile raises whatever its parsing and its codecs run into
         told = " ".join(str(error).split())[:200]
-        packed = re.search(r"<COMPRESSION\.(\w+).*requires the 'imagecodecs' package", told)
+        needs = r"(?:<COMPRESSION\.(\w+)|of (\d+-bit)).*requires the 'imagecodecs' package"
+        packed = re.search(needs, told)
         if packed is not None:
+            found = f"compression {packed[1]}" if packed[1] else f"{packed[2]} values"
             raise UnsupportedFormatError(
-                f"{name}: a TIFF of compression {packed[1]} found, which needs imagecodecs; pip install "
-                "imagecodecs, or write the TIFF uncompressed, or packed by deflate"
+                f"{name}: a TIFF of {found} found, which needs imagecodecs; pip install imagecodecs, or "
+                "write the TIFF uncompressed, or packed by deflate, its values in whole bytes"
             ) from error
         raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
     finally:
@@ -200,18 +192,35 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
     check_pages(path, name)
     with _told_errors(name), tifffile.TiffFile(path) as tiff:
         page = tiff.pages[0]
-        if page.ndim != 2:
+        is_colored = page.axes == "YXS" and int(page.photometric) == RGB
+        if page.ndim != 2 and not is_colored:
             raise UnsupportedFormatError(
-                f"{path.name}: an image of shape {page.shape} found; expected a grey slice"
+                f"{name}: {path.name} has an image of shape {page.shape}; expected a grey slice"
             )
         if len(tiff.pages) > 1:
             raise UnsupportedFormatError(
-                f"{path.name}: {len(tiff.pages)} pages found; expected a slice a file; give a "
-                "file that has all slices by itself"
+                f"{name}: {path.name} has {len(tiff.pages)} pages; expected a slice a file; give a file that "
+                "has all slices by itself"
             )
         check_segments(tiff, page, name)
-        notes = (*_shown(page), *_uncalibrated(tiff))
-        yield Plane(page.shape, page.dtype, page.asarray, notes, told=tiff_lengths(tiff))
+        notes = (*shown(page), *_uncalibrated(tiff))
+        read = partial(_grey_of_colors, page, path, name) if is_colored else page.asarray
+        yield Plane(page.shape[:2], page.dtype, read, notes, told=tiff_lengths(tiff))
+
+
+def _grey_of_colors(page: Any, path: Path, name: str) -> AnyArray:
+    """Return the values of a slice written as colours.
+
+    Raises:
+        UnsupportedFormatError: They are not all the same, or not opaque.
+    """
+    parts: AnyArray = page.asarray()
+    if parts.dtype.kind != "u" or not are_grey(parts):
+        raise UnsupportedFormatError(
+            f"{name}: {path.name} has colours or transparent pixels; expected grey slices; convert them, or "
+            "put what is no slice elsewhere"
+        )
+    return parts[..., 0]
 
 
 def _uncalibrated(tiff: Any) -> tuple[Notice, ...]:
@@ -220,32 +229,3 @@ def _uncalibrated(tiff: Any) -> tuple[Notice, ...]:
         return ()
     sentence = "ImageJ's calibration of the slices' values is not applied; they are as stored"
     return (Notice("W-VALUES-MAPPED", sentence),)
-
-
-def _unfollowed(tiff: Any, number: int) -> tuple[Notice, ...]:
-    """Return what the file tells of an image that is not followed."""
-    series = tiff.series[number]
-    notes = []
-    program = next((title for flag, title in SEQUENCES.items() if getattr(tiff, f"is_{flag}", False)), None)
-    if program is not None and any(letter in "IQ" for letter in series.axes):
-        told = f"the TIFF of {program} does not say what its pages count; they are taken as slices"
-        notes.append(Notice("W-AXES-MISSING", told))
-    for named, kind in ((tiff.is_ome, "ome"), (tiff.is_imagej, "imagej")):
-        if named and series.kind != kind:
-            told = f"the TIFF's metadata of {kind} cannot be read; its pages are taken as slices"
-            notes.append(Notice("W-AXES-MISSING", told))
-    return tuple(notes)
-
-
-def _shown(page: Any) -> tuple[Notice, ...]:
-    """Return how a page is to be shown, where that is not as it is stored: no brightness, or turned."""
-    photometric = int(page.photometric)
-    notes = []
-    if photometric == MIN_IS_WHITE:
-        told = "the TIFF's lowest value is white (WhiteIsZero); values are taken as they are stored"
-        notes.append(Notice("W-PHOTOMETRIC", told))
-    if photometric == PALETTE:
-        told = "the TIFF's values are places in a colour table; they are taken as they are stored"
-        notes.append(Notice("W-PHOTOMETRIC", told))
-    notes += turned(page.tags.valueof(ORIENTATION), "TIFF")
-    return tuple(notes)

@@ -5,6 +5,7 @@ which then are slices. Only pages of the chosen volume are read.
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,15 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import allocate_values, check_shape, storable_type, widened_type
 from dmc_cli.volume_io.axes import UNNAMED, Axis, Choice, Image, chosen_volume
 from dmc_cli.volume_io.tiff.ome import check_modulo, check_ome, ome_channels
+from dmc_cli.volume_io.tiff.pages import MIN_IS_BLACK, MIN_IS_WHITE, RGB, is_aside, is_colored
 from dmc_cli.volume_io.unpacked_size import passes
 from dmc_cli.volume_io.within import check_beside
 
+SAMPLE = "sample"
+"""The name of the axis of colours."""
+
 AXES = {
-    **{"X": "x", "Y": "y", "Z": "z", "T": "time", "C": "channel", "S": "sample", "I": UNNAMED, "Q": UNNAMED},
+    **{"X": "x", "Y": "y", "Z": "z", "T": "time", "C": "channel", "S": SAMPLE, "I": UNNAMED, "Q": UNNAMED},
     **{"A": "angle", "P": "position", "R": "tile", "H": "lifetime", "E": "wavelength", "L": "exposure"},
     **{"V": "event", "M": "mosaic", "J": "tile column", "K": "tile row"},
 }
@@ -61,25 +66,36 @@ def stack_images(tiff: Any, path: Path, name: str, settings: ReadSettings) -> li
     images = []
     for number, series in enumerate(tiff.series):
         labels = channels[number] if number < len(channels) else ()
+        names = AXES | ({"S": "channel"} if not is_colored(series) and "C" not in series.axes else {})
         axes = [
-            Axis(AXES.get(letter, f"axis {letter}"), int(size), labels if letter == "C" else ())
+            Axis(names.get(letter, f"axis {letter}"), int(size), labels if letter == "C" else ())
             for letter, size in zip(series.axes, series.shape, strict=True)
         ]
         images.append(Image(tuple(axes), str(series.name or f"image {number}")))
-    if not any(image.grid and not _is_colored(image) for image in images):
+    if not any(image.grid for image in images):
         raise UnsupportedFormatError(
             f"{name}: an image of {images[0].told()} found; expected a stack of grey slices along "
             "z; where another axis is z in truth, correct the metadata"
         )
-    previews = [bool(series.keyframe.is_reduced) for series in tiff.series]
+    return _without_others(images, tiff.series)
+
+
+def _without_others(images: list[Image], series: list[Any]) -> list[Image]:
+    """Return the images, without axes those that are no volume: previews, and colours beside grey ones.
+
+    Where all have colours, the axis of these counts one volume: they may be grey in truth.
+    """
+    kinds = [(is_aside(each), is_colored(each)) for each in series]
+    wanted = min(kind for kind, image in zip(kinds, images, strict=True) if image.grid)
     return [
-        Image(()) if _is_colored(image) or (is_preview and not all(previews)) else image
-        for image, is_preview in zip(images, previews, strict=True)
+        _grey_image(image) if kind == wanted else Image(()) for image, kind in zip(images, kinds, strict=True)
     ]
 
 
-def _is_colored(image: Image) -> bool:
-    return any(axis.name == "sample" for axis in image.axes)
+def _grey_image(image: Image) -> Image:
+    """Return an image with one of its colours."""
+    axes = (replace(axis, size=1) if axis.name == SAMPLE else axis for axis in image.axes)
+    return replace(image, axes=tuple(axes))
 
 
 def read_stack(tiff: Any, path: Path, name: str, settings: ReadSettings) -> tuple[AnyArray, Image, int]:
@@ -94,13 +110,23 @@ def read_stack(tiff: Any, path: Path, name: str, settings: ReadSettings) -> tupl
     choice = chosen_volume(images, settings, name)
     image, series = images[choice.image], tiff.series[choice.image]
     check_shape(name, image.nodes)
-    dtype = storable_type(name, widened_type(series.dtype))
+    storable_type(name, widened_type(series.dtype))
     if series.nbytes > LARGEST_RATIO * path.stat().st_size:
         raise DamagedVolumeError(
             f"{name}: {path.stat().st_size} bytes found for {tuple(series.shape)} values; get the file again"
         )
     for other in {page.parent.filehandle.path for page in series.pages if page is not None}:
         check_beside(path, Path(other), Path(other).name, name, settings.allow_outside)
+    values = _values(tiff, image, choice, name)
+    if is_colored(series):
+        _check_grey(values, tiff, image, choice, name)
+    return values, image, choice.image
+
+
+def _values(tiff: Any, image: Image, choice: Choice, name: str) -> AnyArray:
+    """Return the values [k, j, i] of a volume."""
+    series = tiff.series[choice.image]
+    dtype = storable_type(name, widened_type(series.dtype))
     planes = _Planes(tiff, series, name)
     if not planes.are_pages:
         for page in series.pages:
@@ -109,10 +135,31 @@ def read_stack(tiff: Any, path: Path, name: str, settings: ReadSettings) -> tupl
         whole = allocate_values(name, (*image.nodes[:2], nz), series.dtype).reshape(series.shape)
         series.asarray(out=whole)
         found = whole[tuple(slice(None) if w is None else w for w in choice.where)]
-        return np.ascontiguousarray(found.transpose(_order(image, back=True)), dtype), image, choice.image
+        return np.ascontiguousarray(found.transpose(_order(image, back=True)), dtype)
     values = allocate_values(name, image.nodes, dtype)
     planes.read(values, image, choice)
-    return values, image, choice.image
+    return values
+
+
+def _check_grey(values: AnyArray, tiff: Any, image: Image, choice: Choice, name: str) -> None:
+    """Refuse an image whose colours are not all the same, or not opaque; `values` are those of the first.
+
+    Raises:
+        UnsupportedFormatError: It is not grey.
+    """
+    series = tiff.series[choice.image]
+    place = series.axes.index("S")
+    colors = {MIN_IS_WHITE: 1, MIN_IS_BLACK: 1, RGB: 3}.get(int(series.keyframe.photometric), 0)
+    is_grey = colors <= series.shape[place] <= colors + 1 and values.dtype.kind == "u"
+    for number in range(1, series.shape[place] if is_grey else 1):
+        where = (*choice.where[:place], number, *choice.where[place + 1 :])
+        other = _values(tiff, image, replace(choice, where=where), name)
+        is_grey &= bool((other == (values if number < colors else np.iinfo(values.dtype).max)).all())
+    if not is_grey:
+        raise UnsupportedFormatError(
+            f"{name}: an image with colours or transparent pixels found; expected a stack of grey slices; "
+            "convert it to grey"
+        )
 
 
 def _order(image: Image, back: bool = False) -> tuple[int, ...]:
