@@ -17,6 +17,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import (
@@ -51,6 +52,12 @@ PACKERS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """What NumPy packs by; with others Python's zip module unpacks more than it was asked for."""
 
 
+LENGTHS = (
+    *("spacing", "voxelsize", "voxelspacing", "pixelsize", "pixelspacing", "resolution", "affine", "origin"),
+)
+"""What arrays of lengths are called, without underscores."""
+
+
 def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progress = SILENT) -> Volume:
     """Return the array of an .npy file, mapped where it can be, or of an .npz.
 
@@ -63,6 +70,7 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     with _told_errors(name):
         read = _from_npz if zipfile.is_zipfile(path) else _from_npy
         values, image = read(path, name, settings)
+        beside = _lengths_beside(path) if settings.spacing is None else ()
     progress.advance(1.0)
     spacing, warnings = chosen_spacing(None, settings)
     origin, _ = chosen_origin(None, settings)
@@ -73,8 +81,21 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         path=name,
         files=(path,),
         format="numpy",
-        warnings=(*unnamed_axes(image), *warnings),
+        warnings=(*unnamed_axes(image), *beside, *warnings),
     )
+
+
+def _lengths_beside(path: Path) -> tuple[Notice, ...]:
+    """Return what is told of arrays of an .npz that are called like lengths: they have no unit."""
+    if not zipfile.is_zipfile(path):
+        return ()
+    with zipfile.ZipFile(path) as archive:
+        found = [entry.removesuffix(".npy") for entry in archive.namelist()]
+    called = [entry for entry in found if entry.lower().replace("_", "") in LENGTHS]
+    if not called:
+        return ()
+    sentence = f"the array {called[0][:40]!r} tells neither of which axes nor in which unit it is; not used"
+    return (Notice("W-UNIT-MISSING", f"{sentence}; --spacing gives lengths"),)
 
 
 @contextmanager

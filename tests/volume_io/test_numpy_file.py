@@ -237,3 +237,13 @@ def test_what_may_be_a_picture_is_told(tmp_path, shape, is_told):
     np.save(tmp_path / "a.npy", np.zeros(shape, "u1"))
     volume = read(tmp_path / "a.npy", spacing=(1, 1, 1))
     assert [notice.code for notice in volume.warnings] == ["W-AXES-MISSING"] * is_told
+
+
+@pytest.mark.parametrize("name", ["spacing", "voxel_size", "Affine"])
+def test_lengths_beside_the_array_of_an_npz_are_told(tmp_path, name):
+    path = tmp_path / "a.npz"
+    np.savez(path, volume=np.zeros((4, 5, 6)), **{name: np.ones(3)})
+    volume = read(path)
+    assert [notice.code for notice in volume.warnings] == ["W-UNIT-MISSING", "W-SPACING-MISSING"]
+    assert repr(name) in volume.warnings[0].sentence
+    assert read(path, spacing=(1, 2, 3)).warnings == ()

@@ -1,5 +1,6 @@
 """Find the dataset of an HDF5 file that is meant: the one named, the one NeXus shows, or the only one."""
 
+from contextlib import suppress
 from typing import Any
 
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError, VolumeError
@@ -10,6 +11,9 @@ from dmc_cli.volume_io.left_out import shortened
 
 MOST_OBJECTS = 10_000
 """Groups and datasets that are looked at."""
+
+MATLABS_OWN = ("/#refs#/", "/#subsystem#/")
+"""Where MATLAB keeps what its cells and objects are made of."""
 
 ITK_VALUES = "/ITKImage/0/VoxelData"
 """Where ITK keeps the values of an image."""
@@ -84,7 +88,7 @@ def volumes_of(file: Any, h5py: Any) -> list[Any]:
     def look(_: str, item: Any) -> bool | None:
         nonlocal seen
         seen += 1
-        if isinstance(item, h5py.Dataset) and is_volume(item):
+        if isinstance(item, h5py.Dataset) and is_volume(item) and not str(item.name).startswith(MATLABS_OWN):
             found.append(item)
         return True if seen > MOST_OBJECTS else None
 
@@ -101,6 +105,36 @@ def _shown(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
         if not isinstance(found, h5py.Group):
             break
         group = found
+    return _signal(file, group, name, h5py) or _only_signal(file, name, h5py)
+
+
+def _signal(file: Any, group: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
+    """Return the signal of a group if it is a volume, and the group."""
     signal = text_of(Attributes(group).get("signal", ""))
     dataset = followed(file, f"{group.name}/{signal}", name, h5py) if signal else None
     return (dataset, group) if isinstance(dataset, h5py.Dataset) and is_volume(dataset) else None
+
+
+def _only_signal(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
+    """Return the only volume that is the signal of an NXdata, or, as before 2014, says so itself."""
+    found: dict[str, tuple[Any, Any]] = {}
+    seen = 0
+
+    def look(_: str, item: Any) -> bool | None:
+        nonlocal seen
+        seen += 1
+        if isinstance(item, h5py.Group):
+            is_shown = text_of(Attributes(item).get("NX_class", "")) == "NXdata"
+            shown = None
+            with suppress(UnsupportedFormatError):  # a link out of the file
+                shown = _signal(file, item, name, h5py) if is_shown else None
+        else:
+            told = Attributes(item).get("signal") if isinstance(item, h5py.Dataset) else None
+            is_shown = told is not None and str(text_of(told) or told).strip("[]") == "1"
+            shown = (item, item.parent) if is_shown and is_volume(item) else None
+        if shown is not None:
+            found[str(shown[0].name)] = shown
+        return True if seen > MOST_OBJECTS else None
+
+    file.visititems(look)
+    return next(iter(found.values())) if len(found) == 1 else None

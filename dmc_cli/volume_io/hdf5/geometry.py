@@ -13,7 +13,7 @@ from dmc_cli.notices import Notice
 from dmc_cli.volume_io.axes import Axis, Image, stacked_image, unnamed_axes
 from dmc_cli.volume_io.hdf5.dataset import ITK_VALUES
 from dmc_cli.volume_io.hdf5.imaris import imaris_grid, is_imaris
-from dmc_cli.volume_io.hdf5.named_axes import named_axes
+from dmc_cli.volume_io.hdf5.named_axes import named_axes, unused_resolution
 from dmc_cli.volume_io.hdf5.nexus import moved, signal_scale
 from dmc_cli.volume_io.hdf5.stored import HdfGeometry
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored
@@ -45,6 +45,7 @@ def hdf_geometry(file: Any, dataset: Any, group: Any, name: str, h5py: Any) -> H
     if spacing is None and not told:
         owners = [(str(owner.name), Attributes(owner)) for owner in (dataset, dataset.parent, file)]
         spacing, origin, told = loose_lengths(owners, str(dataset.name).rpartition("/")[2])
+        told = told if spacing else (*told, *unused_resolution(dataset))
     return HdfGeometry(image, spacing, origin, notices=notices, unsettled=told, scale=scale)
 
 

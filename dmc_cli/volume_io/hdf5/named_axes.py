@@ -6,12 +6,14 @@ datasets of places, to the dimensions, or label these.
 """
 
 import json
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import UnsupportedFormatError
+from dmc_cli.notices import Notice
 from dmc_cli.volume_io.axes import UNNAMED, Image, nameless_image
 from dmc_cli.volume_io.hdf5.links import followed, text_of
 from dmc_cli.volume_io.hdf5.nexus import field_scale
@@ -91,6 +93,17 @@ def _vigra(dataset: Any) -> list[tuple[str, Any]] | None:
     if len(keys) != dataset.ndim:
         raise ValueError(f"{len(keys)} axistags for {dataset.ndim} axes")
     return [(VIGRA_NAMES.get(key, f"axis {key}"), None) for key in keys]
+
+
+def unused_resolution(dataset: Any) -> tuple[Notice, ...]:
+    """Return what is told of distances in vigra's attribute, which has no units; 0 is none."""
+    with suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        axes = json.loads(text_of(Attributes(dataset).get("axistags", "")) or "{}").get("axes", ())
+        told = [axis for axis in axes if axis["key"] in ("x", "y", "z") and axis.get("resolution", 0)]
+        if told:
+            sentence = "the resolution in axistags has no unit and is not used; --spacing gives lengths"
+            return (Notice("W-UNIT-MISSING", sentence),)
+    return ()
 
 
 def _dimensions(dataset: Any, h5py: Any) -> list[tuple[str, Any]] | None:

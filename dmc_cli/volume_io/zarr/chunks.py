@@ -12,9 +12,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from dmc_cli.array_types import AnyArray
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, DmcError, VolumeError
-from dmc_cli.progress import Progress
+from dmc_cli.progress import SILENT, Progress
 from dmc_cli.system import usable_cores
 from dmc_cli.threads import each_in_threads
 from dmc_cli.volume_io.unpacked_size import SLACK
@@ -191,6 +191,19 @@ class ChunkReader:
         picked = values[tuple(slice(None) if w is None else w % n for _, n, w in axes)]
         target = self.values[tuple(slice(p * n, p * n + n) for p, n, w in axes if w is None)]
         target[...] = picked[tuple(slice(0, n) for n in target.shape)]
+
+
+def stored_line(folder: Path, array: ZarrArray, bounds: Bounds, name: str) -> Float64Array:
+    """Return the numbers of a small array of one axis, shape (n,), scaled as its attributes say.
+
+    Raises:
+        DamagedVolumeError: They cannot be read.
+    """
+    files = chunk_files(folder, array, bounds, name)
+    values = np.empty(array.shape, array.packing.dtype.newbyteorder("="))
+    ChunkReader(folder, array, (None,), values, name).read(files, 1, SILENT)
+    slope, intercept = array.scale
+    return np.asarray(slope * values.astype(np.float64) + intercept)
 
 
 def _check_table(content: bytes) -> None:

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.array_types import Float64Array
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
 from dmc_cli.volume_io.axes import UNNAMED, Axis, Image
 from dmc_cli.volume_io.within import Bounds
-from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
+from dmc_cli.volume_io.zarr.chunks import stored_line
+from dmc_cli.volume_io.zarr.metadata import MAX_AXES, ZarrArray, read_node
 from dmc_cli.volume_io.zarr.stored import StoredImage
 
 OLD_AXES = "tczyx"
@@ -55,7 +56,7 @@ def ome_images(
                 f"{name}: level {level['path']!r} of the image is no array; get the data again"
             )
         axes = _ome_axes(image, array.shape, labels)
-        scale, shift = _placed(image, level, name)
+        scale, shift = _placed(image, level, path, bounds, name)
         titled = str(image.get("name") or title or f"image {number}")
         units = tuple(_unit(axis) for axis in image.get("axes", ()))
         found.append(StoredImage(folder, array, Image(axes, titled), scale, shift, units))
@@ -100,28 +101,44 @@ def _unit(axis: Any) -> str | None:
     return None if found is None else str(found)
 
 
-def _placed(image: Any, level: Any, name: str) -> tuple[Float64Array | None, Float64Array | None]:
-    """Return distance and place along each axis, in its unit; None where no scale is told."""
+def _placed(
+    image: Any, level: Any, path: Path, bounds: Bounds, name: str
+) -> tuple[Float64Array | None, Float64Array | None]:
+    """Return distance and place along each axis, in its unit; None where no scale, or no place, is told."""
     steps = [*level.get("coordinateTransformations", []), *image.get("coordinateTransformations", [])]
-    if not any(step["type"] == "scale" for step in steps):
-        if any(step["type"] != "identity" for step in steps):
-            raise ValueError("a translation without a scale")
+    steps = [step for step in steps if step["type"] != "identity"]
+    strange = [step["type"] for step in steps if step["type"] not in ("scale", "translation")]
+    if strange:
+        raise UnsupportedFormatError(
+            f"{name}: an OME image with a transformation {strange[0]!r:.40} found; expected scale and "
+            "translation; resample the image along its axes"
+        )
+    if not steps:
         return None, None
     dimension = len(image["axes"])
     scale, shift = np.ones(dimension), np.zeros(dimension)
     with np.errstate(all="ignore"):  # what is not finite is refused with the lengths
         for step in steps:
-            if step["type"] == "scale":
-                factors = _numbers(step["scale"], dimension)
+            kind = step["type"]
+            told = step[kind] if kind in step else _stored_numbers(path, step["path"], bounds, name)
+            factors = _numbers(told, dimension)
+            if kind == "scale":
                 scale, shift = scale * factors, shift * factors
-            elif step["type"] == "translation":
-                shift = shift + _numbers(step["translation"], dimension)
-            elif step["type"] != "identity":
-                raise UnsupportedFormatError(
-                    f"{name}: an OME image with a transformation {step['type']!r:.40} found; expected scale "
-                    "and translation; resample the image along its axes"
-                )
-    return scale, shift
+            else:
+                shift = shift + factors
+    return (scale if any(step["type"] == "scale" for step in steps) else None), shift
+
+
+def _stored_numbers(path: Path, told: Any, bounds: Bounds, name: str) -> AnyArray:
+    """Return the numbers of a transformation that lie in an array of the store."""
+    folder = within_store(path, str(told), name)
+    array = read_node(folder, bounds, name)
+    if not isinstance(array, ZarrArray) or len(array.shape) != 1 or array.shape[0] > MAX_AXES:
+        raise DamagedVolumeError(
+            f"{name}: a transformation in {str(told)!r:.80} found, which is no array of one axis; get the "
+            "data again"
+        )
+    return stored_line(folder, array, bounds, name)
 
 
 def _numbers(told: Any, count: int) -> Float64Array:

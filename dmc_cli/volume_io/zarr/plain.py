@@ -9,16 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import AmbiguousVolumeError, DmcError, UnsupportedFormatError
-from dmc_cli.progress import SILENT
 from dmc_cli.volume_io.axes import UNNAMED, nameless_image
 from dmc_cli.volume_io.loose_lengths import axis_names, loose_lengths
 from dmc_cli.volume_io.places import Along, cf_axis, named_image, placed
 from dmc_cli.volume_io.within import Bounds
-from dmc_cli.volume_io.zarr.chunks import ChunkReader, chunk_files
+from dmc_cli.volume_io.zarr.chunks import stored_line
 from dmc_cli.volume_io.zarr.metadata import ZarrArray, read_node
 from dmc_cli.volume_io.zarr.stored import StoredImage
 
@@ -102,18 +98,9 @@ def _along(named: str, size: int, group: Path, bounds: Bounds, name: str) -> Alo
     node = other_node(group / named, bounds, name)
     if not isinstance(node, ZarrArray) or node.shape != (size,) or node.packing.dtype.kind not in "iuf":
         return Along(named, size)
-    read = partial(_places, group / named, node, bounds, name) if size <= MOST_PLACES else None
+    read = partial(stored_line, group / named, node, bounds, name) if size <= MOST_PLACES else None
     return Along(named, size, _text(node.attributes.get("units")), cf_axis(node.attributes, _text), read)
 
 
 def _text(value: Any) -> str:
     return value if isinstance(value, str) else ""
-
-
-def _places(folder: Path, array: ZarrArray, bounds: Bounds, name: str) -> AnyArray:
-    """Return the places that an array of one axis holds, shape (n,), float64."""
-    files = chunk_files(folder, array, bounds, name)
-    values = np.empty(array.shape, array.packing.dtype.newbyteorder("="))
-    ChunkReader(folder, array, (None,), values, name).read(files, 1, SILENT)
-    slope, intercept = array.scale
-    return slope * values.astype(np.float64) + intercept

@@ -111,3 +111,11 @@ def test_axes_without_names_are_told(path):
 def test_an_array_of_matlabs_is_told(path):
     volume = read(write(path, {"data": VALUES}, MATLAB_class=np.bytes_("int16")))
     assert codes(volume) == ["W-AXES-MISSING", "W-SPACING-MISSING"]
+
+
+def test_a_resolution_of_vigra_has_no_unit(path):
+    for resolution, told in ((2.0, ["W-UNIT-MISSING", "W-SPACING-MISSING"]), (0, ["W-SPACING-MISSING"])):
+        tags = json.dumps({"axes": [{"key": key, "resolution": resolution} for key in "zyx"]})
+        write(path, {"data": VALUES}, axistags=tags)
+        assert codes(read(path)) == told
+    assert codes(read(path, spacing=(1, 2, 3))) == []

@@ -89,3 +89,25 @@ def test_times_before_the_grid_are_volumes_to_choose_from(path):
     with pytest.raises(SettingsError, match="3 volumes"):
         read(path, volume_index=3)
     assert "3 volumes" in list_volumes(str(path), ReadSettings())[0].description
+
+
+@pytest.mark.parametrize("kind", ["group", "dataset", "text"])
+def test_the_only_signal_of_a_file_is_shown(path, kind):
+    """NXdata by its attribute `signal`; before 2014 the dataset had it, as a number or a text."""
+    write(path, {"entry/data/counts": VALUES, "entry/data/errors": VALUES + 1})
+    with h5py.File(path, "a") as file:
+        if kind == "group":
+            file["entry/data"].attrs.update(NX_class="NXdata", signal="counts")
+        else:
+            file["entry/data/counts"].attrs["signal"] = 1 if kind == "dataset" else "1"
+    np.testing.assert_array_equal(read(path).values, VALUES)
+    with h5py.File(path, "a") as file:
+        file["entry/data/errors"].attrs["signal"] = 1
+        file["entry/data/counts"].attrs["signal"] = 1
+    with pytest.raises(AmbiguousVolumeError, match="2 datasets found"):
+        read(path)
+
+
+def test_what_matlab_keeps_for_itself_is_no_choice(path):
+    write(path, {"image": VALUES, "#refs#/a": VALUES + 1})
+    np.testing.assert_array_equal(read(path).values, VALUES)
