@@ -50,11 +50,9 @@ def test_numbers_may_lie_in_arrays_of_the_store(tmp_path):
     np.testing.assert_allclose(volume.affine[:3, 3], (1e-2, 2e-2, 3e-2))
 
 
-@pytest.mark.parametrize(
-    ("told", "error"), [("0", DamagedVolumeError), ("../b", VolumeError), ("no", VolumeError)]
-)
-def test_numbers_that_are_none_are_refused(tmp_path, told, error):
-    with pytest.raises(error, match="no array of one axis|leads out of the store"):
+@pytest.mark.parametrize("told", ["0", "../b", "no"])
+def test_numbers_that_are_none_are_refused(tmp_path, told):
+    with pytest.raises(VolumeError, match=r"which is no array of one axis|leads out of the store"):
         read(placed(tmp_path / "a.zarr", {"type": "scale", "path": told}))
 
 
@@ -67,10 +65,4 @@ def test_a_place_without_a_distance_is_told(tmp_path):
 @pytest.mark.parametrize("kind", ["affine", "rotation", "sequence"])
 def test_other_transformations_are_refused_without_a_scale_too(tmp_path, kind):
     with pytest.raises(UnsupportedFormatError, match=rf"a transformation '{kind}' found"):
-        read(
-            placed(
-                tmp_path / "a.zarr",
-                {"type": kind},
-                coordinateTransformations=scaled("zyx")["coordinateTransformations"],
-            )
-        )
+        read(placed(tmp_path / "a.zarr", {"type": kind}, coordinateTransformations=[translation(1, 2, 3)]))
