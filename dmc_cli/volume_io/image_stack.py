@@ -87,7 +87,8 @@ def find_slices(folder: Path, name: str, kind: ImageKind, allow_outside: bool) -
     for file in files:
         if file.is_symlink() and not bounds.hold(file):
             raise VolumeError(f"{name}: {file.name} is a link out of the folder; {REMEDY}")
-    others = [path.name for path in visible if path not in {*files}]
+    taken = set(files)
+    others = [path.name for path in visible if path not in taken]
     return ordered_slices(files, name), others
 
 

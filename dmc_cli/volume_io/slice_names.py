@@ -137,8 +137,9 @@ def _no_place(pattern: str, column: int) -> tuple[Notice, ...]:
 def missing_numbers(slices: Slices) -> list[int]:
     """Return the numbers that are missing between the first and the last slice, at most a thousand."""
     found: list[int] = []
+    step = slices.step
     for before, after in zip(slices.numbers, slices.numbers[1:], strict=False):
-        found += range(before + slices.step, min(after, before + 1001 * slices.step), slices.step)
+        found += range(before + step, min(after, before + 1001 * step), step)
         if len(found) > 1000:
             break
     return found[:1000]
