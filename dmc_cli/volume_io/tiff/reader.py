@@ -202,7 +202,7 @@ def _opened_slice(path: Path, name: str) -> Iterator[Plane]:
                 f"{name}: {path.name} has {len(tiff.pages)} pages; expected a slice a file; give a file that "
                 "has all slices by itself"
             )
-        check_segments(tiff, page, name)
+        check_segments(page, name)
         notes = (*shown(page), *_uncalibrated(tiff))
         read = partial(_grey_of_colors, page, path, name) if is_colored else page.asarray
         yield Plane(page.shape[:2], page.dtype, read, notes, told=tiff_lengths(tiff))

@@ -5,6 +5,8 @@ which then are slices. Only pages of the chosen volume are read.
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -130,7 +132,7 @@ def _values(tiff: Any, image: Image, choice: Choice, name: str) -> AnyArray:
     planes = _Planes(tiff, series, name)
     if not planes.are_pages:
         for page in series.pages:
-            check_segments(tiff, page, name)
+            check_segments(page, name)
         nz = math.prod(series.shape) // (image.nodes[0] * image.nodes[1])
         whole = allocate_values(name, (*image.nodes[:2], nz), series.dtype).reshape(series.shape)
         series.asarray(out=whole)
@@ -177,7 +179,8 @@ class _Planes:
         self.tiff, self.series, self.name = tiff, series, name
         self.shape = tuple(int(n) for n in series.keyframe.shape)
         self.leading = tuple(int(n) for n in series.shape[: len(series.shape) - len(self.shape)])
-        self.start = series.dataoffset
+        files = {id(page.parent) for page in series.pages if page is not None}
+        self.start = series.dataoffset if len(files) == 1 else None
         count = math.prod(self.leading)
         self.are_pages = (
             series.transform is None
@@ -214,7 +217,7 @@ class _Planes:
                     f"{self.name}: plane {number} of {math.prod(self.leading)} is missing that the metadata "
                     "name; get the file again, with all files that belong to it"
                 )
-            check_segments(self.tiff, page, self.name)
+            check_segments(page, self.name)
 
     def _read_stack(self, numbers: AnyArray, values: AnyArray) -> None:
         """Fill an array with planes that are its slices."""
@@ -235,16 +238,18 @@ class _Planes:
     def _stored(self, first: int, count: int, out: AnyArray | None) -> AnyArray:
         """Return uncompressed planes that lie one after the other."""
         dtype, nodes = self.series.dtype, math.prod(self.shape)
-        found: AnyArray = self.tiff.filehandle.read_array(
-            dtype.newbyteorder(self.tiff.byteorder),
-            count * nodes,
-            self.start + first * nodes * dtype.itemsize,
-            out=out,
-        )
+        page = self.series.pages[0]  # which may lie in another file
+        with _file_of(page) as file:
+            found: AnyArray = file.read_array(
+                dtype.newbyteorder(page.parent.byteorder),
+                count * nodes,
+                self.start + first * nodes * dtype.itemsize,
+                out=out,
+            )
         return found
 
 
-def check_segments(tiff: Any, page: Any, name: str) -> None:
+def check_segments(page: Any, name: str) -> None:
     """Refuse a page with a strip or tile that unpacks to far more than its place in the page.
 
     Raises:
@@ -254,10 +259,25 @@ def check_segments(tiff: Any, page: Any, name: str) -> None:
         return
     frame = page.keyframe
     packer, expected = PACKERS[int(frame.compression)], math.prod(frame.chunks) * frame.dtype.itemsize
-    for begin, count in zip(page.dataoffsets, page.databytecounts, strict=False):
-        tiff.filehandle.seek(begin)
-        if passes(packer, tiff.filehandle.read(count), expected):
-            raise DamagedVolumeError(
-                f"{name}: {count} bytes found that unpack to more than the {expected} of a part of page "
-                f"{page.index}; get the file again"
-            )
+    with _file_of(page) as file:
+        for begin, count in zip(page.dataoffsets, page.databytecounts, strict=False):
+            file.seek(begin)
+            if passes(packer, file.read(count), expected):
+                raise DamagedVolumeError(
+                    f"{name}: {count} bytes found that unpack to more than the {expected} of a part of page "
+                    f"{page.index}; get the file again"
+                )
+
+
+@contextmanager
+def _file_of(page: Any) -> Iterator[Any]:
+    """Give the open file in which a page lies, as tifffile does: it leaves the further ones closed."""
+    file = page.parent.filehandle
+    was_closed = file.closed
+    if was_closed:
+        file.open()
+    try:
+        yield file
+    finally:
+        if was_closed:
+            file.close()

@@ -252,3 +252,27 @@ def test_metadata_that_tifffile_s_users_give_without_imagej(tmp_path, metadata, 
     volume = read(tmp_path / "a.tif")
     np.testing.assert_allclose(volume.spacing, spacing)
     assert codes(volume) == told
+
+
+@pytest.mark.parametrize("compression", [None, "zlib"])
+def test_an_image_in_another_file_is_read_from_there(tmp_path, compression):
+    """Positions of OME, a file each: the values of the second lie in the second, at the same places."""
+    images = ""
+    for p in (0, 1):
+        uuid = f'<UUID FileName="p{p}.ome.tif">urn:{p}</UUID>'
+        planes = "".join(
+            f'<TiffData FirstZ="{z}" IFD="{z}" PlaneCount="1">{uuid}</TiffData>' for z in range(4)
+        )
+        images += (
+            f'<Image ID="Image:{p}"><Pixels ID="Pixels:{p}" DimensionOrder="XYZCT" Type="uint8" '
+            f'SizeX="7" SizeY="6" SizeZ="4" SizeC="1" SizeT="1">{planes}</Pixels></Image>'
+        )
+    for p in (0, 1):
+        xml = f'<?xml version="1.0"?><OME xmlns="{SCHEMA}" UUID="urn:{p}">{images}</OME>'
+        options = {"metadata": None, "photometric": "minisblack", "compression": compression}
+        order = "<>"[p]
+        values = (VALUES + 50 * p).astype("u1")
+        tifffile.imwrite(tmp_path / f"p{p}.ome.tif", values, description=xml, byteorder=order, **options)
+    for path in (tmp_path, tmp_path / "p0.ome.tif", tmp_path / "p1.ome.tif"):
+        for p in (0, 1):
+            np.testing.assert_array_equal(read(path, volume_index=p).values, VALUES + 50 * p)
