@@ -20,6 +20,7 @@ ABOUT_MEANING: dict[str, str] = {
     "W-UNIT-DOUBTFUL": "a unit that puts nodes farther apart, or nearer, than any are; taken as told",
     "W-PHOTOMETRIC": "values that are no brightness (white is low, a colour table); taken as stored",
     "W-IMAGE-TURNED": "images that a tag says to turn or mirror; rows and columns are taken as stored",
+    "W-SLICES-DOUBTFUL": "numbers or thicknesses say that slices may be missing; taken as whole",
     "W-SLICES-COUNT": "a text beside the slices tells of another number of them",
     "W-ORDER-ASSUMED": "names of slices without one number that counts them; in the order of the names",
     "W-POSITION-MISSING": "no position of the slices or the first node; taken as the message says",

@@ -19,6 +19,7 @@ mosaic       slices that lie side by side in one image
 labels       what tells apart images in one place
 frames       the images of a file
 order        slices without positions, in the order that is asked for
+missing      slices that are missing, or may be
 distances    gaps and copies among the slices' places
 doubts       what contradicts the positions
 mixed        slices whose values do not mean the same

@@ -11,6 +11,9 @@ from dmc_cli.volume_io.dicom.frames import Frame
 TURN_TOLD = 0.05
 """Largest distance of a slice's last node, in pixels, that is not told."""
 
+SAME = 0.01
+"""Largest relative difference of lengths that are the same."""
+
 STEEPEST = 1.5
 """Length along the slices' line for one along their normal; a gantry tilted by 45 degrees has 1.41."""
 
@@ -23,9 +26,9 @@ def contradictions_told(frames: list[Frame], places: Float64Array, stretch: floa
         places: Their positions along the normal in millimetres.
         stretch: Length along the line from the first to the last for one along the normal.
     """
+    told = [*_ratio_told(frames[0]), *_magnified_told(frames[0])]
     if not frames[0].is_placed:
-        return []
-    told = []
+        return notices("W-GEOMETRY-CONTRADICTED", told)
     stated = frames[0].stated_step
     usual = shared_distance(places, copies=False)
     # some state the distance along the line, some along the normal, some the space that slices leave
@@ -41,7 +44,6 @@ def contradictions_told(frames: list[Frame], places: Float64Array, stretch: floa
             f"slices that follow each other {angle:.0f} degrees beside their normal found, farther than any "
             "gantry is tilted; positions and directions are taken as they are"
         )
-    told += _ratio_told(frames[0])
     told += _turns_told(frames)
     found = {frame.labels.get("frame of reference", "") for frame in frames} - {""}
     if len(found) > 1:
@@ -64,6 +66,21 @@ def _ratio_told(frame: Frame) -> list[str]:
     return [
         f"PixelAspectRatio {ratio[0]:g}:{ratio[1]:g} found beside PixelSpacing {pixel[0]:g}, {pixel[1]:g} "
         "mm; the spacing is taken"
+    ]
+
+
+def _magnified_told(frame: Frame) -> list[str]:
+    """Return a sentence on pixels whose distance is that on a detector farther away than the body."""
+    dataset = frame.header.dataset
+    pixel, imager, factor = (elements.numbers(dataset, tag) for tag in (0x00280030, 0x00181164, 0x00181114))
+    if not pixel or not imager or not factor or abs(factor[0] - 1) <= SAME or factor[0] <= 0:
+        return []
+    if abs(pixel[0] - imager[0]) > SAME * imager[0]:
+        return []
+    return [
+        f"PixelSpacing {pixel[0]:g} mm found, that at the detector (ImagerPixelSpacing), beside "
+        f"EstimatedRadiographicMagnificationFactor {factor[0]:g}, by which lengths in the body are smaller; "
+        "the spacing is taken"
     ]
 
 

@@ -43,7 +43,7 @@ _BINARY = {"US": "H", "SS": "h", "UL": "I", "SL": "i", "FD": "d", "FL": "f"}
 
 _UNTOLD = {
     **dict.fromkeys((0x00189079, 0x00189082, 0x00189087, 0x00189089, 0x00189090, 0x00209153), "FD"),
-    **dict.fromkeys((0x00209251, 0x00209255, 0x0020930D), "FD"),
+    **dict.fromkeys((0x00209251, 0x00209255, 0x00209301, 0x00209302, 0x0020930D), "FD"),
     **dict.fromkeys((0x00209241, 0x00209245), "FL"),
     **dict.fromkeys((0x00209128, 0x00209157), "UL"),
     **dict.fromkeys((0x00209156, 0x00283002, 0x00620004, 0x0062000B, 0x0062000E), "US"),
@@ -141,7 +141,10 @@ def label(dataset: Any, tag: int) -> str:
         return ""
     # directions are computed for each slice, and differ in their last digits
     digits = 10 if value and len(value) == 1 and kind != "f" else 6
-    return " ".join(f"{number:.{digits}g}" for number in value) if value else "/".join(texts(dataset, tag))
+    # a zero has no sign here
+    return (
+        " ".join(f"{number + 0.0:.{digits}g}" for number in value) if value else "/".join(texts(dataset, tag))
+    )
 
 
 def integer(dataset: Any, tag: int, default: int | None = None, signed: bool = False) -> int | None:
@@ -177,6 +180,12 @@ def words(dataset: Any, tag: int) -> AnyArray | None:
         order = "<" if element.is_little_endian else ">"
         return np.frombuffer(value[: len(value) // 2 * 2], f"{order}u2").astype(np.uint16)
     return None if value is None else np.atleast_1d(np.asarray(value)).astype(np.uint16)
+
+
+def kind(dataset: Any, tag: int) -> str:
+    """Return the type that a file tells of an element (VR), empty where it tells none."""
+    element = _element(dataset, tag)
+    return "" if element is None or element.VR is None else str(element.VR)
 
 
 def content(dataset: Any, tag: int) -> bytes:

@@ -15,6 +15,7 @@ from dmc_cli.volume_io.dicom.labels import (
     FRAME_DISCRIMINATORS,
     OBJECT,
     TIMES,
+    TOLD_BESIDE,
     VALUE_TYPE,
     described,
     sort_key,
@@ -68,7 +69,7 @@ def _split(stack: Stack) -> tuple[list[Stack], list[list[Frame]]]:
     if factors:
         factors.sort(key=candidates.index)
         parts.sort(key=lambda part: [sort_key(_value(part.frames[0], name)) for name in factors])
-        parts = [_named(part, factors) for part in parts]
+        parts = _named(parts, factors, [name for name in candidates if name in TOLD_BESIDE])
     return parts, shared
 
 
@@ -104,18 +105,29 @@ def _differs(frames: list[Frame], name: str) -> bool:
 
 def _parted(stack: Stack, name: str) -> list[Stack]:
     """Return a stack for each value of a label."""
-    parts: dict[str, Stack] = {}
+    numbers: dict[str, list[int]] = {}
+    for number, frame in enumerate(stack.frames):
+        numbers.setdefault(_value(frame, name), []).append(number)
     # the stacks of an object are volumes of their own, each with places of its own
     places = () if name == "stack" else stack.all_places or stack.different_places()
-    for frame in stack.frames:
-        part = parts.setdefault(_value(frame, name), replace(stack, frames=[], all_places=places))
-        part.frames.append(frame)
-    return list(parts.values())
+    return [stack.part(own, places) for own in numbers.values()]
 
 
-def _named(part: Stack, factors: list[str]) -> Stack:
-    words = filter(None, (described(name, _value(part.frames[0], name)) for name in factors))
-    return replace(part, description=f"{part.description} ({', '.join(words)})")
+def _named(parts: list[Stack], factors: list[str], beside: list[str]) -> list[Stack]:
+    """Return parts described by their factors, and by what else each has one value of, not all the same."""
+    values = {name: [{_value(frame, name) for frame in part.frames} for part in parts] for name in beside}
+    told = [*factors, *(name for name, found in values.items() if _is_factor(found) and name not in factors)]
+    named = []
+    for part in parts:
+        words = [described(name, _value(part.frames[0], name)) for name in told]
+        description = ", ".join(filter(None, words)) or f"no {factors[0]}"
+        named.append(replace(part, description=f"{part.description} ({description})"))
+    return named
+
+
+def _is_factor(values: list[set[str]]) -> bool:
+    """Return whether each part has one value, and not all the same."""
+    return all(len(found) == 1 for found in values) and len(set().union(*values)) > 1
 
 
 def _by_time(part: Stack) -> list[Stack]:
@@ -130,11 +142,14 @@ def _by_time(part: Stack) -> list[Stack]:
             len(list(groupby(frames, key=lambda frame: _value(frame, name)))) == count for frames in ordered
         ) and are_regular([[_value(frame, name) for frame in frames] for frames in ordered], name):
             return [
-                replace(
-                    part,
-                    frames=[frames[n] for frames in ordered],
-                    description=f"{part.description} ({name}, {n + 1} of {count} at each place)",
-                )
-                for n in range(count)
+                _repetition(part, [frames[n] for frames in ordered], name, n, count) for n in range(count)
             ]
     return [part]
+
+
+def _repetition(part: Stack, frames: list[Frame], name: str, n: int, count: int) -> Stack:
+    """Return the stack of one frame a place, the n-th of so many by the time of that name."""
+    numbers = {frame: number for number, frame in enumerate(part.frames)}
+    own = part.part([numbers[frame] for frame in frames], part.all_places)
+    own.description += f" ({name}, {n + 1} of {count} at each place)"
+    return own

@@ -12,7 +12,13 @@ from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.elements import Header
-from dmc_cli.volume_io.dicom.increments import Increments, frame_increments, placed_alone, refuse_tiles
+from dmc_cli.volume_io.dicom.increments import (
+    Increments,
+    detectors_of,
+    frame_increments,
+    placed_alone,
+    refuse_tiles,
+)
 from dmc_cli.volume_io.dicom.labels import (
     OBJECT,
     SEGMENT,
@@ -46,6 +52,7 @@ class Frame:
         lookup: Its Modality LUT, in whose place slope and intercept are 1 and 0, or None.
         lacks_scale: Whether the file tells a slope of 0, which cannot be meant and is read as 1.
         is_placed: Whether the file tells where the frame lies; if not, frames follow each other along z.
+        is_in_patient: Whether it tells that in the patient, not in a scanner's own frame of reference.
         stated_spacing: The distance of rows, then of columns, that the file states in millimetres, or None.
         remarks: What the user is to be told of it.
         stated_step: The distance of slices that the file states, in millimetres, or None.
@@ -67,6 +74,7 @@ class Frame:
     lookup: Lookup | None = None
     lacks_scale: bool = False
     is_placed: bool = True
+    is_in_patient: bool = True
     stated_spacing: tuple[float, ...] | None = None
     remarks: tuple[Notice, ...] = ()
     stated_step: float | None = None
@@ -109,14 +117,17 @@ def read_frames(header: Header, settings: ReadSettings) -> list[Frame]:
     if pixels.frames > 1:
         common[OBJECT] = elements.text(dataset, 0x00200013)
     names = segment_names(dataset)
+    detectors = detectors_of(dataset)
     if pixels.is_label_map:
         common[SEGMENT] = "all"
     told = (*pixels.contradictions, *values_told(dataset))
     file = _File(header, pixels, steps, settings.spacing, told, {})
     frames = []
     for index in range(pixels.frames):
-        place = Place(dataset, shared, each[index] if each else None)
-        labels = common | (frame_labels(place, dimensions) if each else steps.labels[index])
+        own = steps.labels[index]
+        detector = detectors[min(int(own.get("detector", 1)), len(detectors)) - 1] if detectors else None
+        place = Place(dataset, shared, each[index] if each else None, detector)
+        labels = common | (frame_labels(place, dimensions) if each else own)
         if labels.get(SEGMENT) in names:
             labels[SEGMENT] += f" {names[labels[SEGMENT]]}"
         frames.append(_frame(file, place, index, labels))
@@ -149,7 +160,8 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
     steps, pixels = file.steps, file.pixels
     is_placed = steps.offsets is not None
     if steps.offsets is None:
-        position, orientation, spacing = unplaced(place, steps.order[index], file.given)
+        height = steps.heights[index] if steps.heights else None
+        position, orientation, spacing = unplaced(place, steps.order[index], file.given, height)
     else:
         position, orientation, spacing = place.geometry(steps.offsets[index], file.given)
         if pixels.whole:
@@ -171,6 +183,7 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         lookup=table,
         lacks_scale=slope == 0,
         is_placed=is_placed,
+        is_in_patient=place.is_in_patient(),
         stated_spacing=tuple(stated) if stated else None,
         stated_step=place.step(),
         thickness=place.thickness(),

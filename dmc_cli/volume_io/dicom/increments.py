@@ -38,6 +38,9 @@ FACTORS = {
 }
 """Vectors of nuclear medicine: a number a frame each."""
 
+MOST_DETECTORS = 64
+"""More than any camera has."""
+
 PLANAR = {
     "1.2.840.10008.5.1.4.1.1.3": "ultrasound",
     "1.2.840.10008.5.1.4.1.1.3.1": "ultrasound",
@@ -58,16 +61,23 @@ class Increments:
         offsets: Each frame's distance from the first along the normal; None where no positions are told.
         order: Each frame's number along the normal, from 0.
         labels: What may tell apart frames at the same place, one a frame.
+        heights: Each frame's distance from the first where no positions are told, if that is.
     """
 
     offsets: list[float] | None
     order: list[int]
     labels: list[dict[str, str]]
+    heights: list[float] | None = None
 
 
 def placed_alone(count: int) -> Increments:
     """Return the increments of frames each of which tells its own place."""
     return Increments([0.0] * count, list(range(count)), [{}] * count)
+
+
+def detectors_of(dataset: Any) -> list[Any]:
+    """Return what is told of each detector of nuclear medicine; none of other images."""
+    return elements.items(dataset, 0x00540022, MOST_DETECTORS)
 
 
 def refuse_tiles(dataset: Any) -> None:
@@ -100,7 +110,7 @@ def frame_increments(dataset: Any, count: int) -> Increments:
         for n in range(count)
     ]
     order = [int(n) - 1 for n in vectors[SLICES]] if SLICES in vectors else list(range(count))
-    return Increments(_offsets(dataset, count, order), order, labels)
+    return Increments(_offsets(dataset, count, order), order, labels, _heights(dataset, count))
 
 
 def _refuse_others(dataset: Any, count: int, pointed: list[int]) -> None:
@@ -142,10 +152,17 @@ def _offsets(dataset: Any, count: int, order: list[int]) -> list[float] | None:
     if 0x3004000C in dataset:
         grid = _vector(dataset, 0x3004000C, count)
         return [offset - grid[0] for offset in grid]
-    if 0x00182005 in dataset and 0x00200032 in dataset:
-        heights = _vector(dataset, 0x00182005, count)
-        return [height - heights[0] for height in heights]
+    if 0x00200032 in dataset and (heights := _heights(dataset, count)):
+        return heights
     between = elements.numbers(dataset, 0x00180088)
-    if elements.items(dataset, 0x00540022) and between:
+    if between and detectors_of(dataset):
         return [between[0] * n for n in order]
     return None
+
+
+def _heights(dataset: Any, count: int) -> list[float] | None:
+    """Return the distances from the first one of frames whose locations are told, or None."""
+    if 0x00182005 not in dataset:
+        return None
+    heights = _vector(dataset, 0x00182005, count)
+    return [height - heights[0] for height in heights]

@@ -33,13 +33,19 @@ DISCRIMINATORS = {
     "contrast agent": 0x00180010,
     "dose type": 0x30040004,
     "dose summation": 0x3004000A,
+    "sequence variant": 0x00180021,
+    "scan options": 0x00180022,
     "frame reference time": 0x00541300,
     "acquisition date": 0x00080022,
     "acquisition date and time": 0x0008002A,
     "acquisition time": 0x00080032,
     "content time": 0x00080033,
+    "content date": 0x00080023,
     "SOP class": 0x00080016,
     "frame of reference": 0x00200052,
+    "protocol": 0x00181030,
+    "series description": 0x0008103E,
+    "comments": 0x00204000,
 }
 """What may tell apart images at the same place, in the order in which it is tried."""
 
@@ -63,6 +69,11 @@ FRAME_DISCRIMINATORS = {
     "temporal offset": (0x00209310, 0x0020930D),
     "velocity direction": (0x00189197, 0x00189090),
     "spin labelling": (0x00189251, 0x00189257),
+    "data type": (0x00189807, 0x00189808),
+    "metabolite": (0x00189152, 0x00189080),
+    "magnetization transfer": (0x00189006, 0x00189020),
+    "contrast phase": (0x00189341, 0x00189344),
+    "contrast agent given": (0x00189341, 0x00189342),
     "b-value": (0x00189117, 0x00189087),
     "diffusion": (0x00189117, 0x00189075),
     "complex component": (0x00189226, 0x00089208),
@@ -76,7 +87,8 @@ FRAME_DISCRIMINATORS = {
     "averages": (0x00189119, 0x00180083),
     "kernel": (0x00189314, 0x00181210),
     "tube voltage": (0x00189325, 0x00180060),
-    "frame reference time": (0x00209111, 0x00189151),
+    "second tube voltage": (0x00189360, 0x00180060),
+    "reference date and time": (0x00209111, 0x00189151),
     "acquisition time": (0x00209111, 0x00189074),
 }
 """The same in enhanced images: sequence and element."""
@@ -94,6 +106,7 @@ TIMES = (
     "trigger time",
     "trigger delay",
     "frame reference time",
+    "reference date and time",
     "acquisition",
     "acquisition time",
     "content time",
@@ -114,8 +127,12 @@ UNITS = {
     "respiratory phase": "%",
     "b-value": "s/mm2",
     "tube voltage": "kV",
+    "second tube voltage": "kV",
     "flip angle": "degrees",
 }
+
+TOLD_BESIDE = (*UNITS, DIRECTION)
+"""What volumes are described by, too, where something else tells them apart and they differ in it."""
 
 COMPONENTS = {"M": "magnitude", "P": "phase", "R": "real", "I": "imaginary"}
 """The third value of an MR image's type."""
@@ -123,15 +140,26 @@ COMPONENTS = {"M": "magnitude", "P": "phase", "R": "real", "I": "imaginary"}
 MOST_DIMENSIONS = 64
 MOST_SEGMENTS = 1 << 16
 
-IN_PLACE = (0x00200032, 0x00209057, 0x00209056, 0x00201041, 0x00200037)
+IN_PLACE = (0x00200032, 0x00209057, 0x00209056, 0x00201041, 0x00200037, 0x00209301, 0x00209302)
 """Dimensions of an enhanced image that tell where a frame lies."""
 
 
 def image_labels(dataset: Any) -> dict[str, str]:
     """Return what the elements of a file tell of all its frames; the standard's before a maker's own."""
-    found = {key: elements.label(dataset, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
-    found = {key: _plain(value) if key in UNITS else value for key, value in found.items()}
-    return {**_private_labels(dataset), **found}
+    found = {key: _text(dataset, key, tag) for key, tag in DISCRIMINATORS.items() if tag in dataset}
+    return {**_private_labels(dataset), **_time_slice(dataset), **found}
+
+
+def _text(dataset: Any, key: str, tag: int) -> str:
+    """Return the value of a label; of a number always in the same spelling."""
+    value = elements.label(dataset, tag)
+    return _plain(value) if key in UNITS else value
+
+
+def _time_slice(dataset: Any) -> dict[str, str]:
+    """Return which time an image of PET is of: its index counts the slices of one time after the other."""
+    index, slices = (elements.integer(dataset, tag) for tag in (0x00541330, 0x00540081))
+    return {"time slice": f"{(index - 1) // slices + 1}"} if index and slices else {}
 
 
 def _private_labels(dataset: Any) -> dict[str, str]:
@@ -176,7 +204,7 @@ def frame_labels(place: Place, dimensions: list[str]) -> dict[str, str]:
     for key, (sequence, tag) in FRAME_DISCRIMINATORS.items():
         holder = place.find(sequence, tag)
         if holder is not None:
-            found[key] = elements.label(holder, tag)
+            found[key] = _text(holder, key, tag)
     for converted in elements.items(place.own, CONVERTED):
         found.update(image_labels(converted))
     for diffusion in elements.items(place.own, 0x00189117):

@@ -17,6 +17,7 @@ from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.labels import DISCRIMINATORS, FRAME_DISCRIMINATORS, SEGMENT, TIMES
+from dmc_cli.volume_io.dicom.place import other_spacings
 
 Key = tuple[float | str, ...]
 
@@ -134,13 +135,21 @@ def _unplaced_told(frame: Frame, settings: ReadSettings) -> list[Notice]:
     """Return notices on frames whose file tells no positions, and on distances that it lacks besides."""
     dataset = frame.header.dataset
     step = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050)
+    locations = elements.numbers(dataset, 0x00182005)
+    if locations and len(locations) > 1:
+        step = [(locations[-1] - locations[0]) / (len(locations) - 1)]
     told = [Notice("W-POSITION-MISSING", NO_POSITIONS)]
     if settings.spacing is not None:
         return [*told, *_preferred(settings, frame, abs(step[0]) if step else None, "the file {} mm")]
     lacking = [] if frame.stated_spacing else ["of pixels"]
     lacking += [] if step else ["of frames"]
     if lacking:
-        sentence = f"the file tells no distances {' and '.join(lacking)}, 1 mm is taken; --spacing gives them"
+        others = other_spacings(dataset) if frame.stated_spacing is None else ""
+        sentence = (
+            f"the file tells no distances {' and '.join(lacking)}{f', only {others}' if others else ''}"
+        )
+        shape = "1 mm is taken" if frame.spacing[0] == frame.spacing[1] else "pixels 1 mm wide are taken"
+        sentence += f"; {shape}; --spacing gives them"
         told.append(Notice("W-SPACING-MISSING", sentence))
     return told
 

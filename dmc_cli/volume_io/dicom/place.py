@@ -28,6 +28,15 @@ COSINES_TOLD = (
     "are taken"
 )
 
+OUTSIDE_PATIENT = (
+    "positions in an ultrasound volume's own frame of reference found; how it lies in the patient is not told"
+)
+
+OTHER_SPACINGS = {
+    0x00181164: ("ImagerPixelSpacing", "of the detector"),
+    0x00182010: ("NominalScannedPixelSpacing", "of a scanned film"),
+}
+
 ROUNDING = 1e-9
 """Cosines that are off by less are taken as they are told."""
 
@@ -76,11 +85,12 @@ def unit_directions(cosines: tuple[float, ...]) -> tuple[tuple[float, ...], floa
 
 @dataclass(frozen=True)
 class Place:
-    """Where to look up a frame's elements: its own group, the shared one, the data set."""
+    """Where to look up a frame's elements: its own group, the shared one, the data set, its detector."""
 
     dataset: Any
     shared: Any
     own: Any
+    detector: Any = None
 
     def find(self, sequence: int, tag: int) -> Any:
         """Return the data set that holds an element."""
@@ -90,10 +100,7 @@ class Place:
                     return item
         if tag in self.dataset:
             return self.dataset
-        for detector in elements.items(self.dataset, 0x00540022)[:1]:
-            if tag in detector:
-                return detector
-        return None
+        return self.detector if self.detector is not None and tag in self.detector else None
 
     def spacing(self) -> list[float] | None:
         """Return the distance of rows, then of columns, in millimetres; None where the file tells none."""
@@ -122,8 +129,7 @@ class Place:
             NoSlice: There is none of one of them.
             DamagedVolumeError: They cannot be.
         """
-        position = elements.numbers(self.find(0x00209113, 0x00200032), 0x00200032, 3)
-        orientation = elements.numbers(self.find(0x00209116, 0x00200037), 0x00200037, 6)
+        position, orientation, _ = self._position()
         spacing = self.spacing()
         if position is None or orientation is None:
             raise NoSlice(NO_POSITION)
@@ -139,22 +145,52 @@ class Place:
             position = [float(p) for p in np.array(position) + offset * normal]
         return tuple(position), directions, (spacing[1], spacing[0])
 
+    def _position(self) -> tuple[list[float] | None, list[float] | None, bool]:
+        """Return position, directions, and whether they are those in the patient.
+
+        An ultrasound volume may tell those in a frame of reference of its own alone (PS3.3, C.8.24.2.1).
+        """
+        position = elements.numbers(self.find(0x00209113, 0x00200032), 0x00200032, 3)
+        orientation = elements.numbers(self.find(0x00209116, 0x00200037), 0x00200037, 6)
+        if position is not None or orientation is not None:
+            return position, orientation, True
+        position = elements.numbers(self.find(0x0020930E, 0x00209301), 0x00209301, 3)
+        orientation = elements.numbers(self.find(0x0020930F, 0x00209302), 0x00209302, 6)
+        return position, orientation, False
+
+    def is_in_patient(self) -> bool:
+        """Return whether the place of a frame is that in the patient, as far as it is told."""
+        return self._position()[2]
+
     def remarks(self) -> list[Notice]:
         """Return what is to be told of the frame's place."""
-        cosines = elements.numbers(self.find(0x00209116, 0x00200037), 0x00200037, 6)
-        if cosines is None or unit_directions(tuple(cosines))[1] <= ROUNDING_TOLD:
-            return []
-        return [Notice("W-ORIENTATION-ROUNDED", COSINES_TOLD)]
+        _, cosines, is_in_patient = self._position()
+        told = [] if is_in_patient else [Notice("W-ORIENTATION-MISSING", OUTSIDE_PATIENT)]
+        if cosines is not None and unit_directions(tuple(cosines))[1] > ROUNDING_TOLD:
+            told.append(Notice("W-ORIENTATION-ROUNDED", COSINES_TOLD))
+        return told
 
     def _spacing_missing(self) -> str:
-        """Return why a slice without pixel spacing is none, and what its detector had."""
-        detector = elements.numbers(self.dataset, 0x00181164)
-        told = f", only ImagerPixelSpacing {detector[0]:g} mm, that of the detector" if detector else ""
-        return f"no pixel spacing{told} (--spacing X,Y,Z gives it)"
+        """Return why a slice without pixel spacing is none, and what else the file has of the kind."""
+        told = other_spacings(self.dataset)
+        return f"no pixel spacing{f', only {told}' if told else ''} (--spacing X,Y,Z gives it)"
+
+
+def other_spacings(dataset: Any) -> str:
+    """Return in words what a file tells of distances on a detector or a film, which are none in the body."""
+    told = []
+    for tag, what in OTHER_SPACINGS.items():
+        found = elements.numbers(dataset, tag)
+        if found:
+            told.append(f"{what[0]} {found[0]:g} mm, that {what[1]}")
+    factor = elements.numbers(dataset, 0x00181114)
+    if told and factor:
+        told.append(f"EstimatedRadiographicMagnificationFactor {factor[0]:g}")
+    return " and ".join(told)
 
 
 def unplaced(
-    place: Place, index: int, told: Triple | None
+    place: Place, index: int, told: Triple | None, height: float | None = None
 ) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, float]]:
     """Return position, orientation and spacing of a frame along the grid's own axes: the file tells no place.
 
@@ -162,13 +198,21 @@ def unplaced(
         place: Where its elements are.
         index: Its number along z, from 0.
         told: Distances along x, y, z that the user gave; else those of the file, 1 mm where it has none.
+        height: How far it lies from the first, where the file tells that.
     """
     dataset = place.dataset
     between = elements.numbers(dataset, 0x00180088) or elements.numbers(dataset, 0x00180050) or [1.0]
-    spacing = place.spacing() or [1.0, 1.0]
-    step = abs(between[0]) or 1.0
+    spacing = place.spacing() or [pixel_shape(dataset), 1.0]
+    if height is None:
+        height = index * (abs(between[0]) or 1.0)
     if told is not None:
-        spacing, step = [told[1], told[0]], told[2]
+        spacing, height = [told[1], told[0]], told[2] * index
     _check_spacing(spacing)
-    _check_place([step * index])
-    return (0.0, 0.0, index * step), (1.0, 0, 0, 0, 1, 0), (spacing[1], spacing[0])
+    _check_place([height])
+    return (0.0, 0.0, height), (1.0, 0, 0, 0, 1, 0), (spacing[1], spacing[0])
+
+
+def pixel_shape(dataset: Any) -> float:
+    """Return how high a pixel is for one as wide as 1 (PixelAspectRatio)."""
+    ratio = elements.numbers(dataset, 0x00280034) or []
+    return ratio[0] / ratio[1] if len(ratio) == 2 and min(ratio) > 0 else 1.0

@@ -99,11 +99,11 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
     check_affine(name, geometry.affine)
     with progress.stage("reading slices"):
         slices = read_slices(geometry.frames, settings.threads, name, progress)
-    is_placed = all(frame.is_placed for frame in geometry.frames)
+    is_in_patient = all(frame.is_placed and frame.is_in_patient for frame in geometry.frames)
     return Volume(
         values=slices.values,
         affine=geometry.affine,
-        space="LPS" if is_placed else "none",
+        space="LPS" if is_in_patient else "none",
         slope=slices.slope,
         intercept=slices.intercept,
         padding=slices.padding,
@@ -115,7 +115,7 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *notices("W-FILE-DAMAGED", found.warnings()),
             *notices("W-FILES-LEFT-OUT", aside),
             *geometry.warnings,
-            *identity_told(geometry.frames, found.frames),
+            *identity_told(geometry.frames, found.frames, settings),
             *order_told(geometry.frames, settings),
             *_spacing_told(geometry.frames, settings),
             *notices("W-RESCALE-UNKNOWN", _scale_told(geometry.frames)),

@@ -20,10 +20,11 @@ def split_segments(stack: Stack) -> list[Stack]:
     """Return the stack, or of segmentation objects one stack a segment, in the order of their numbers."""
     if not all(SEGMENT in frame.labels for frame in stack.frames):
         return [stack]
-    objects: dict[str, Stack] = {}
-    for frame in stack.frames:
-        objects.setdefault(_object(frame), replace(stack, frames=[])).frames.append(frame)
-    ordered = sorted(objects.values(), key=lambda one: sort_key(one.frames[0].labels.get(OBJECT, "")))
+    numbers: dict[str, list[int]] = {}
+    for number, frame in enumerate(stack.frames):
+        numbers.setdefault(_object(frame), []).append(number)
+    objects = [stack.part(own, stack.all_places) for own in numbers.values()]
+    ordered = sorted(objects, key=lambda one: sort_key(one.frames[0].labels.get(OBJECT, "")))
     found = []
     for number, one in enumerate(ordered, 1):
         parts = _segments(one)

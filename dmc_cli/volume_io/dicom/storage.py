@@ -112,8 +112,12 @@ def _contradictions(dataset: Any, allocated: int, taken: int, below: int) -> lis
         found.append(f"BitsStored {stored} of {allocated} allocated, {taken} are taken")
     if high is not None and high != taken + below - 1:
         found.append(f"HighBit {high} of {taken} stored, the lowest are taken")
-    if sign not in (0, 1):
+    is_float = allocated >= 32 and stored is None and high is None
+    if sign not in (0, 1) and not is_float:
         found.append(f"PixelRepresentation {sign}, values without a sign are taken")
+    lowest = elements.integer(dataset, 0x00280106, signed=True)
+    if sign == 0 and elements.kind(dataset, 0x00280106) == "SS" and lowest is not None and lowest < 0:
+        found.append(f"SmallestImagePixelValue {lowest} of values without a sign (PixelRepresentation 0)")
     return notices("W-BITS-CONTRADICTED", found)
 
 

@@ -3,49 +3,114 @@
 A study has many thousand files, and the private elements of each may be longer than its pixels.
 """
 
+from dmc_cli.volume_io.dicom.increments import FACTORS, PAGES, PLACES, TIMES, VIEWS
+from dmc_cli.volume_io.dicom.labels import DISCRIMINATORS, FRAME_DISCRIMINATORS
 from dmc_cli.volume_io.dicom.makers import CREATORS, KINDS
 
 COMPLEX = frozenset(
     (
-        0x00041220,
-        *(0x00209222, 0x00283000, 0x00409096, 0x00540022, 0x00620002, 0x3004000C, 0x52009229, 0x52009230),
+        0x00041220,  # Directory Record Sequence
+        0x00209222,  # Dimension Index Sequence
+        0x00283000,  # Modality LUT Sequence
+        0x00409096,  # Real World Value Mapping Sequence
+        0x00540022,  # Detector Information Sequence
+        0x00620002,  # Segment Sequence
+        0x3004000C,  # Grid Frame Offset Vector
+        0x52009229,  # Shared Functional Groups Sequence
+        0x52009230,  # Per-frame Functional Groups Sequence
     )
 )
-"""Left to pydicom: records, dimensions, tables, maps, detectors, segments, offsets, functional groups."""
+"""Left to pydicom."""
 
-WANTED = frozenset(
-    (
-        *(
-            0x00020002,
-            0x00020010,
-            0x00080008,
-            0x00080016,
-            0x00080032,
-            0x00080033,
-            0x00080060,
-            0x00080100,
-            0x0008103E,
-            0x00089007,
-        ),
-        *(0x00089208, 0x00180050, 0x00180060, 0x00180080, 0x00180081, 0x00180082, 0x00180086, 0x00180088),
-        *(0x00181060, 0x00181063, 0x00181065, 0x00181164, 0x00181210, 0x00181314, 0x00182001, 0x00189075),
-        *(0x00189079, 0x00189082, 0x00189087, 0x00189089, 0x0020000E, 0x00200011, 0x00200012, 0x00200013),
-        *(0x00200032, 0x00200037, 0x00200100, 0x00201041, 0x00209056, 0x00209057, 0x00209128, 0x00209153),
-        *(0x00209156, 0x00209157, 0x00209165, 0x00209241, 0x00209245, 0x00209255, 0x00209311, 0x00209421),
-        *(0x00280002, 0x00280004, 0x00280006, 0x00280008, 0x00280009, 0x00280010, 0x00280011, 0x00280030),
-        *(0x00280100, 0x00280101, 0x00280102, 0x00280103, 0x00280120, 0x00280121, 0x00281052, 0x00281053),
-        *(0x00283002, 0x00283006, 0x00409224, 0x00409225, 0x00540010, 0x00540020, 0x00540030, 0x00540050),
-        *(0x00540060, 0x00540070, 0x00540080, 0x00540090, 0x00540100, 0x00541001, 0x00541102, 0x00541300),
-        *(0x00041500, 0x00080018, 0x00080022, 0x0008002A, 0x00089209, 0x00180010, 0x00180024, 0x00180083),
-        *(0x00181062, 0x00181160, 0x00181250, 0x00181312, 0x00181520, 0x00181521, 0x00182002, 0x00182003),
-        *(0x00182004, 0x00182005, 0x00189074, 0x00189090, 0x00189151, 0x00189257, 0x00200052, 0x00209161),
-        *(0x00209251, 0x0020930D, 0x00280034, 0x00480006, 0x30040002, 0x30040004, 0x3004000A),
-        *(0x00100020, 0x0020000D, 0x00209162, 0x00209163, 0x00540081),
-        *(0x00620001, 0x00620004, 0x00620005, 0x0062000B, 0x0062000E, 0x3004000E),
-        *CREATORS,
-        *KINDS,
-    )
+_KIND = (
+    0x00020002,  # Media Storage SOP Class UID
+    0x00020010,  # Transfer Syntax UID
+    0x00080060,  # Modality
 )
+
+_IDENTITY = (
+    0x00041500,  # Referenced File ID
+    0x00080018,  # SOP Instance UID
+    0x00100020,  # Patient ID
+    0x0020000D,  # Study Instance UID
+    0x0020000E,  # Series Instance UID
+    0x00200011,  # Series Number
+    0x00200013,  # Instance Number
+    0x00201002,  # Images in Acquisition
+    0x00209161,  # Concatenation UID
+    0x00209162,  # In-concatenation Number
+    0x00209163,  # In-concatenation Total Number
+    0x00540081,  # Number of Slices
+    0x00541330,  # Image Index
+)
+
+_PLACE = (
+    0x00180050,  # Slice Thickness
+    0x00181114,  # Estimated Radiographic Magnification Factor
+    0x00181164,  # Imager Pixel Spacing
+    0x00182010,  # Nominal Scanned Pixel Spacing
+    0x00209301,  # Image Position (Volume)
+    0x00209302,  # Image Orientation (Volume)
+    0x00209311,  # Dimension Organization Type
+    0x00280030,  # Pixel Spacing
+    0x00280034,  # Pixel Aspect Ratio
+    0x00480006,  # Total Pixel Matrix Columns
+    *PLACES,
+)
+
+_PIXELS = (
+    0x00280002,  # Samples per Pixel
+    0x00280004,  # Photometric Interpretation
+    0x00280006,  # Planar Configuration
+    0x00280008,  # Number of Frames
+    0x00280010,  # Rows
+    0x00280011,  # Columns
+    0x00280100,  # Bits Allocated
+    0x00280101,  # Bits Stored
+    0x00280102,  # High Bit
+    0x00280103,  # Pixel Representation
+    0x00280106,  # Smallest Image Pixel Value
+    0x00280120,  # Pixel Padding Value
+    0x00280121,  # Pixel Padding Range Limit
+)
+
+_VALUES = (
+    0x00080100,  # Code Value
+    0x00281052,  # Rescale Intercept
+    0x00281053,  # Rescale Slope
+    0x00283002,  # LUT Descriptor
+    0x00283006,  # LUT Data
+    0x00409224,  # Real World Value Intercept
+    0x00409225,  # Real World Value Slope
+    0x00541001,  # Units
+    0x00541102,  # Decay Correction
+    0x0062000E,  # Maximum Fractional Value
+    0x30040002,  # Dose Units
+    0x3004000E,  # Dose Grid Scaling
+)
+
+_FRAMES = (
+    0x00209057,  # In-stack Position Number
+    0x00209157,  # Dimension Index Values
+    0x00209165,  # Dimension Index Pointer
+    0x00209421,  # Dimension Description Label
+    0x00280009,  # Frame Increment Pointer
+    0x00620001,  # Segmentation Type
+    0x00620004,  # Segment Number
+    0x00620005,  # Segment Label
+    0x0062000B,  # Referenced Segment Number
+    *(*TIMES, *VIEWS, *PAGES, *FACTORS),
+)
+
+_FACTORS = (
+    0x00189089,  # Diffusion Gradient Orientation
+    *DISCRIMINATORS.values(),
+    *(tag for _, tag in FRAME_DISCRIMINATORS.values()),
+    *CREATORS,
+    *KINDS,
+)
+
+WANTED = frozenset((*_KIND, *_IDENTITY, *_PLACE, *_PIXELS, *_VALUES, *_FRAMES, *_FACTORS)) - COMPLEX
 """Single elements of the data set; of those in a functional group a data set may have its own."""
 
 OFFSETS = frozenset([0x7FE00001, 0x7FE00002])

@@ -141,7 +141,7 @@ def test_what_functional_groups_tell_of_distances_counts(tmp_path, heights, name
     setattr(measures, name, 1.0)
     path = save(dataset, tmp_path / "a")
     if name == "SliceThickness":
-        assert "others may be missing" in told(read(path))["W-SLICES-MISSING"]
+        assert "others may be missing" in told(read(path))["W-SLICES-DOUBTFUL"]
     else:
         with pytest.raises(AmbiguousVolumeError, match=r"SpacingBetweenSlices is 1\.000 mm"):
             read(path)
@@ -218,4 +218,4 @@ def test_missing_parts_of_a_concatenation_are_told(tmp_path, parts, total, is_to
 def test_slices_that_pet_counts_otherwise_are_told(tmp_path, stated, is_told):
     save_stack(tmp_path, axial(4), NumberOfSlices=stated)
     codes = [notice.code for notice in read(tmp_path).warnings]
-    assert codes == (["W-SLICES-MISSING"] if is_told else [])
+    assert codes == (["W-SLICES-DOUBTFUL"] if is_told else [])

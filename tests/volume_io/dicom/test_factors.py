@@ -139,6 +139,44 @@ def test_series_are_sorted_by_their_uid_as_numbers(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("keyword", "values", "words"),
+    [
+        ("SeriesDescription", ("CT 0%", "CT 50%"), ["series description CT 0%", "series description CT 50%"]),
+        ("ImageComments", ("in", "out"), ["comments in", "comments out"]),
+        ("ProtocolName", ("a", "b"), ["protocol a", "protocol b"]),
+        ("ContentDate", ("20200101", "20200102"), ["content date 20200101", "content date 20200102"]),
+        ("ScanOptions", ("FS", "MT"), ["scan options FS", "scan options MT"]),
+        ("ContrastBolusAgent", (None, "x"), ["no contrast agent", "contrast agent x"]),
+    ],
+)
+def test_texts_that_differ_at_one_place_are_factors(tmp_path, keyword, values, words):
+    volumes = save_factors(tmp_path, {keyword: values})
+    assert [text.split("(")[1][:-1] for text in listed(tmp_path)] == words
+    np.testing.assert_array_equal(read(tmp_path, series="2").values, volumes[1])
+
+
+def test_indices_of_pet_count_the_slices_of_one_time_after_the_other(tmp_path):
+    for n, place in itertools.product(range(2), range(3)):
+        elements = {"ImageIndex": 3 * n + place + 1, "NumberOfSlices": 3, "InstanceNumber": None}
+        dataset = make_slice((0, 0, 2.0 * place), place, values=plane_values(place + 10 * n), **elements)
+        save(dataset, tmp_path / f"{n}{place}")
+    assert [text.split("(")[1] for text in listed(tmp_path)] == ["time slice 1)", "time slice 2)"]
+    np.testing.assert_array_equal(read(tmp_path, series="2").values[0], plane_values(10))
+
+
+def test_volumes_are_described_by_what_differs_beside_their_factor(tmp_path):
+    told = [("0", None), ("1000", [1, 0, 0]), ("1000", [0, 1, 0])]
+    for n, (b_value, direction) in enumerate(told):
+        elements = {"DiffusionBValue": float(b_value), "DiffusionGradientOrientation": direction}
+        save_stack(tmp_path / str(n), axial(), AcquisitionNumber=str(n + 1), **elements)
+    assert [text.split("(")[1] for text in listed(tmp_path)] == [
+        "acquisition 1, b-value 0 s/mm2)",
+        "acquisition 2, b-value 1000 s/mm2, gradient direction 1 0 0)",
+        "acquisition 3, b-value 1000 s/mm2, gradient direction 0 1 0)",
+    ]
+
+
 @pytest.mark.parametrize("different", [False, True])
 def test_only_true_copies_are_dropped(tmp_path, different):
     save_stack(tmp_path, axial(), names="abcd")
@@ -173,6 +211,21 @@ def test_copies_with_another_rescale_are_no_copies(tmp_path):
         ("acquisition", "FrameContentSequence", "FrameAcquisitionNumber", (2, 10)),
         ("inversion time", "MRModifierSequence", "InversionTimes", (90.0, 400.0)),
         ("complex component", "MRImageFrameTypeSequence", "ComplexImageComponent", ("MAGNITUDE", "PHASE")),
+        ("metabolite", "MRMetaboliteMapSequence", "MetaboliteMapDescription", ("CHOLINE", "NAA")),
+        (
+            "magnetization transfer",
+            "MRImagingModifierSequence",
+            "MagnetizationTransfer",
+            ("NONE", "ON_RESONANCE"),
+        ),
+        ("contrast phase", "ContrastBolusUsageSequence", "ContrastBolusAgentPhase", ("A", "B")),
+        ("second tube voltage", "CTAdditionalXRaySourceSequence", "KVP", ("80", "140")),
+        (
+            "reference date and time",
+            "FrameContentSequence",
+            "FrameReferenceDateTime",
+            ("20200101000000", "20200101000009"),
+        ),
         ("dimension 1", "FrameContentSequence", "DimensionIndexValues", ([2, 1], [10, 1])),
     ],
 )
@@ -250,6 +303,18 @@ def test_time_slots_of_nuclear_medicine_are_volumes(tmp_path, syntax):
     volume = read(path, series="2")
     np.testing.assert_array_equal(volume.values, values[[4, 5, 3]])
     np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 5], [0, 2, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])
+
+
+def test_each_detector_of_nuclear_medicine_has_its_own_place(tmp_path):
+    dataset, values = nuclear({"DetectorVector": [1, 1, 1, 2, 2, 2], "SliceVector": [1, 2, 3] * 2}, 6)
+    places = [([5, 6, 7], [1, 0, 0, 0, 1, 0]), ([50, 6, 7], [0, 1, 0, 0, 0, -1])]
+    dataset.DetectorInformationSequence = Sequence(
+        item(ImagePositionPatient=position, ImageOrientationPatient=cosines) for position, cosines in places
+    )
+    path = save(dataset, tmp_path / "a")
+    volume = read(path, series="2")
+    np.testing.assert_array_equal(physical(volume), values[3:] - 1024.0)
+    np.testing.assert_array_equal(volume.affine[:3], [[0, 0, -4, 50], [2, 0, 0, 6], [0, -2, 0, 7]])
 
 
 def test_a_vector_has_a_number_a_frame(tmp_path):
@@ -367,7 +432,10 @@ def test_case_of_a_stack_without_positions(cases):
 
 def test_case_of_a_real_order(cases):
     path = cases / "series_order_real" / "3000.dcm"
-    assert [text.rsplit(" ", 1)[1] for text in listed(path)] == [f"{n})" for n in range(1, 14)]
+    words = [text.split("(")[1].split(", ") for text in listed(path)]
+    assert [own[0] for own in words] == [f"temporal position {n}" for n in range(1, 14)]
+    assert words[0][1:] == ["b-value 0 s/mm2)"]
+    assert words[1][1:] == ["b-value 1500 s/mm2", "gradient direction 0 -0.895421 0.44522)"]
     dataset = pydicom.dcmread(path)
     own = [g.FrameContentSequence[0].TemporalPositionIndex for g in dataset.PerFrameFunctionalGroupsSequence]
     pixels = dataset.pixel_array

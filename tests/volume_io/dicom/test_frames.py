@@ -144,8 +144,7 @@ def test_nuclear_medicine_has_its_place_in_its_detector(tmp_path):
     np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 5], [0, 2, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])
 
 
-def test_positions_in_a_transducers_frame_are_refused(tmp_path):
-    """Those of an enhanced ultrasound volume: no patient's and no grid's."""
+def test_positions_of_an_ultrasound_volume_without_directions_are_refused(tmp_path):
     dataset, _ = many_frames([0, 1, 2], SOPClassUID="1.2.840.10008.5.1.4.1.1.6.2")
     heights = (0.0, 3.5, 7.0)
     dataset.PerFrameFunctionalGroupsSequence = Sequence(

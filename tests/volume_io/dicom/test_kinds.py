@@ -176,7 +176,7 @@ def test_a_slice_that_is_missing_among_thin_or_thick_ones_shows(tmp_path, missin
 def test_ends_that_other_volumes_have_are_told(tmp_path):
     save_stack(tmp_path / "a", axial(7), EchoTime="5")
     save_stack(tmp_path / "b", axial(7)[1:5], EchoTime="50")
-    assert "3 place(s) beyond the ends" in told(read(tmp_path, series="2"))["W-SLICES-MISSING"]
+    assert "3 place(s) beyond the ends" in told(read(tmp_path, series="2"))["W-SLICES-DOUBTFUL"]
 
 
 @pytest.mark.parametrize("kept", [[0, 29], [0, 15, 29], list(range(0, 30, 3)), [0, 7, 14, 21, 28]])
@@ -190,7 +190,7 @@ def test_even_patterns_of_missing_slices_show_by_what_is_told(tmp_path, kept, el
 
 def test_thin_slices_far_apart_are_told(tmp_path):
     volume = read(save_stack(tmp_path, axial(5, 10.0), SliceThickness="1"))
-    assert "slices 1.000 mm thick at distances from 10.000 mm" in told(volume)["W-SLICES-MISSING"]
+    assert "slices 1.000 mm thick at distances from 10.000 mm" in told(volume)["W-SLICES-DOUBTFUL"]
 
 
 @pytest.mark.parametrize("pointed", [True, False])

@@ -114,6 +114,29 @@ def test_a_header_that_contradicts_itself_is_told(tmp_path, elements, sentence):
     assert sentence in told(volume)["W-BITS-CONTRADICTED"]
 
 
+@pytest.mark.parametrize(
+    ("lowest", "kind", "is_told"), [(-5, "SS", True), (5, "SS", False), (5, "US", False)]
+)
+def test_a_lowest_value_with_a_sign_of_values_without_is_told(tmp_path, lowest, kind, is_told):
+    for k, position in enumerate(axial()):
+        dataset = make_slice(position, k, values=plane_values(k, "<u2"))
+        dataset.add_new(0x00280106, kind, lowest)
+        save(dataset, tmp_path / str(k))
+    sentence = told(read(tmp_path)).get("W-BITS-CONTRADICTED", "")
+    assert ("SmallestImagePixelValue -5" in sentence) == is_told
+
+
+def test_float_pixels_have_no_representation_to_contradict(tmp_path):
+    dataset, _ = enhanced([0, 2, 4], RescaleIntercept="0")
+    values = np.linspace(-1, 1, 60, dtype="<f4").reshape(3, 4, 5)
+    for name in ("PixelData", "BitsStored", "HighBit", "PixelRepresentation"):
+        delattr(dataset, name)
+    dataset.BitsAllocated, dataset.FloatPixelData = 32, values.tobytes()
+    volume = read(save(dataset, tmp_path / "a"))
+    np.testing.assert_array_equal(volume.values, values)
+    assert volume.warnings == ()
+
+
 @pytest.mark.parametrize(("slope", "is_told"), [(2.0, True), (1.0, False)])
 def test_real_world_values_are_told_and_not_applied(tmp_path, slope, is_told):
     mapped = item(RealWorldValueSlope=slope, RealWorldValueIntercept=-1024.0)
