@@ -44,6 +44,7 @@ DISCRIMINATORS = {
     "SOP class": 0x00080016,
     "frame of reference": 0x00200052,
     "protocol": 0x00181030,
+    "series number": 0x00200011,
     "series description": 0x0008103E,
     "comments": 0x00204000,
 }

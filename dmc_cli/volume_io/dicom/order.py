@@ -15,6 +15,7 @@ from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume_io.dicom import elements
+from dmc_cli.volume_io.dicom.distances import ALIKE, shared_distance
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.labels import DISCRIMINATORS, FRAME_DISCRIMINATORS, SEGMENT, TIMES
 from dmc_cli.volume_io.dicom.place import other_spacings
@@ -56,6 +57,7 @@ def ordered_frames(frames: list[Frame], settings: ReadSettings, name: str) -> li
     placed = []
     for slices in _apart(groups.values()):
         slices.sort(key=lambda pair: pair[0])
+        counted = _counted([key for key, _ in slices], settings.slice_order)
         for number, (key, frame) in enumerate(slices):
             if number and key == slices[number - 1][0]:
                 raise AmbiguousVolumeError(
@@ -63,8 +65,22 @@ def ordered_frames(frames: list[Frame], settings: ReadSettings, name: str) -> li
                     f"{settings.slice_order}; expected another one for each slice; choose another "
                     "--slice-order"
                 )
-            placed.append(replace(frame, position=(0.0, 0.0, number * settings.spacing[2])))
+            placed.append(replace(frame, position=(0.0, 0.0, counted[number] * settings.spacing[2])))
     return placed
+
+
+def _counted(keys: list[Key], order: str) -> list[float]:
+    """Return the number of each slice along z, those counted that keys leave out, which are gaps then.
+
+    Keys that are not whole steps apart tell nothing of missing ones.
+    """
+    numbers = np.array([key[0] for key in keys] if order != "filename" else [], np.float64)
+    steps = np.diff(numbers)
+    step = shared_distance(numbers, copies=False) if order == "location" else steps.min(initial=np.inf)
+    times = np.rint(steps / step) if len(steps) and step > 0 else np.zeros(0)
+    if len(times) == 0 or times.min() < 1 or np.abs(steps / step - times).max() > ALIKE:
+        return [float(number) for number in range(len(keys))]
+    return [0.0, *np.cumsum(times).tolist()]
 
 
 def _apart(groups: Iterable[list[tuple[Key, Frame]]]) -> Iterator[list[tuple[Key, Frame]]]:

@@ -27,8 +27,8 @@ def stacks_of(frames: Iterable[Frame]) -> list[Stack]:
     stacks: list[Stack] = []
     by_series: dict[tuple[object, ...], list[Stack]] = {}
     for frame in frames:
-        # some scanners give a sign only to the slices that need one
-        key = (_series_uid(frame), frame.pixels.shape, frame.pixels.dtype.itemsize)
+        # some scanners give a sign only to the slices that need one; a localizer may lie among the slices
+        key = (_series_uid(frame), frame.pixels.shape, frame.pixels.dtype.itemsize, _is_localizer(frame))
         own = by_series.setdefault(key, [])
         stack = next((s for s in own if _is_parallel(s.frames[0], frame)), None)
         if stack is None:

@@ -74,3 +74,7 @@ def save_stack(folder, positions, names=None, **options):
 
 def axial(count=4, step=2.0):
     return [(10.0, 20.0, 30.0 + step * k) for k in range(count)]
+
+
+STACK = np.array([plane_values(k) for k in range(4)])
+"""The values of four slices."""

@@ -144,6 +144,7 @@ def test_series_are_sorted_by_their_uid_as_numbers(tmp_path):
     [
         ("SeriesDescription", ("CT 0%", "CT 50%"), ["series description CT 0%", "series description CT 50%"]),
         ("ImageComments", ("in", "out"), ["comments in", "comments out"]),
+        ("SeriesNumber", ("9", "10"), ["series number 9", "series number 10"]),
         ("ProtocolName", ("a", "b"), ["protocol a", "protocol b"]),
         ("ContentDate", ("20200101", "20200102"), ["content date 20200101", "content date 20200102"]),
         ("ScanOptions", ("FS", "MT"), ["scan options FS", "scan options MT"]),

@@ -121,6 +121,13 @@ def test_localizers_and_single_images_are_told(tmp_path):
     assert read(tmp_path, series="1.2.9").sentences == ()
 
 
+def test_a_localizer_among_the_slices_of_its_series_is_told(tmp_path):
+    save_stack(tmp_path, axial(), "abcd")
+    save(make_slice((10, 20, 33), 9, ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"]), tmp_path / "scout")
+    volume = read(tmp_path)
+    assert (volume.shape[2], volume.sentences) == (4, ("1 localizer was left out: scout",))
+
+
 def test_a_missing_slice_that_was_put_aside_is_told_with_it(tmp_path):
     save_named(tmp_path, others=[3], orientation=TILTED)
     with pytest.raises(AmbiguousVolumeError, match=r"1 missing slice found.*; 1 image of another .*: IM3$"):

@@ -66,6 +66,26 @@ def test_echoes_are_not_put_one_on_the_other(tmp_path):
     np.testing.assert_array_equal(volume.values, [plane_values(k + 10) for k in range(6)])
 
 
+@pytest.mark.parametrize(
+    ("order", "element"), [("instance", "InstanceNumber"), ("location", "SliceLocation")]
+)
+def test_numbers_that_are_left_out_are_missing_slices(tmp_path, order, element):
+    for k in (1, 2, 3, 6, 7):
+        save(make_slice((0, 0, 0), k, **{**NOWHERE, element: str(3 * k)}), tmp_path / str(k))
+    with pytest.raises(AmbiguousVolumeError, match=r"1 missing slice found: 6\.000 mm between 3 and 6"):
+        read(tmp_path, slice_order=order, spacing=SPACING)
+    volume = read(tmp_path, slice_order=order, spacing=SPACING, slice_gaps="keep")
+    np.testing.assert_array_equal(volume.slice_positions, [0, 2, 4, 10, 12])
+    assert read(tmp_path, slice_order="filename", spacing=SPACING).slice_positions is None
+
+
+@pytest.mark.parametrize("numbers", [(1, 3, 4.5, 9), (1, 2, 4.6, 5.6)])
+def test_locations_that_are_no_whole_steps_apart_tell_of_none_that_is_missing(tmp_path, numbers):
+    for k, number in enumerate(numbers):
+        save(make_slice((0, 0, 0), k, **{**NOWHERE, "SliceLocation": str(number)}), tmp_path / str(k))
+    assert read(tmp_path, slice_order="location", spacing=SPACING).spacing == SPACING
+
+
 def test_an_order_needs_distances(tmp_path):
     with pytest.raises(SettingsError, match=r"slice_order is 'instance'.*--spacing X,Y,Z"):
         read(unplaced(tmp_path), slice_order="instance")
