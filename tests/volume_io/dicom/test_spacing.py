@@ -9,7 +9,7 @@ from tests.volume_io.dicom.test_frames import many_frames
 from tests.volume_io.dicom.test_kinds import told
 from tests.volume_io.reading import read
 
-CAPTURE = {"SOPClassUID": "1.2.840.10008.5.1.4.1.1.7.2", "Modality": "OT"}
+CAPTURE = {"SOPClassUID": "1.2.840.10008.5.1.4.1.1.7.2"}
 """A file of many frames that nothing is told of."""
 
 
