@@ -10,6 +10,7 @@ folder           what a folder holds
 image_kinds, slice_names, log_fields, scanner_log, image_stack  folders of images: kinds, order, texts
 told_lengths, image_resolution, stack_spacing  what images tell of lengths, and which of it counts
 left_out         how what is not used is named
+library_errors   one message of whatever a library raises
 zip_archive, tar_archive, unarchived  entries of an archive that can be what they claim; all of them, unpacked
 within           which files belong to an input
 pair, data_files  a header's data files

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError, VolumeError
+from dmc_cli.errors import UnsupportedFormatError, VolumeError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry
@@ -22,6 +22,7 @@ from dmc_cli.volume_io.image_kinds import KINDS, are_grey, most_common_kind, tur
 from dmc_cli.volume_io.image_resolution import image_lengths, jpeg_2000_lengths
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, stack_volume
 from dmc_cli.volume_io.layout import check_file
+from dmc_cli.volume_io.library_errors import library_errors
 
 MISSING = {
     "Pillow": 'Pillow is not installed; pip install "dmc-cli[images]" or pip install pillow',
@@ -180,14 +181,8 @@ def _opened_jpeg_2000(path: Path, name: str) -> Iterator[Plane]:
 @contextmanager
 def _told(path: Path, name: str, unknown: type[Exception] = NotImplementedError) -> Iterator[None]:
     """Tell in one message whatever a decoder meets; `unknown` is what it raises for a file of no kind."""
-    try:
-        yield
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        told = " ".join(str(error).split())[:200]
-        if isinstance(error, unknown):
-            told = "it begins like no PNG, BMP or JPEG"
-        raise DamagedVolumeError(
-            f"{name}: {path.name} cannot be read ({told}); expected an image; get the file again"
-        ) from error
+    with library_errors(f"{name}: {path.name} cannot be read", "expected an image; get the file again"):
+        try:
+            yield
+        except unknown as error:
+            raise ValueError("it begins like no PNG, BMP or JPEG") from error

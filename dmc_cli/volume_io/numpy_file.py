@@ -8,15 +8,14 @@ count volumes, as do the arrays of an .npz.
 import io
 import math
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -41,6 +40,7 @@ from dmc_cli.volume_io.axes import (
 )
 from dmc_cli.volume_io.decoding import DEFLATE_RATIO
 from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, scale_affine
+from dmc_cli.volume_io.library_errors import library_errors
 
 MAX_HEADER = 10_000
 """Longest header text that is parsed; real ones have a hundred bytes."""
@@ -67,7 +67,7 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
         AmbiguousVolumeError: Several volumes, and none chosen.
     """
     check_file(path, name)
-    with _told_errors(name):
+    with library_errors(f"{name}: the array cannot be read"):
         read = _from_npz if zipfile.is_zipfile(path) else _from_npy
         values, image = read(path, name, settings)
         beside = _lengths_beside(path) if settings.spacing is None else ()
@@ -98,18 +98,6 @@ def _lengths_beside(path: Path) -> tuple[Notice, ...]:
     return (Notice("W-UNIT-MISSING", f"{sentence}; --spacing gives lengths"),)
 
 
-@contextmanager
-def _told_errors(name: str) -> Iterator[None]:
-    try:
-        yield
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # a zip raises its own errors, its packer's and the system's
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(f"{name}: the array cannot be read ({told}); get the file again") from error
-
-
 def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeEntry]:
     """Return the file as one entry with the volumes that it holds, without their values.
 
@@ -117,7 +105,7 @@ def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeE
         UnsupportedFormatError: No numeric array with three axes.
     """
     check_file(path, name)
-    with _told_errors(name):
+    with library_errors(f"{name}: the array cannot be read"):
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
                 images = list(_arrays(archive, name).values())
@@ -129,18 +117,13 @@ def numpy_entries(path: Path, name: str, settings: ReadSettings) -> list[VolumeE
 
 def _header(stream: BinaryIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     """Return the shape, whether the order is Fortran's, and the type."""
-    try:
+    # NumPy lets its tokenizer's and its parser's errors through
+    with library_errors(f"{name}: the array's header cannot be read"):
         version = np.lib.format.read_magic(stream)
         reader = (
             np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         )
         shape, fortran, dtype = reader(stream, max_header_size=MAX_HEADER)
-    except Exception as error:
-        # NumPy lets its tokenizer's and its parser's errors through
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{name}: the array's header cannot be read ({told}); get the file again"
-        ) from error
     if dtype.kind not in "iufb" or len(shape) < 3:
         raise UnsupportedFormatError(
             f"{name}: an array of type {dtype} with {len(shape)} axes found; expected numbers with axes z, "

@@ -13,6 +13,7 @@ from typing import BinaryIO
 from dmc_cli.errors import DamagedVolumeError
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.left_out import left_out
+from dmc_cli.volume_io.library_errors import library_errors
 from dmc_cli.volume_io.zip_archive import MAX_ENTRIES, leads_out
 
 LONGEST_HEADER = 1 << 20
@@ -92,16 +93,11 @@ def tar_entries(
     with path.open("rb") as file:
         guarded = _Guarded(file, FREE_BYTES + stored)
         most = min(MAX_ENTRIES, FREE_ENTRIES + stored // BYTES_AN_ENTRY)
-        try:
+        # besides its own errors tarfile raises what a damaged header runs it into
+        with library_errors(f"{name}: the tar cannot be read"):
             archive = tarfile.open(fileobj=guarded, mode="r:")  # type: ignore[call-overload]  # noqa: SIM115
             entries = _entries(archive, guarded, most)
             is_ended = _is_ended(file, archive.offset)
-        except Exception as error:
-            # besides its own errors tarfile raises what a damaged header runs it into
-            told = " ".join(str(error).split())[:200]
-            raise DamagedVolumeError(
-                f"{name}: the tar cannot be read ({told}); expected entries to its end; get the file again"
-            ) from error
         if not is_ended:
             raise DamagedVolumeError(
                 f"{name}: the tar ends, or is damaged, behind {len(entries)} entries; expected zeros as "

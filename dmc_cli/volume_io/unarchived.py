@@ -20,6 +20,7 @@ from dmc_cli.volume_formats import ARCHIVES, format_of_suffix
 from dmc_cli.volume_io.content import begins_as_dicom
 from dmc_cli.volume_io.image_kinds import kind_of
 from dmc_cli.volume_io.layout import ZARR_MARKERS
+from dmc_cli.volume_io.library_errors import library_errors
 from dmc_cli.volume_io.packed import (
     FREE_BYTES,
     LARGEST_RATIO,
@@ -188,15 +189,9 @@ def _unpack(entry: Entry, folder: Path, name: str) -> None:
         DamagedVolumeError: It cannot be unpacked.
     """
     target = folder.joinpath(*PurePosixPath(entry.name.replace("\\", "/")).parts)
-    try:
+    with library_errors(f"{name}: the archive's entry {entry.name} cannot be unpacked"):
         target.parent.mkdir(parents=True, exist_ok=True)
         with entry.open() as packed, target.open("xb") as file:
             left = entry.size
             while left and (piece := packed.read(min(left, 1 << 20))):
                 left -= file.write(piece)
-    except Exception as error:
-        # what the packers raise has no common base
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{name}: the archive's entry {entry.name} cannot be unpacked ({told}); get the file again"
-        ) from error

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.volume_io.dicom.codestream import image_size, lacks_end
 from dmc_cli.volume_io.dicom.effort import PiecewiseStream
 from dmc_cli.volume_io.dicom.elements import (
@@ -23,6 +23,7 @@ from dmc_cli.volume_io.dicom.elements import (
 from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.storage import Pixels
 from dmc_cli.volume_io.dicom.wanted import OFFSETS, WANTED
+from dmc_cli.volume_io.library_errors import library_errors
 
 UNPACKED = (IMPLICIT, EXPLICIT, BIG_ENDIAN, RLE)
 """Syntaxes without a codestream that states a size of its own: uncompressed ones, and RLE."""
@@ -74,7 +75,7 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
         ) from error
     if not decoder.is_available:
         raise _plugin_missing(header, str(decoder.UID.name))
-    try:
+    with library_errors(f"{header.file.name}: the pixel data cannot be decoded"):  # plugins raise whatever
         slack = RLE_SLACK if header.syntax == RLE else COMPRESSED_SLACK
         slack += TABLE_BYTES * pixels.frames
         most = (header.pixel_start or 0) + 2 * pixels.frames * pixels.frame_bytes + slack
@@ -103,14 +104,6 @@ def decode(task: list[tuple[int, Frame]]) -> Iterator[AnyArray]:
                         "expected"
                     )
                 yield np.array(plane)
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # plugins raise whatever they like on damaged data
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{header.file.name}: the pixel data cannot be decoded ({told}); get the file again"
-        ) from error
 
 
 def undefined_length(header: Header) -> DamagedVolumeError:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from dmc_cli.errors import DamagedVolumeError, DmcError
+from dmc_cli.volume_formats import format_of_suffix
 from dmc_cli.volume_io.content import begins_as_dicom, first_bytes
 from dmc_cli.volume_io.dicom.source import DicomFile
 from dmc_cli.volume_io.packed import FREE_BYTES, LARGEST_RATIO, SUFFIXES, file_packing, unpacked_stream
@@ -16,17 +17,29 @@ PIECE = 1 << 24
 
 
 @contextmanager
-def plain_slices(files: list[DicomFile], name: str) -> Iterator[list[DicomFile]]:
+def plain_slices(files: list[DicomFile], name: str) -> Iterator[tuple[list[DicomFile], list[str]]]:
     """Give the files of a folder, those that are packed DICOM unpacked to temporary ones, gone at the end.
+
+    Packed files that may be DICOM or not, for they are damaged at their start, are left out, and told in
+    the sentences that come second.
 
     Raises:
         DamagedVolumeError: One cannot be unpacked, or all unpack to far more than their size.
         UnsupportedFormatError: The package that unpacks them is missing.
         VolumeError: The disk is too small for them.
     """
-    packed = [file for file in files if file.path.suffix.lower() in SUFFIXES and _is_dicom(file)]
+    packed, unclear = [], {}
+    for file in files:
+        if file.path.suffix.lower() in SUFFIXES:
+            try:
+                if _is_dicom(file):
+                    packed.append(file)
+            except DmcError as error:
+                unclear[file] = f"a file was left out: {error}"
+    files = [file for file in files if file not in unclear]
+    told = list(unclear.values())
     if not packed:
-        yield files
+        yield files, told
         return
     left = FREE_BYTES + LARGEST_RATIO * sum(file.size for file in packed)
     with tempfile.TemporaryDirectory() as folder:
@@ -34,14 +47,23 @@ def plain_slices(files: list[DicomFile], name: str) -> Iterator[list[DicomFile]]
         for number, file in enumerate(packed):
             plain[file] = _unpacked(file, Path(folder, str(number)), left, name)
             left -= plain[file].size
-        yield [plain.get(file, file) for file in files]
+        yield [plain.get(file, file) for file in files], told
 
 
 def _is_dicom(file: DicomFile) -> bool:
+    """Return whether a file is packed DICOM, by its start, or by its name where that cannot be read.
+
+    Raises:
+        VolumeError: Neither says what it is.
+    """
     try:
         return begins_as_dicom(first_bytes(file.path, file.name, 132))
-    except (OSError, DmcError):
-        return False  # no slice, or told by the header's reader as what it is
+    except (DmcError, OSError) as error:
+        if format_of_suffix(file.path.with_suffix("").name) == "dicom":
+            return True
+        if isinstance(error, OSError):
+            return False  # told by the header's reader
+        raise
 
 
 def _unpacked(file: DicomFile, target: Path, most: int, name: str) -> DicomFile:

@@ -80,9 +80,9 @@ def _files(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[list
     """Give the files of an input, unpacked where they are packed one by one, and what was left out."""
     with (
         dicom_files(path, name, settings.allow_outside) as (files, notes),
-        plain_slices(files, name) as plain,
+        plain_slices(files, name) as (plain, damaged),
     ):
-        yield plain, notes
+        yield plain, [*notes, *damaged]
 
 
 def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progress) -> Volume:

@@ -17,6 +17,7 @@ from dmc_cli.errors import DamagedVolumeError, VolumeError
 from dmc_cli.volume_io.dicom.effort import Effort
 from dmc_cli.volume_io.layout import check_file, exists
 from dmc_cli.volume_io.left_out import left_out
+from dmc_cli.volume_io.library_errors import library_errors
 from dmc_cli.volume_io.within import Bounds, Walk
 from dmc_cli.volume_io.zip_archive import ENTRY_MARK, unpacked_start, zip_entries
 
@@ -118,12 +119,9 @@ def dicom_files(path: Path, name: str, allow_outside: bool) -> Iterator[tuple[li
             )
         yield [DicomFile(path.name, path, size, Effort(size))], []
         return
-    try:
+    # besides its own errors zipfile raises what a damaged directory runs it into
+    with library_errors(f"{name}: the zip cannot be read"):
         archive = zipfile.ZipFile(path)
-    except Exception as error:
-        # besides its own errors zipfile raises what a damaged directory runs it into
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(f"{name}: the zip cannot be read ({told}); get the file again") from error
     with archive:
         entries, notes = zip_entries(archive, name)
         effort = Effort(size)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import (
@@ -44,6 +44,7 @@ from dmc_cli.volume_io.hdf_storage import (
 )
 from dmc_cli.volume_io.layout import check_file, chosen_origin, chosen_spacing, file_entry
 from dmc_cli.volume_io.lengths import respaced, unsettled_lengths
+from dmc_cli.volume_io.library_errors import library_errors
 
 MISSING = 'h5py is not installed; pip install "dmc-cli[hdf5]" or pip install h5py'
 
@@ -117,7 +118,7 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[lis
         import h5py
     except ImportError as error:
         raise UnsupportedFormatError(f"{name}: an HDF5 file found, but {MISSING}") from error
-    try:
+    with library_errors(f"{name}: the HDF5 file cannot be read"):
         spim: SpimData | None
         if is_spim_data(first_bytes(source, name, START)):
             spim, source = spim_data_of(source, name, settings.allow_outside)
@@ -129,14 +130,6 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[lis
             if not named and MINC_GROUP in file:
                 raise UnsupportedFormatError(f"{name}: a MINC 2 file found; read it with --input-format minc")
             yield hdf_images(file, named, spim, name, h5py), files
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # h5py raises whatever HDF5 runs into
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{name}: the HDF5 file cannot be read ({type(error).__name__}: {told}); get the file again"
-        ) from error
 
 
 def _values(

@@ -5,19 +5,19 @@ Axes before the last three count volumes. Slices that have scales of their own b
 
 import math
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, VolumeEntry, check_affine
 from dmc_cli.volume_io.axes import Axis, Image, chosen_volume, listed_volumes, stacked_image
 from dmc_cli.volume_io.content import first_bytes
 from dmc_cli.volume_io.layout import check_file, file_entry
+from dmc_cli.volume_io.library_errors import library_errors
 from dmc_cli.volume_io.minc.hdf import open_hdf
 from dmc_cli.volume_io.minc.image import MincImage
 from dmc_cli.volume_io.minc.netcdf import open_netcdf
@@ -94,16 +94,9 @@ def _opened(path: Path, name: str) -> MincImage:
         return open_hdf(path, name) if start == HDF_MAGIC else open_netcdf(path, name)
 
 
-@contextmanager
-def _told(name: str) -> Iterator[None]:
+def _told(name: str) -> AbstractContextManager[None]:
     """Tell in one message what nibabel and h5py run into, which may be any exception."""
-    try:
-        yield
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        told = " ".join(str(error).split())[:200]
-        raise DamagedVolumeError(
-            f"{name}: no MINC image that can be understood found ({type(error).__name__}: {told}); expected "
-            "one with regular axes, image-min and image-max; get the file again, or use mincconvert"
-        ) from error
+    return library_errors(
+        f"{name}: no MINC image that can be understood found",
+        "expected one with regular axes, image-min and image-max; get the file again, or use mincconvert",
+    )

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.errors import DamagedVolumeError, DmcError, UnsupportedFormatError
+from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError
 from dmc_cli.notices import Notice, notices
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
@@ -24,6 +24,7 @@ from dmc_cli.volume_io.image_kinds import KINDS, are_grey
 from dmc_cli.volume_io.image_stack import ImageKind, Plane, find_slices, stack_volume
 from dmc_cli.volume_io.layout import check_file, chosen_origin, exists, scale_affine
 from dmc_cli.volume_io.left_out import left_out
+from dmc_cli.volume_io.library_errors import library_errors, told_by
 from dmc_cli.volume_io.tiff.imagej import imagej_origin, imagej_scale
 from dmc_cli.volume_io.tiff.ome_set import ome_set
 from dmc_cli.volume_io.tiff.pages import RGB, pages_told, shown
@@ -111,6 +112,18 @@ def _tifffile(name: str) -> Any:
     return tifffile
 
 
+def _refuse_packing(error: Exception, name: str) -> None:
+    """Raise UnsupportedFormatError where tifffile lacks the package for a TIFF's packing."""
+    needs = r"(?:<COMPRESSION\.(\w+)|of (\d+-bit)).*requires the 'imagecodecs' package"
+    packed = re.search(needs, told_by(error))
+    if packed is not None:
+        found = f"compression {packed[1]}" if packed[1] else f"{packed[2]} values"
+        raise UnsupportedFormatError(
+            f"{name}: a TIFF of {found} found, which needs imagecodecs; pip install imagecodecs, or "
+            "write the TIFF uncompressed, or packed by deflate, its values in whole bytes"
+        ) from error
+
+
 @contextmanager
 def _told_errors(name: str) -> Iterator[None]:
     """Tell in one message whatever tifffile meets, and nothing else."""
@@ -118,21 +131,12 @@ def _told_errors(name: str) -> Iterator[None]:
     level = quiet.level
     quiet.setLevel(logging.CRITICAL + 1)
     try:
-        yield
-    except (DmcError, MemoryError):
-        raise
-    except Exception as error:
-        # tifffile raises whatever its parsing and its codecs run into
-        told = " ".join(str(error).split())[:200]
-        needs = r"(?:<COMPRESSION\.(\w+)|of (\d+-bit)).*requires the 'imagecodecs' package"
-        packed = re.search(needs, told)
-        if packed is not None:
-            found = f"compression {packed[1]}" if packed[1] else f"{packed[2]} values"
-            raise UnsupportedFormatError(
-                f"{name}: a TIFF of {found} found, which needs imagecodecs; pip install imagecodecs, or "
-                "write the TIFF uncompressed, or packed by deflate, its values in whole bytes"
-            ) from error
-        raise DamagedVolumeError(f"{name}: the TIFF cannot be read ({told}); get the file again") from error
+        with library_errors(f"{name}: the TIFF cannot be read"):
+            try:
+                yield
+            except Exception as error:
+                _refuse_packing(error, name)
+                raise
     finally:
         quiet.setLevel(level)
 

@@ -1,5 +1,6 @@
 """Slices that are packed one by one: in a folder, a zip, a tar, beside others that are not."""
 
+import re
 import tarfile
 import zipfile
 
@@ -91,5 +92,36 @@ def test_slices_that_unpack_to_far_more_are_refused(tmp_path, monkeypatch):
 def test_packed_files_of_other_kinds_are_no_slices(tmp_path):
     folder = packed(tmp_path, ".gz")
     (folder / "notes.gz").write_bytes(PACKERS[".gz"](b"of use to people" * 100))
-    (folder / "broken.gz").write_bytes(b"\x1f\x8b nothing")
-    np.testing.assert_array_equal(read(folder).values, VALUES)
+    volume = read(folder)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert volume.warnings == ()
+
+
+@pytest.mark.parametrize("suffix", PACKERS)
+@pytest.mark.parametrize("name", ["s3.dcm", "a.ima"])
+def test_a_packed_slice_that_is_damaged_at_its_start_is_refused(tmp_path, suffix, name):
+    path = packed(tmp_path, suffix, which=(3,)) / f"s3.dcm{suffix}"
+    content = path.read_bytes()
+    path.unlink()
+    path.with_name(name + suffix).write_bytes(content[:8] + b"?" * len(content))
+    with pytest.raises(DamagedVolumeError, match=re.escape(name + suffix)):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize("which", [range(3), ()])
+def test_a_packed_file_that_may_be_a_slice_or_not_is_told(tmp_path, which):
+    """It is damaged at its start, and its name says nothing."""
+    path = packed(tmp_path, ".gz", which=which) / "broken.gz"
+    path.write_bytes(b"\x1f\x8b nothing")
+    volume = read(tmp_path)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    assert [notice.code for notice in volume.warnings] == ["W-FILE-DAMAGED"]
+    assert volume.sentences[0].startswith("a file was left out: broken.gz: what gzip packed is damaged")
+
+
+def test_where_a_slice_is_missing_a_damaged_packed_file_is_named(tmp_path):
+    folder = packed(tmp_path, ".gz")
+    (folder / "s2.dcm.gz").unlink()
+    (folder / "IM2.gz").write_bytes(b"\x1f\x8b nothing")
+    with pytest.raises(AmbiguousVolumeError, match=r"missing slice found.*IM2\.gz"):
+        read(folder)
