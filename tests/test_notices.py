@@ -39,14 +39,14 @@ def test_codes_have_one_form_and_one_meaning():
 
 
 def test_every_code_is_used_somewhere():
-    text = "".join(path.read_text() for path in PACKAGE.rglob("*.py") if path.name != "notices.py")
+    text = "".join(path.read_text("utf-8") for path in PACKAGE.rglob("*.py") if path.name != "notices.py")
     assert {code for code in CODES if f'"{code}"' not in text} == set()
 
 
 def test_every_code_is_named_by_a_test_that_provokes_it():
     own = {"test_notices.py"}
     tests = Path(__file__).resolve().parent
-    text = "".join(path.read_text() for path in tests.rglob("test_*.py") if path.name not in own)
+    text = "".join(path.read_text("utf-8") for path in tests.rglob("test_*.py") if path.name not in own)
     assert {code for code in CODES if f'"{code}"' not in text} == set()
 
 

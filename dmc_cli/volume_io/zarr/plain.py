@@ -80,8 +80,12 @@ def only_array(path: Path, bounds: Bounds, name: str) -> StoredImage:
 
 
 def other_node(folder: Path, bounds: Bounds, name: str) -> Any:
-    """Return an array or the attributes of a group beside the one that is meant, None where it is unusual."""
-    with suppress(DmcError, OSError, ValueError, KeyError, TypeError, AttributeError):
+    """Return an array or the attributes of a group beside the one that is meant, None where it is unusual.
+
+    Raises:
+        OSError: It is there and cannot be read.
+    """
+    with suppress(DmcError, FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
         return read_node(folder, bounds, name)
     return None
 
