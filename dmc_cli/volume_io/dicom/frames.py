@@ -30,7 +30,7 @@ from dmc_cli.volume_io.dicom.labels import (
 )
 from dmc_cli.volume_io.dicom.mosaic import corner_of_tile, is_mosaic, read_mosaic
 from dmc_cli.volume_io.dicom.place import Place, Triple, unplaced
-from dmc_cli.volume_io.dicom.scale import Lookup, lookup, mapping_told, rescale, values_told
+from dmc_cli.volume_io.dicom.scale import Lookup, kind_of_values, lookup, mapping_told, rescale, values_told
 from dmc_cli.volume_io.dicom.storage import Pixels, read_pixels
 
 
@@ -50,6 +50,7 @@ class Frame:
         padding: Closed range of stored values that mean no data, or None.
         labels: What may tell apart frames at the same place.
         lookup: Its Modality LUT, in whose place slope and intercept are 1 and 0, or None.
+        kind_of_values: What its values are measured in: HU, US (unspecified), OD, ...
         lacks_scale: Whether the file tells a slope of 0, which cannot be meant and is read as 1.
         is_placed: Whether the file tells where the frame lies; if not, frames follow each other along z.
         is_in_patient: Whether it tells that in the patient, not in a scanner's own frame of reference.
@@ -72,6 +73,7 @@ class Frame:
     padding: tuple[float, float] | None
     labels: dict[str, str]
     lookup: Lookup | None = None
+    kind_of_values: str = "US"
     lacks_scale: bool = False
     is_placed: bool = True
     is_in_patient: bool = True
@@ -181,6 +183,7 @@ def _frame(file: _File, place: Place, index: int, labels: dict[str, str]) -> Fra
         padding=pixels.padding,
         labels=labels,
         lookup=table,
+        kind_of_values=kind_of_values(place),
         lacks_scale=slope == 0,
         is_placed=is_placed,
         is_in_patient=place.is_in_patient(),

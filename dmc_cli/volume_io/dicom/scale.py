@@ -89,6 +89,18 @@ def lookup(place: Place, signed: bool, known: dict[int, Lookup]) -> Lookup | Non
     return known[id(holder)]
 
 
+def kind_of_values(place: Place) -> str:
+    """Return what a frame's values are measured in, as its Modality LUT or its rescale says: HU, US, OD, ...
+
+    Without a word those of CT are HU (PS3.3, C.8.2.1), those of others US, which is unspecified.
+    """
+    holder = place.find(0x00289145, 0x00283000)
+    items = elements.items(holder, 0x00283000)
+    holder, tag = (items[0], 0x00283004) if items else (place.find(0x00289145, 0x00281054), 0x00281054)
+    is_ct = elements.text(place.dataset, 0x00080060) == "CT"
+    return elements.text(holder, tag).upper() or ("HU" if is_ct else "US")
+
+
 def mapping_told(place: Place, scale: tuple[float, float]) -> list[Notice]:
     """Return a notice on a map to real-world values other than `scale`, slope and intercept of a frame."""
     mapped = _real_world(place)

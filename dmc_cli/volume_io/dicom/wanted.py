@@ -78,7 +78,9 @@ _VALUES = (
     0x00080100,  # Code Value
     0x00281052,  # Rescale Intercept
     0x00281053,  # Rescale Slope
+    0x00281054,  # Rescale Type
     0x00283002,  # LUT Descriptor
+    0x00283004,  # Modality LUT Type
     0x00283006,  # LUT Data
     0x00409224,  # Real World Value Intercept
     0x00409225,  # Real World Value Slope

@@ -234,3 +234,43 @@ def test_a_rescale_that_only_some_slices_have_is_told(tmp_path, intercept, lacki
     assert [notice.code for notice in volume.warnings] == ["W-RESCALE-UNKNOWN"] * is_told
     if is_told:
         assert "in 2 of 4 slices, first IM0" in volume.sentences[0]
+
+
+@pytest.mark.parametrize(
+    ("modality", "first", "second", "is_told"),
+    [
+        ("CT", "HU", "US", True),
+        ("CT", None, "HU", False),
+        ("CT", None, "US", True),
+        ("CT", "HU_MOD", "HU", True),
+        ("MR", None, "US", False),
+        ("MR", "US", "NORMALIZED", True),
+    ],
+)
+def test_values_measured_in_different_things_are_told(tmp_path, modality, first, second, is_told):
+    for k, position in enumerate(axial()):
+        kind = first if k < 1 else second
+        save(make_slice(position, k, Modality=modality, RescaleType=kind), tmp_path / f"IM{k}")
+    volume = read(tmp_path)
+    assert [notice.code for notice in volume.warnings] == ["W-RESCALE-UNKNOWN"] * is_told
+    if is_told:
+        assert "in 1, first IM0" in volume.sentences[0]
+        assert "in 3, first IM1" in volume.sentences[0]
+
+
+@pytest.mark.parametrize("kinds", ["HU US", "HU HU"])
+def test_frames_and_tables_measured_in_different_things_are_told(tmp_path, kinds):
+    dataset, _ = enhanced([0, 2])
+    is_told = kinds == "HU US"
+    for group, kind in zip(dataset.PerFrameFunctionalGroupsSequence, kinds.split(), strict=True):
+        group.PixelValueTransformationSequence = sequence(
+            RescaleType=kind, RescaleSlope=1, RescaleIntercept=0
+        )
+    codes = [notice.code for notice in read(save(dataset, tmp_path / "a")).warnings]
+    assert codes == ["W-RESCALE-UNKNOWN"] * is_told
+    for k, kind in enumerate(kinds.split()):
+        lut = table(0, np.arange(400))
+        lut.ModalityLUTType = kind
+        save(make_slice(axial()[k], k, ModalityLUTSequence=Sequence([lut])), tmp_path / f"luts/{k}")
+    codes = [notice.code for notice in read(tmp_path / "luts").warnings]
+    assert codes == ["W-RESCALE-UNKNOWN"] * is_told
