@@ -71,7 +71,7 @@ class Volume:
             None where slice k lies at k * spacing[2].
         path: The input as the user named it.
         files: The files that were read, in slice order.
-        format: The reader's name: nifti, nrrd, meta, dicom, raw, synthetic.
+        format: The reader's name: one of those of `volume_formats.FORMATS`, or synthetic.
         warnings: What the user is told, for example of a missing orientation.
     """
 

@@ -171,9 +171,15 @@ def chosen_index(
     if not 0 <= volume_index < count:
         held = "1 volume" if count == 1 else f"{count} {what}"
         raise SettingsError(
-            f"volume_index is {volume_index}; {name} holds {held}; expected 0 to {count - 1} (--volume-index)"
+            f"volume_index is {volume_index}; {name} holds {held}; expected {index_range(count)} "
+            "(--volume-index)"
         )
     return volume_index
+
+
+def index_range(count: int) -> str:
+    """Return the numbers of so many volumes in words."""
+    return "0, or none" if count == 1 else f"0 to {count - 1}"
 
 
 def chosen_spacing(

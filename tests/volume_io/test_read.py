@@ -30,7 +30,7 @@ def test_a_missing_file_is_named():
 
 def test_a_single_volume_is_told_as_one(tmp_path):
     np.save(tmp_path / "a.npy", np.stack([VALUES]))
-    with pytest.raises(SettingsError, match=r"a\.npy holds 1 volume; expected 0 to 0"):
+    with pytest.raises(SettingsError, match=r"a\.npy holds 1 volume; expected 0, or none"):
         read(tmp_path / "a.npy", volume_index=3)
 
 

@@ -28,20 +28,25 @@ def missing_told(
         AmbiguousVolumeError: Slices are missing, and nothing says to do without.
     """
     distances = np.diff(places)
-    found = _unfilled(frames, distances, gaps(distances))
+    relative = distances / _thick_as(frames)
+    found = _unfilled(distances, relative)
     stated = _finer_distance(frames, distances)
-    others, beyond = _places_of_others(frames, places, stack)
+    others, between_them, beyond = _places_of_others(frames, places, stack)
     doubts = [
         f"{beyond} place(s) beyond the ends of this volume have slices of other volumes of the series"
     ] * (beyond > 0)
+    count = len(found)
     if found:
+        count = _slices_in(relative[found], float(np.median(np.delete(relative, found))))
         elsewhere = f"{length_text(np.median(np.delete(distances, found)))} mm elsewhere"
     elif others:
-        found, elsewhere = others, "other volumes of the series have slices there"
+        found, count = others, between_them
+        elsewhere = "other volumes of the series have slices there"
     elif stated:
-        found, elsewhere = list(range(len(distances))), f"SpacingBetweenSlices is {length_text(stated)} mm"
+        found, count = list(range(len(distances))), _slices_in(distances, stated)
+        elsewhere = f"SpacingBetweenSlices is {length_text(stated)} mm"
     elif not stack.all_places and _lacks_numbers(frames, distances):
-        found = list(range(len(distances)))
+        found, count = list(range(len(distances))), _slices_in(distances, frames[0].thickness or 0.0)
         elsewhere = "InstanceNumber leaves as many out, and slices are as thin as if they were there"
     else:
         doubts += _thin(frames, distances) or _counted_by_more(frames, distances, stack)
@@ -49,7 +54,7 @@ def missing_told(
     told = f"{between(frames, distances, found[0])}, {elsewhere}"
     if settings.slice_gaps == "refuse":
         raise AmbiguousVolumeError(
-            f"{name}: {len(found)} missing slice{'s' if len(found) > 1 else ''} found: {told}; expected a "
+            f"{name}: {count} missing slice{'s' if count > 1 else ''} found: {told}; expected a "
             "complete series; "
             "get the missing files, or bridge the gap with --slice-gaps keep"
         )
@@ -62,28 +67,41 @@ def doubts_told(sentences: list[str], settings: ReadSettings) -> list[Notice]:
     return [Notice(code, f"{sentence}; --slice-gaps keep takes them as they are") for sentence in sentences]
 
 
-def _unfilled(frames: list[Frame], distances: Float64Array, found: list[int]) -> list[int]:
-    """Return those of the gaps that thicker slices do not fill: a head is often thin below and thick above.
+def _thick_as(frames: list[Frame]) -> Float64Array | float:
+    """Return how thick slices are, halfway between neighbours; 1 where it is not known, or the same for all.
 
-    Slices that are all of one thickness fill none, for they may overlap.
+    A head is often thin below and thick above. Slices that are all of one thickness may overlap.
     """
     thicknesses = np.array([frame.thickness or 0.0 for frame in frames])
-    if not found or thicknesses.min() <= 0 or np.ptp(thicknesses) == 0:
-        return found
-    wide = gaps(distances / ((thicknesses[:-1] + thicknesses[1:]) / 2))
-    return [n for n in found if n in wide]
+    if thicknesses.min() <= 0 or np.ptp(thicknesses) == 0:
+        return 1.0
+    halfway: Float64Array = (thicknesses[:-1] + thicknesses[1:]) / 2
+    return halfway
 
 
-def _places_of_others(frames: list[Frame], places: Float64Array, stack: Stack) -> tuple[list[int], int]:
+def _unfilled(distances: Float64Array, relative: Float64Array) -> list[int]:
+    """Return those of the gaps that thicker slices do not fill; relative distances are in thicknesses."""
+    wide = set(gaps(relative))
+    return [n for n in gaps(distances) if n in wide]
+
+
+def _slices_in(distances: Float64Array, step: float) -> int:
+    """Return how many slices, a step apart, are missing within distances; one in each at least."""
+    return int(np.maximum(np.rint(distances / step) - 1, 1).sum())
+
+
+def _places_of_others(frames: list[Frame], places: Float64Array, stack: Stack) -> tuple[list[int], int, int]:
     """Return the numbers of the distances within which other volumes of the series have slices.
 
-    With them comes how many places others have beyond the ends. Thick slices leave nothing out between.
+    With them come how many places these are, and how many others have beyond the ends. Thick slices leave
+    nothing out between.
     """
     others = np.array(stack.all_places)
     if len(others) <= len(places):
-        return [], 0
+        return [], 0, 0
     # a quarter of a distance off: others may lie a little beside
-    reach = shared_distance(places, copies=False) / 4
+    usual = shared_distance(places, copies=False)
+    reach = usual / 4
     within = np.searchsorted(places, others)
     inside = (within > 0) & (within < len(places))
     nearest = np.minimum(
@@ -92,8 +110,11 @@ def _places_of_others(frames: list[Frame], places: Float64Array, stack: Stack) -
     )
     beyond = int(((nearest > reach) & ~inside).sum())
     if (frames[0].thickness or 0.0) > THICK * float(np.diff(places).min()):
-        return [], beyond
-    return sorted(set((within[(nearest > reach) & inside] - 1).tolist())), beyond
+        return [], 0, beyond
+    missing = (nearest > reach) & inside
+    # one place, a little beside, in each of the others
+    count = 1 + int((np.diff(np.sort(others[missing])) > ALIKE * usual).sum())
+    return sorted(set((within[missing] - 1).tolist())), count, beyond
 
 
 def _finer_distance(frames: list[Frame], distances: Float64Array) -> float | None:

@@ -13,6 +13,7 @@ from dmc_cli.volume_io.dicom.frames import Frame
 from dmc_cli.volume_io.dicom.place import NO_POSITION
 from dmc_cli.volume_io.dicom.segments import split_segments
 from dmc_cli.volume_io.dicom.stack import Stack
+from dmc_cli.volume_io.layout import index_range
 from dmc_cli.volume_io.left_out import left_out
 
 SAME_DIRECTION = 1e-3
@@ -103,8 +104,9 @@ def choose_stack(stacks: list[Stack], series: str | None, volume_index: int | No
     if volume_index is not None and len({stack.uid for _, stack in chosen}) == 1:
         if not 0 <= volume_index < len(chosen):
             raise SettingsError(
-                f"volume_index is {volume_index}; {name} has {len(chosen)} volume(s) in the series; "
-                f"expected 0 to {len(chosen) - 1} (--volume-index):{_listed(chosen)}"
+                f"volume_index is {volume_index}; {name} has {len(chosen)} "
+                f"volume{'s' if len(chosen) > 1 else ''} in the series; expected "
+                f"{index_range(len(chosen))} (--volume-index):{_listed(chosen)}"
             )
         chosen = [chosen[volume_index]]
     if len(chosen) > 1:

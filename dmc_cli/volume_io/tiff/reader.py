@@ -60,13 +60,15 @@ def tiff_volume(path: Path, name: str, settings: ReadSettings, progress: Progres
         slope, intercept, mapped = imagej_scale(tiff)
         spacing, warnings = settled_spacing(tiff_lengths(tiff, number), name, settings, WHAT)
         origin, unused = chosen_origin(imagej_origin(tiff, spacing), settings, WHAT)
-        others = {Path(page.parent.filehandle.path) for page in tiff.series[number].pages if page is not None}
+        pages = (page for page in tiff.series[number].pages if page is not None)
+        # tifffile's paths are absolute
+        others = {Path(page.parent.filehandle.path) for page in pages} - {path.absolute()}
     return Volume(
         values=values,
         affine=scale_affine(spacing, origin),
         space="none",
         path=name,
-        files=(path, *sorted(others - {path})),
+        files=(path, *sorted(others)),
         format="tiff",
         slope=slope,
         intercept=intercept,

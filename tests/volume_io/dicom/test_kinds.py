@@ -146,6 +146,15 @@ def test_another_volume_shows_that_every_second_slice_is_missing(tmp_path):
     assert read(tmp_path, series="2", slice_gaps="keep").spacing[2] == 4
 
 
+def test_another_volume_shows_how_many_slices_are_missing(tmp_path):
+    """Two between each, whose places in two other volumes are rounded differently."""
+    for echo, off in (("5", 0), ("10", 0.02)):
+        save_stack(tmp_path / echo, [(x, y, z + off) for x, y, z in axial(7)], EchoTime=echo)
+    save_stack(tmp_path / "b", axial(7)[::3], EchoTime="50")
+    with pytest.raises(AmbiguousVolumeError, match=r"4 missing slices found.*other volumes of the series"):
+        read(tmp_path, series="3")
+
+
 def test_slices_of_another_thickness_leave_nothing_out(tmp_path):
     save_stack(tmp_path / "a", axial(7), ConvolutionKernel="SHARP", SliceThickness="2")
     save_stack(tmp_path / "b", axial(7)[::2], ConvolutionKernel="SOFT", SliceThickness="4")

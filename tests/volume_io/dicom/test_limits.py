@@ -76,6 +76,16 @@ def test_several_missing_slices_are_counted(tmp_path):
         read(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("heights", "count"),
+    [((0, 2, 4, 10, 12, 14), 2), ((0, 2, 4, 10, 12, 16, 18), 3), ((0, 2, 4, 6, 15.6), 4)],
+)
+def test_a_gap_of_several_slices_counts_them_all(tmp_path, heights, count):
+    save_stack(tmp_path, at(*heights), names="abcdefgh"[: len(heights)])
+    with pytest.raises(AmbiguousVolumeError, match=rf"{count} missing slices found: .* 2\.000 mm elsewhere"):
+        read(tmp_path)
+
+
 @pytest.mark.parametrize("distance", [0.5, 100.0])
 def test_two_slices_have_no_gap(tmp_path, distance):
     assert read(save_stack(tmp_path, at(0, distance))).spacing[2] == distance

@@ -1,5 +1,7 @@
 """Axes of TIFF files are taken by their names, whatever their order; all that is not of space is a choice."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -219,3 +221,9 @@ def test_metadata_that_cannot_be_followed_are_refused(tmp_path, description):
     tifffile.imwrite(tmp_path / "a.tif", values_of("ZYX"), **told)
     with pytest.raises(DamagedVolumeError, match="the TIFF cannot be read"):
         read(tmp_path / "a.tif", volume_index=0)
+
+
+def test_the_files_of_a_relative_path_are_the_one_that_is_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tifffile.imwrite("a.tif", np.zeros((3, 4, 5), "u1"), photometric="minisblack")
+    assert read(Path("a.tif")).files == (Path("a.tif"),)
