@@ -43,12 +43,12 @@ def ome_images(
         levels = [level for level in image["datasets"] if wanted in ("", level["path"])]
         if wanted and not levels:
             continue
-        level = levels[0]
         if "coordinateSystems" in image:
             raise UnsupportedFormatError(
                 f"{name}: an OME image with coordinate systems found; expected OME-Zarr 0.1 to 0.5; "
                 "convert it"
             )
+        level = _finest(levels)
         folder = within_store(path, str(level["path"]), name)
         array = read_node(folder, bounds, name)
         if not isinstance(array, ZarrArray):
@@ -61,6 +61,21 @@ def ome_images(
         units = tuple(_unit(axis) for axis in image.get("axes", ()))
         found.append(StoredImage(folder, array, Image(axes, titled), scale, shift, units))
     return found
+
+
+def _finest(levels: list[Any]) -> Any:
+    """Return the level whose nodes lie nearest to one another; the first where not all tell it in numbers.
+
+    The specification has the finest level first; some writers have it last.
+    """
+    steps = [[step.get("scale") for step in level.get("coordinateTransformations", [])] for level in levels]
+    cells = []
+    for scales in steps:
+        told = [_numbers(scale, len(scale)) for scale in scales if isinstance(scale, list)]
+        cells.append(float(np.prod(told)) if told else 0.0)
+    if not all(np.isfinite(cell) and cell > 0 for cell in cells):
+        return levels[0]
+    return levels[int(np.argmin(cells))]
 
 
 def ome_attributes(node: Any) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from dmc_cli.errors import UnsupportedFormatError, VolumeError
 from tests.volume_io.reading import read
 from tests.volume_io.zarr.test_images import typed, values_of, write_array, write_image
 
+zarr = pytest.importorskip("zarr")
+
 VALUES = values_of("zyx")
 
 
@@ -66,3 +68,17 @@ def test_a_place_without_a_distance_is_told(tmp_path):
 def test_other_transformations_are_refused_without_a_scale_too(tmp_path, kind):
     with pytest.raises(UnsupportedFormatError, match=rf"a transformation '{kind}' found"):
         read(placed(tmp_path / "a.zarr", {"type": kind}, coordinateTransformations=[translation(1, 2, 3)]))
+
+
+@pytest.mark.parametrize("order", ["01", "10"])
+def test_the_finest_level_is_taken_wherever_it_stands(tmp_path, order):
+    path = placed(tmp_path / "a.zarr", scale(3, 2, 1))
+    write_array(path / "1", VALUES[::2, ::2, ::2])
+    group = zarr.open_group(path, mode="a", zarr_format=2)
+    image = group.attrs["multiscales"][0]
+    coarse = {"path": "1", "coordinateTransformations": [scale(6, 4, 2)]}
+    levels = {"0": image["datasets"][0], "1": coarse}
+    group.attrs["multiscales"] = [image | {"datasets": [levels[n] for n in order]}]
+    volume = read(path)
+    np.testing.assert_array_equal(volume.values, VALUES)
+    np.testing.assert_allclose(volume.spacing, (1e-3, 2e-3, 3e-3))
