@@ -30,7 +30,7 @@ nifti, analyze, mgh, afni  formats whose headers nibabel reads
 slices           a volume from slices that have a scale each
 parrec_axes, parrec, minc/  formats with such slices
 climate          scale and missing values by the Climate and Forecast conventions
-hdf_path, hdf_storage, hdf5/  a dataset in a file: how it is named, stored and read
+hdf_path, hdf_heaps, hdf_storage, hdf5/  a dataset in a file: how it is named, stored and read
 images           folders of PNG, BMP, JPEG and JPEG 2000
 nrrd/, tiff/, zarr/, dicom/  formats that take several files of code
 volume_file      volumes written

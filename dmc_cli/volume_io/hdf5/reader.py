@@ -31,6 +31,7 @@ from dmc_cli.volume_io.content import START, first_bytes
 from dmc_cli.volume_io.hdf5.images import hdf_images
 from dmc_cli.volume_io.hdf5.spim_data import SpimData, is_spim_data, spim_data_beside, spim_data_of
 from dmc_cli.volume_io.hdf5.stored import Stored, Where
+from dmc_cli.volume_io.hdf_heaps import check_heaps
 from dmc_cli.volume_io.hdf_path import split_dataset
 from dmc_cli.volume_io.hdf_storage import (
     DEFLATE,
@@ -126,6 +127,7 @@ def _opened(path: Path, name: str, settings: ReadSettings) -> Iterator[tuple[lis
         else:
             spim = spim_data_beside(source)
         files = (source,) if spim is None else (source, spim.path)
+        check_heaps(source, name)
         with h5py.File(source, "r") as file:
             if not named and MINC_GROUP in file:
                 raise UnsupportedFormatError(f"{name}: a MINC 2 file found; read it with --input-format minc")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.errors import UnsupportedFormatError
+from dmc_cli.volume_io.hdf_heaps import check_heaps
 from dmc_cli.volume_io.hdf_storage import Attributes, check_inside, check_stored, stored_slabs
 from dmc_cli.volume_io.minc.image import MincImage
 from dmc_cli.volume_io.minc.world import WHAT_PLACES
@@ -30,6 +31,7 @@ def open_hdf(path: Path, name: str) -> MincImage:
         raise UnsupportedFormatError(f"{name}: a MINC 2 file found, but {MISSING}") from error
     from nibabel.minc2 import Minc2File
 
+    check_heaps(path, name)
     file = h5py.File(path, "r")
     for group in ("/", "minc-2.0", "minc-2.0/image", "minc-2.0/image/0", "minc-2.0/dimensions"):
         _check_links(file[group], name, h5py)
