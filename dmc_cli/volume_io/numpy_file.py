@@ -68,9 +68,9 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
     """
     check_file(path, name)
     with library_errors(f"{name}: the array cannot be read"):
-        read = _from_npz if zipfile.is_zipfile(path) else _from_npy
-        values, image = read(path, name, settings)
-        beside = _lengths_beside(path) if settings.spacing is None else ()
+        is_npz = zipfile.is_zipfile(path)
+        values, image = (_from_npz if is_npz else _from_npy)(path, name, settings)
+        beside = _lengths_beside(path) if is_npz and settings.spacing is None else ()
     progress.advance(1.0)
     spacing, warnings = chosen_spacing(None, settings)
     origin, _ = chosen_origin(None, settings)
@@ -87,8 +87,6 @@ def numpy_volume(path: Path, name: str, settings: ReadSettings, progress: Progre
 
 def _lengths_beside(path: Path) -> tuple[Notice, ...]:
     """Return what is told of arrays of an .npz that are called like lengths: they have no unit."""
-    if not zipfile.is_zipfile(path):
-        return ()
     with zipfile.ZipFile(path) as archive:
         found = [entry.removesuffix(".npy") for entry in archive.namelist()]
     called = [entry for entry in found if entry.lower().replace("_", "") in LENGTHS]

@@ -7,11 +7,11 @@ images in one place apart.
 import warnings
 from typing import Any
 
-from dmc_cli.errors import DamagedVolumeError, DmcError
 from dmc_cli.volume_io.dicom import elements
 from dmc_cli.volume_io.dicom.effort import PiecewiseStream
 from dmc_cli.volume_io.dicom.elements import Header
 from dmc_cli.volume_io.dicom.makers import BLOCKS, CSA, CSA_GROUP
+from dmc_cli.volume_io.library_errors import library_errors
 
 MOST_BYTES = 1 << 20
 """A longer one is no header."""
@@ -45,18 +45,15 @@ def read_again(header: Header, tags: list[int]) -> Any:
     import pydicom
 
     wanted: Any = tags
-    try:
-        with header.file.open((header.pixel_start or 0) + 8) as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            stream: Any = PiecewiseStream(file, header.file.effort)
-            return pydicom.dcmread(stream, stop_before_pixels=True, force=True, specific_tags=wanted)
-    except DmcError:
-        raise
-    except Exception as error:
-        # as `header.read_header`: pydicom raises whatever its parsing runs into
-        raise DamagedVolumeError(
-            f"{header.file.name}: the DICOM header cannot be read ({error}); get the file again"
-        ) from error
+    # as `header.read_header`: pydicom raises whatever its parsing runs into
+    with (
+        library_errors(f"{header.file.name}: the DICOM header cannot be read"),
+        header.file.open((header.pixel_start or 0) + 8) as file,
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore")
+        stream: Any = PiecewiseStream(file, header.file.effort)
+        return pydicom.dcmread(stream, stop_before_pixels=True, force=True, specific_tags=wanted)
 
 
 def _fields(content: bytes) -> dict[str, list[Any]]:

@@ -1,6 +1,8 @@
 """Find the dataset of an HDF5 file that is meant: the one named, the one NeXus shows, or the only one."""
 
+from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from typing import Any
 
 from dmc_cli.errors import AmbiguousVolumeError, UnsupportedFormatError, VolumeError
@@ -83,17 +85,24 @@ def _listed(datasets: list[Any]) -> str:
 def volumes_of(file: Any, h5py: Any) -> list[Any]:
     """Return all datasets of a file that hold a volume; no link to elsewhere is followed."""
     found: list[Any] = []
-    seen = 0
 
-    def look(_: str, item: Any) -> bool | None:
-        nonlocal seen
-        seen += 1
+    def look(item: Any) -> None:
         if isinstance(item, h5py.Dataset) and is_volume(item) and not str(item.name).startswith(MATLABS_OWN):
             found.append(item)
-        return True if seen > MOST_OBJECTS else None
 
-    file.visititems(look)
+    _visit(file, look)
     return sorted(found, key=lambda dataset: str(dataset.name))
+
+
+def _visit(file: Any, look: Callable[[Any], None]) -> None:
+    """Show the groups and datasets of a file one after the other, `MOST_OBJECTS` and one at most."""
+    numbers = count(1)
+
+    def step(_: str, item: Any) -> bool | None:
+        look(item)
+        return True if next(numbers) > MOST_OBJECTS else None
+
+    file.visititems(step)
 
 
 def _shown(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
@@ -118,11 +127,8 @@ def _signal(file: Any, group: Any, name: str, h5py: Any) -> tuple[Any, Any] | No
 def _only_signal(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
     """Return the only volume that is the signal of an NXdata, or, as before 2014, says so itself."""
     found: dict[str, tuple[Any, Any]] = {}
-    seen = 0
 
-    def look(_: str, item: Any) -> bool | None:
-        nonlocal seen
-        seen += 1
+    def look(item: Any) -> None:
         if isinstance(item, h5py.Group):
             is_shown = text_of(Attributes(item).get("NX_class", "")) == "NXdata"
             shown = None
@@ -134,7 +140,6 @@ def _only_signal(file: Any, name: str, h5py: Any) -> tuple[Any, Any] | None:
             shown = (item, item.parent) if is_shown and is_volume(item) else None
         if shown is not None:
             found[str(shown[0].name)] = shown
-        return True if seen > MOST_OBJECTS else None
 
-    file.visititems(look)
+    _visit(file, look)
     return next(iter(found.values())) if len(found) == 1 else None
