@@ -1,6 +1,7 @@
 """Make a surface mesh of a volume. A method is a folder, and a line of `methods.py`.
 
 surface               what a method returns
+stages/               what several methods have: inside bits, polygons of a cell, decisions on faces
 dual_marching_cubes/  quads only, one vertex per polygon (Grosso & Zint 2021)
 extraction            a volume and its settings to a surface, by whichever method
 vertex_colors         colours of vertices by the parity of their cells

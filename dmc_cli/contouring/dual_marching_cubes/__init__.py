@@ -1,10 +1,7 @@
 """Contour by dual marching cubes (Grosso & Zint 2020, 2021); each file below those that it needs.
 
 declaration       what the registry tells of the method, without Warp
-classification    inside bits: the one pass over the values
-nodata_cells      what nodes without data take away
 cells             active cells, ordinary and special, and their numbers
-tracing           the polygons of one cell, followed from face to face
 special_cells     the cells with more than one polygon, or at a border
 polygon_vertices  from polygons to vertices
 manifold_repair   face flips that make the mesh manifold

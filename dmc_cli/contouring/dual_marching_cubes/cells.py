@@ -21,8 +21,9 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, Words, bit_index, low_bits, next_node
-from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits
-from dmc_cli.contouring.dual_marching_cubes.nodata_cells import (
+from dmc_cli.contouring.stages.cell_words import any_bit, find_candidates, several_polygons
+from dmc_cli.contouring.stages.classification import InsideBits
+from dmc_cli.contouring.stages.nodata_cells import (
     count_crossed,
     existing_cells,
     has_whole_surroundings,
@@ -157,72 +158,12 @@ def words_near_quads(cells: Cells, grid: GridShape, device: Device) -> int | Non
 
 
 @wp.func
-def ambiguous_faces(a: wp.uint32, b: wp.uint32, c: wp.uint32, d: wp.uint32) -> wp.uint32:
-    """Return a bit for each face with corners a b c d (a and d diagonal): whether it is ambiguous."""
-    return (a ^ b) & (a ^ c) & ~(a ^ d)
-
-
-@wp.func
-def several_polygons(
-    c0: wp.uint32,
-    c1: wp.uint32,
-    c2: wp.uint32,
-    c3: wp.uint32,
-    c4: wp.uint32,
-    c5: wp.uint32,
-    c6: wp.uint32,
-    c7: wp.uint32,
-) -> wp.uint32:
-    """Return a bit for each cell: whether it may have several polygons; c0 to c7 are its corners' bits."""
-    faces = ambiguous_faces(c0, c1, c2, c3) | ambiguous_faces(c4, c5, c6, c7)
-    faces |= ambiguous_faces(c0, c1, c4, c5) | ambiguous_faces(c2, c3, c6, c7)
-    faces |= ambiguous_faces(c0, c2, c4, c6) | ambiguous_faces(c1, c3, c5, c7)
-    # without an ambiguous face only two lone opposite corners are left: where three neighbours of one are on
-    # the other side, so are the three others, which share a face with two of them
-    lone07 = ~(c0 ^ c7) & (c0 ^ c1) & (c0 ^ c2) & (c0 ^ c4)
-    lone16 = ~(c1 ^ c6) & (c1 ^ c0) & (c1 ^ c3) & (c1 ^ c5)
-    lone25 = ~(c2 ^ c5) & (c2 ^ c0) & (c2 ^ c3) & (c2 ^ c6)
-    lone34 = ~(c3 ^ c4) & (c3 ^ c1) & (c3 ^ c2) & (c3 ^ c7)
-    return faces | lone07 | lone16 | lone25 | lone34
-
-
-@wp.func
 def border_cells(grid: Grid, w: wp.int32, j: wp.int32, k: wp.int32) -> wp.uint32:
     """Return a bit for each cell of a word: whether it touches an open border."""
     across = j == 0 or k == 0 or j == grid.ny - 2 or k == grid.nz - 2
     ends = wp.where(w == 0, wp.uint32(1), wp.uint32(0))
     ends |= low_bits(grid.nx - 1 - 32 * w) & ~low_bits(grid.nx - 2 - 32 * w)
     return wp.where(grid.border == 1, wp.uint32(0), wp.where(across, ALL_BITS, ends))
-
-
-@wp.func
-def find_candidates(grid: Grid, inside: wp.array(dtype=Words), n: wp.int32) -> Words:
-    """Return a bit for each cell of a block: whether its corners differ; ends of rows are not looked at."""
-    c0 = inside[n]
-    c2 = inside[n + grid.words]
-    c4 = inside[n + grid.layer]
-    c6 = inside[n + grid.layer + grid.words]
-    c0_after = inside[n + 1]
-    c2_after = inside[n + grid.words + 1]
-    c4_after = inside[n + grid.layer + 1]
-    c6_after = inside[n + grid.layer + grid.words + 1]
-    candidates = Words()
-    for lane in range(LANES):
-        some = c0[lane] | c2[lane] | c4[lane] | c6[lane]
-        every = c0[lane] & c2[lane] & c4[lane] & c6[lane]
-        some |= next_node(some, c0_after[lane] | c2_after[lane] | c4_after[lane] | c6_after[lane])
-        every &= next_node(every, c0_after[lane] & c2_after[lane] & c4_after[lane] & c6_after[lane])
-        candidates[lane] = some & ~every
-    return candidates
-
-
-@wp.func
-def any_bit(words: Words) -> wp.bool:
-    """Return whether any bit of a block is set."""
-    some = wp.uint32(0)
-    for lane in range(LANES):
-        some |= words[lane]
-    return some != wp.uint32(0)
 
 
 @wp.func

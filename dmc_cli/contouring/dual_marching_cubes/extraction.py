@@ -4,35 +4,27 @@ A stage may end with a launch only begun (`Device.begin`), which the next stage'
 that threads are at work while the host gets ready.
 """
 
-from typing import Any
-
-import numpy as np
-
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.dual_marching_cubes.cells import Cells, find_cells, words_near_quads
-from dmc_cli.contouring.dual_marching_cubes.classification import InsideBits, find_inside
 from dmc_cli.contouring.dual_marching_cubes.numbering import Numbering
 from dmc_cli.contouring.dual_marching_cubes.polygons import Tallies, trace_polygons
 from dmc_cli.contouring.dual_marching_cubes.quads import connect_quads
 from dmc_cli.contouring.dual_marching_cubes.vertices import Vertices, count_fallbacks, place_vertices
+from dmc_cli.contouring.stages.classification import InsideBits, find_inside
+from dmc_cli.contouring.stages.outcome import faces_reversed, field_of, refuse_infinite
 from dmc_cli.contouring.surface import Reserve, Surface, SurfaceCounts
-from dmc_cli.errors import VolumeError
 from dmc_cli.field import (
     DeviceVolume,
-    GridShape,
     grid_affine,
     grid_of,
     is_mirrored,
     kernel_matrix,
-    make_field,
     map_vertices,
-    nodata_value,
     slice_depths,
 )
 from dmc_cli.mesh import Mesh, Placement, SurfaceFrame
 from dmc_cli.runtime import Device
 from dmc_cli.settings import SurfaceSettings
-from dmc_cli.volume import FARTHEST_MM
 
 
 def extract(
@@ -49,10 +41,10 @@ def extract(
     device = volume.device
     grid = grid_of(volume.volume.shape, border=int(settings.border == "closed"))
     nodes = find_inside(volume, settings, grid)
-    field = _field(volume, settings, nodes)
+    field = field_of(volume, settings, nodes)
     cells = find_cells(nodes, grid, device)
     target = volume.volume.affine if affine is None else affine
-    is_reversed = _is_reversed(settings, target)
+    is_reversed = faces_reversed(settings, target)
     to_output = grid_affine(target, grid)
     matrix = kernel_matrix(to_output)
     depths = slice_depths(None if even_slices else volume.volume, grid, device)
@@ -67,7 +59,7 @@ def extract(
     if depths.shape[0]:
         position = map_vertices(vertices.cell, vertices.local, depths, grid, matrix, device)
     quads = connect_quads(cells, polygons, grid, is_reversed, device)
-    _refuse_infinite(position, to_output, grid, depths)
+    refuse_infinite(position, to_output, grid, depths)
     sense = 1.0 if is_reversed != is_mirrored(to_output) else -1.0
     frame = SurfaceFrame(field, grid, to_output, depths, sense, device)
     return Surface(
@@ -77,15 +69,6 @@ def extract(
         method=settings.method,
         numbering=Numbering(cells, polygons, quads.starts, quads.corners.shape[0], is_reversed),
     )
-
-
-def _field(volume: DeviceVolume, settings: SurfaceSettings, nodes: InsideBits) -> Any:
-    """Return the kernels' `Field`, which looks for nodes without data only where there are any."""
-    field = make_field(volume, settings)
-    if nodes.no_data_count:
-        field.has_nodata = 1
-        field.nodata = nodata_value(volume.volume, field)
-    return field
 
 
 def _counts(
@@ -104,23 +87,3 @@ def _counts(
         fallback_vertices=count_fallbacks(vertices, device),
         no_data_nodes=nodes.no_data_count,
     )
-
-
-def _refuse_infinite(position: Any, to_output: Float64Array, grid: GridShape, depths: Any) -> None:
-    """Raise VolumeError if a position is beyond float32; positions are only looked at where one may be."""
-    rows = to_output[:3].tolist()
-    deepest = np.abs(depths.numpy()).max(initial=grid.nz)
-    sizes = (grid.nx, grid.ny, float(deepest), 1)
-    farthest = max(sum(abs(a) * n for a, n in zip(row, sizes, strict=True)) for row in rows)
-    if farthest < FARTHEST_MM or np.isfinite(position.numpy()).all():
-        return
-    raise VolumeError(
-        f"the volume reaches as far as {farthest:g} mm; expected coordinates that float32 holds, up to"
-        f" {FARTHEST_MM:.2g}; move its origin, or write grid coordinates with --space voxel"
-    )
-
-
-def _is_reversed(settings: SurfaceSettings, affine: Float64Array) -> bool:
-    """Return whether quads made for a right-handed grid, normals towards lower values, must be reversed."""
-    towards_higher = settings.orientation == "gradient" or settings.inside == "below"
-    return towards_higher != is_mirrored(affine)

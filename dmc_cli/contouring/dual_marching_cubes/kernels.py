@@ -9,12 +9,12 @@ def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, those that take longest to compile first."""
     from dmc_cli.contouring.dual_marching_cubes import (
         cells,
-        classification,
         manifold_repair,
         polygons,
         quads,
         vertices,
     )
+    from dmc_cli.contouring.stages import classification
     from dmc_cli.field import slice_kernels
 
     placing = _placing_kernels(settings.placement)

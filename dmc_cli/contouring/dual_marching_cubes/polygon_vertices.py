@@ -10,7 +10,7 @@ import warp as wp
 from dmc_cli.bits import has_bit
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.special_cells import MULTI, POLYGONS, UNUSED, is_active
-from dmc_cli.contouring.dual_marching_cubes.tracing import (
+from dmc_cli.contouring.stages.tracing import (
     EDGE_HIGH,
     EDGE_LOW,
     FACE_EDGE_BITS,

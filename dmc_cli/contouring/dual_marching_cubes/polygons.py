@@ -1,10 +1,4 @@
-"""Find the MC polygons of special cells: decide ambiguous faces, trace, flip, number the vertices.
-
-An ambiguous face is decided by the asymptotic decider in its product form: the inside corners are joined if
-the product of their distances to the isovalue is at least that of the outside corners' (in double precision;
-equivalent to the sign of the face's saddle value, but without its quotient). The decision does not depend on
-the order of the corners, so both cells of the face agree.
-"""
+"""Find the MC polygons of special cells: decide ambiguous faces, trace, flip, number the vertices."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,24 +12,20 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     AMBIGUOUS_FACES,
     TALLIES,
     SpecialCells,
-    cell_case,
     is_active,
 )
-from dmc_cli.contouring.dual_marching_cubes.tracing import (
-    FACE_CORNERS,
+from dmc_cli.contouring.stages.cell_words import cell_case
+from dmc_cli.contouring.stages.face_decisions import are_inside_joined
+from dmc_cli.contouring.stages.tracing import (
     is_ambiguous,
     is_split,
     single_owner,
     trace_cell,
 )
-from dmc_cli.field import CornerValues64, Field, Grid, GridShape, cell_values, row_place
+from dmc_cli.field import Field, Grid, GridShape, cell_values, row_place
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device, mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-LEAST_FACTOR, LIFT = wp.constant(wp.float64(2.0**-500)), wp.constant(wp.float64(2.0**600))
-LARGEST_FACTOR, SINK = wp.constant(wp.float64(2.0**500)), wp.constant(wp.float64(2.0**-600))
-"""Distances beyond which products are made of scaled ones; powers of two cost no digit."""
 
 
 @dataclass(frozen=True)
@@ -95,24 +85,6 @@ def trace_polygons(
     special.first_vertex, vertex_count = device.starts(vertex_counts)
     vertex_count = mesh_size(cells.ordinary_count + vertex_count)
     return Polygons(special, count, vertex_count), Tallies(tallies, flipped_faces)
-
-
-@wp.func
-def are_inside_joined(f: CornerValues64, case: wp.int32, face: wp.int32) -> wp.bool:
-    """Return whether the asymptotic decider joins the inside corners of an ambiguous face.
-
-    Where float64 could not hold the products, all four values are scaled, alike in both cells of the face.
-    """
-    a = f[FACE_CORNERS[4 * face]]
-    b = f[FACE_CORNERS[4 * face + 1]]
-    c = f[FACE_CORNERS[4 * face + 2]]
-    d = f[FACE_CORNERS[4 * face + 3]]
-    largest = wp.max(wp.max(wp.abs(a), wp.abs(b)), wp.max(wp.abs(c), wp.abs(d)))
-    scale = wp.where(largest < LEAST_FACTOR, LIFT, wp.where(largest > LARGEST_FACTOR, SINK, wp.float64(1.0)))
-    first = (scale * a) * (scale * d)
-    second = (scale * b) * (scale * c)
-    is_first_inside = ((case >> FACE_CORNERS[4 * face]) & 1) == 1
-    return wp.where(is_first_inside, first >= second, second >= first)
 
 
 @wp.kernel

@@ -27,7 +27,7 @@ from dmc_cli.contouring.dual_marching_cubes.cells import CellBits, Cells
 from dmc_cli.contouring.dual_marching_cubes.plain_quads import QuadEdges, store_plain_quads
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
-from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_LOW, owner_of
+from dmc_cli.contouring.stages.tracing import EDGE_LOW, owner_of
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.runtime import Device, native
 

@@ -4,7 +4,7 @@ import warp as wp
 
 from dmc_cli.bits import has_bit, low_bits
 from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
-from dmc_cli.contouring.dual_marching_cubes.tracing import NO_OWNER, owner_of
+from dmc_cli.contouring.stages.tracing import NO_OWNER, owner_of
 from dmc_cli.field import Grid
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -85,20 +85,3 @@ def is_active(grid: Grid, bits: CellBits, i: wp.int32, j: wp.int32, k: wp.int32)
     if i >= 0 and j >= 0 and k >= 0 and i < grid.nx - 1 and j < grid.ny - 1 and k < grid.nz - 1:
         found = has_bit(bits.active[j + k * grid.ny, i // 32], i % 32)
     return found
-
-
-@wp.func
-def cell_case(grid: Grid, inside: wp.array2d(dtype=wp.uint32), row: wp.int32, i: wp.int32) -> wp.int32:
-    """Return a cell's case: bit c is set if corner c is inside."""
-    w = i // 32
-    b = i % 32
-    w1 = (i + 1) // 32
-    b1 = (i + 1) % 32
-    case = int(0)
-    for r in range(4):
-        corner_row = row + (r & 1) + (r >> 1) * grid.ny
-        if has_bit(inside[corner_row, w], b):
-            case |= 1 << (2 * r)
-        if has_bit(inside[corner_row, w1], b1):
-            case |= 2 << (2 * r)
-    return case

@@ -17,7 +17,7 @@ from dmc_cli.contouring.dual_marching_cubes.placement.exact_scalar import place_
 from dmc_cli.contouring.dual_marching_cubes.placement.exact_simd import place_block_kernel
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
-from dmc_cli.contouring.dual_marching_cubes.tracing import has_several
+from dmc_cli.contouring.stages.tracing import has_several
 from dmc_cli.field import ALL_EDGES, BITS_A_CHUNK, BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.mesh import refuse_lost
 from dmc_cli.runtime import FLAGS_A_CHUNK, Device, native

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from dmc_cli.contouring import compute_normals
-from dmc_cli.contouring.dual_marching_cubes import extraction as stages
+from dmc_cli.contouring.stages import outcome
 from dmc_cli.errors import EmptySurfaceError, MeshInvariantError
 from dmc_cli.mesh.placement import refuse_lost
 from dmc_cli.settings import SurfaceSettings
@@ -166,7 +166,7 @@ def test_a_range_beyond_float64_has_a_surface(extract, isovalue):
 
 @pytest.mark.parametrize("placement", ["exact", "sampled", "iterative", "centroid"])
 def test_a_vertex_outside_its_cell_is_never_kept(extract, placement, monkeypatch):
-    monkeypatch.setattr(stages, "nodata_value", lambda *_: math.nan)
+    monkeypatch.setattr(outcome, "nodata_value", lambda *_: math.nan)
     values = block("float32", nodes=6).values.copy()
     values[2, 3, 2] = np.nan
     with pytest.raises(MeshInvariantError, match=r"vertex \d+ lies at \(.*\) of its cell, one of \d+"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.contouring.dual_marching_cubes.classification import find_inside
+from dmc_cli.contouring.stages.classification import find_inside
 from dmc_cli.field import upload_volume
 from dmc_cli.field.field import make_field, nodata_value
 from dmc_cli.field.grid import grid_of

@@ -17,7 +17,7 @@ from dmc_cli.contouring.dual_marching_cubes.halfedges.grid_twins import is_insid
 from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_rings import store_plain_rings
 from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord, quad_round
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
-from dmc_cli.contouring.dual_marching_cubes.tracing import EDGE_HIGH, EDGE_LOW, edges_owned
+from dmc_cli.contouring.stages.tracing import EDGE_HIGH, EDGE_LOW, edges_owned
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count, row_place
 from dmc_cli.mesh import previous_in_quad
