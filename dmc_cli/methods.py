@@ -15,6 +15,8 @@ from dmc_cli.errors import SettingsError
 
 METHODS = {
     "dmc": "dmc_cli.contouring.dual_marching_cubes:METHOD",
+    "nets": "dmc_cli.contouring.surface_nets:METHOD",
+    "dc": "dmc_cli.contouring.dual_contouring:METHOD",
 }
 """Each method by its name, as `--method` takes it: where it is declared."""
 
@@ -54,6 +56,25 @@ class Memory:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Number:
+    """A number that some placements of a method take.
+
+    Attributes:
+        default: What it is where none is given.
+        least: The least that it may be.
+        most: The most that it may be.
+        why: Why not less or more, in words.
+        placements: The placements that take it.
+    """
+
+    default: float
+    least: float
+    most: float
+    why: str
+    placements: frozenset[str | None]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Method:
     """A method of contouring: what it makes, what it takes, and where its functions are.
 
@@ -62,8 +83,12 @@ class Method:
         faces: What its faces are.
         options: The options of `SurfaceSettings` that not every method has, as far as it has them: the
             values that it takes, its default first.
+        numbers: The numbers of `SurfaceSettings` that it takes.
         on_surface: Placements whose vertices lie on the trilinear surface; None among them where vertices do
             that without a choice of placements.
+        manifold: Topologies whose meshes are 2-manifolds, with boundary where the volume cuts them; None
+            among them where that holds without a choice of topologies. All promise vertices in their cells,
+            faces that look the way that is asked, twins between faces that share an edge; others no more.
         extract: From a volume on a device to a surface; `extract_surface` says what it takes and raises.
         kernels: From `SurfaceSettings` to the modules whose kernels `extract` launches, those that take
             longest to compile first.
@@ -83,6 +108,8 @@ class Method:
     color: Callable[[Any], Any] | None = None
     mesh_kernels: Callable[..., list[ModuleType]] | None = None
     memory: Memory = field(default_factory=Memory)
+    manifold: frozenset[str | None] = frozenset()
+    numbers: Mapping[str, Number] = field(default_factory=dict)
 
 
 def method_named(name: str) -> Method:
@@ -123,6 +150,37 @@ def settled_option(method: str, option: str, given: str | None) -> str | None:
     if given not in taken:
         raise SettingsError(f"{option} is {given!r:.80}; expected one of {', '.join(taken)}")
     return given
+
+
+def settled_number(method: str, placement: str | None, name: str, given: float | None) -> float | None:
+    """Return a number as a method's placement takes it: its own default where none was given.
+
+    Raises:
+        SettingsError: The placement takes no such number, or not that one.
+    """
+    taken = method_named(method).numbers.get(name)
+    if taken is None or placement not in taken.placements:
+        if given is None:
+            return None
+        found = f"the placement {placement} of the method {method}" if placement else f"the method {method}"
+        raise SettingsError(
+            f"{name} is {given:g}, but {found} takes none; leave it out, or choose {_placements_with(name)}"
+        )
+    if given is None:
+        return taken.default
+    if not taken.least <= given <= taken.most:
+        raise SettingsError(f"{name} is {given:g}; expected {taken.least:g} to {taken.most:g}: {taken.why}")
+    return given
+
+
+def _placements_with(name: str) -> str:
+    """Return the options that choose a placement with a number."""
+    numbers = {method: method_named(method).numbers.get(name) for method in METHODS}
+    return " or ".join(
+        f"--method {method} --placement {placement}"
+        for method, number in numbers.items()
+        for placement in sorted(filter(None, number.placements if number else ()))
+    )
 
 
 def methods_that(hold: Callable[[Method], bool]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.errors import SettingsError
-from dmc_cli.methods import method_named, methods_that, settled_option
+from dmc_cli.methods import method_named, methods_that, settled_number, settled_option
 from dmc_cli.setting_checks import check_format, check_noise, check_path, check_run, check_threads
 from dmc_cli.setting_types import settle_types
 
@@ -21,18 +21,24 @@ SliceOrder = Literal["position", "instance", "location", "filename"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Border = Literal["open", "closed"]
+Gradients = Literal["differences", "exact"]
 Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
 OutputUnit = Literal["mm", "um", "nm", "m"]
-SyntheticField = Literal["genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "noise"]
+SyntheticField = Literal[
+    "genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "box", "csg", "noise"
+]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
 
-METHOD_OPTIONS = ("topology", "placement", "border")
+METHOD_OPTIONS = ("topology", "placement", "border", "gradients")
 """Options of the surface that a method has or has not."""
+
+METHOD_NUMBERS = ("steps", "step_size")
+"""Numbers of the surface that a placement of a method takes or not."""
 
 STREAM = "-"
 """The path that means standard input or standard output."""
@@ -114,8 +120,8 @@ class SynthSettings:
 class SurfaceSettings:
     """Which surface to extract from a volume; `isovalue` is in the volume's physical values.
 
-    Topology, placement and border are what the method takes of them: its own default where none is given,
-    None where it has no such option.
+    Topology, placement, border and gradients are what the method takes of them: its own default where none is
+    given, None where it has no such option. So are `steps` and `step_size`, of placements that move by steps.
     """
 
     isovalue: float
@@ -125,6 +131,9 @@ class SurfaceSettings:
     placement: str | None = None
     border: Border | None = None
     orientation: Orientation = "outward"
+    gradients: Gradients | None = None
+    steps: int | None = None
+    step_size: float | None = None
 
     def __post_init__(self) -> None:
         """Check every type and range once, at the door, and what the method takes."""
@@ -133,11 +142,19 @@ class SurfaceSettings:
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
         for option in METHOD_OPTIONS:
             object.__setattr__(self, option, settled_option(self.method, option, getattr(self, option)))
+        for name in METHOD_NUMBERS:
+            number = settled_number(self.method, self.placement, name, getattr(self, name))
+            object.__setattr__(self, name, number)
 
     @property
     def is_on_surface(self) -> bool:
         """Return whether vertices are placed on the trilinear surface."""
         return self.placement in method_named(self.method).on_surface
+
+    @property
+    def is_manifold(self) -> bool:
+        """Return whether the mesh is promised to be a 2-manifold."""
+        return self.topology in method_named(self.method).manifold
 
 
 @dataclass(frozen=True, kw_only=True)

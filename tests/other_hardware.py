@@ -9,6 +9,8 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.contouring import compute_normals, extract_surface
+from dmc_cli.contouring.dual_contouring import placement
+from dmc_cli.contouring.dual_grid import active_cells, cell_quads
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh.mesh import COLOR, COLOR24
@@ -60,6 +62,12 @@ VOLUMES = {
     "noise": (long_rows, {}),
     "not manifold": (lambda: white_noise(24), {"topology": "asymptotic"}),
     "uneven": (uneven_slices, {}),
+    "nets": (with_holes, {"method": "nets", "border": "closed"}),
+    "nets of integers": (small_integers, {"method": "nets", "inside": "below"}),
+    "planes": (small_integers, {"method": "dc"}),
+    "planes beside holes": (with_holes, {"method": "dc"}),
+    "particles": (uneven_slices, {"method": "dc", "placement": "particle", "border": "closed"}),
+    "paper's planes": (lambda: white_noise(24), {"method": "dc", "placement": "paper"}),
 }
 
 REMESHED = ("smooth", "holes")
@@ -118,7 +126,7 @@ def surface_hash(name: str) -> str:
 
 if __name__ == "__main__":
     # what lists bits, compiled with other flags; the hashes of some surfaces
-    for module in (vertices, quads):
+    for module in (vertices, quads, active_cells, cell_quads, placement):
         wp.get_module(module.__name__).options["cpu_compiler_flags"] = sys.argv[1]
     for name in sys.argv[2:]:
         print(surface_hash(name))

@@ -1,4 +1,4 @@
-"""Sixty runs of `dmc convert` and the hashes of what they write.
+"""Seventy runs of `dmc convert` and the hashes of what they write.
 
 `python -m tests.same_bytes` writes the hashes down anew; `git diff` then shows which runs changed.
 """
@@ -53,6 +53,15 @@ RUNS = [
     f"{HEAD} a.ply -i 30 --orientation gradient --border closed",
     *[f"{HEAD} a.ply -i 30 --placement {placement}" for placement in ("sampled", "iterative", "centroid")],
     *[f"synth:noise:20 a.ply -i 0.3 --placement {p}" for p in ("sampled", "iterative", "centroid")],
+    # other methods
+    *[f"{HEAD} a.ply -i 30 --method {method} --border closed" for method in ("nets", "dc")],
+    f"{HEAD} a.ply -i 30 --method nets --inside below --orientation gradient",
+    f"{HEAD} a.ply -i 30 --method dc --placement paper",
+    f"{HEAD} a.ply -i 30 --method dc --placement particle --steps 20 --step-size 0.1",
+    *[f"holes.npy a.ply -i 0 --method {method}" for method in ("nets", "dc")],
+    *[f"{name}.npy a.ply -i {level} --method dc" for name, level in [("uint8", 100), ("int32", 7)]],
+    "uneven a.ply -i 150 --method dc --simplify all",
+    *[f"synth:noise:20 a.ply -i 0.3 --method {m} --halfedges h.npz" for m in ("nets", "dc")],
     # what becomes of it
     *[f"{HEAD} a.ply -i 30 --simplify {pattern}" for pattern in ("3x3y", "3333", "all")],
     f"{HEAD} a.ply -i 30 --simplify all --no-project",

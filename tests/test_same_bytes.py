@@ -1,4 +1,4 @@
-"""Sixty runs write what they have always written, byte for byte."""
+"""Seventy runs write what they have always written, byte for byte."""
 
 import json
 import platform

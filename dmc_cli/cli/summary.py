@@ -163,10 +163,10 @@ def _space_name(space: str) -> str:
 
 
 def _topology_line(topology: dict[str, Any]) -> str:
-    manifold = not topology["non_manifold_edges"] and not topology["non_manifold_vertices"]
+    edges, vertices = topology["non_manifold_edges"], topology["non_manifold_vertices"]
     loops = topology["boundary_loops"]
     parts = [
-        "manifold" if manifold else "not manifold",
+        f"not manifold ({edges} edge(s), {vertices} vertices)" if edges or vertices else "manifold",
         f"open ({loops} boundary loop(s))" if loops else "closed",
         f"{topology['components']} component(s)",
     ]

@@ -8,6 +8,8 @@ field                F: stored values less the isovalue, with sides, borders and
 crossings            where a polygon crosses the edges of its cell
 slices               unevenly spaced slices
 simd_cells           sixteen cells at a time, on CPU
+cell_lanes           the corners of sixteen cells, and sixteen points of the world
+cell_lists           the cells of a block of words
 central_differences  slopes of the values in sixteen cells
 corner_slopes        slopes at the corners of any cell, beside missing nodes too
 prefetch             values asked for ahead of their use

@@ -1,5 +1,11 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
+from .cell_lanes import (
+    CornerLanes as CornerLanes,
+    gather_corners as gather_corners,
+    world_lanes as world_lanes,
+)
+from .cell_lists import store_cells as store_cells
 from .central_differences import difference as difference, mixed as mixed, slopes_in_lanes as slopes_in_lanes
 from .corner_slopes import (
     corner_differences as corner_differences,
@@ -77,10 +83,13 @@ from .projection import (
 )
 from .sample_reader import (
     IntLanes as IntLanes,
+    PairLanes as PairLanes,
+    RowLanes as RowLanes,
     bits_at_least as bits_at_least,
     compare_row as compare_row,
     finite_bits as finite_bits,
     pairs_at as pairs_at,
+    rows_at as rows_at,
 )
 from .simd_cells import (
     FloatLanes as FloatLanes,

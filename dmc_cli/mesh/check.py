@@ -29,10 +29,11 @@ def check_mesh(
 ) -> None:
     """Raise MeshInvariantError with the first offender unless the mesh is what it is meant to be.
 
-    The papers' bare rules of simplification promise nothing, so after them only the halfedges are checked.
+    It is meant to be a manifold, and on the surface, if its method promises that. The papers' bare rules of
+    simplification promise nothing, so after them only the halfedges are checked.
     """
     topology, border = settings.surface.topology, settings.surface.border
-    closed_or_split = topology == "manifold" or (topology is not None and border == "closed")
+    closed_or_split = settings.surface.is_manifold or (topology is not None and border == "closed")
     halfedges = mesh.require_halfedges()
     check_halfedges(
         mesh.faces.numpy(),
@@ -81,7 +82,7 @@ def _check_geometry(
             f" {DEVIATION_TOLERANCE:g}; please report this"
         )
     topology = report["topology"]
-    if settings.surface.topology == "manifold":
+    if settings.surface.is_manifold:
         for key in ("non_manifold_edges", "non_manifold_vertices"):
             if topology[key]:
                 raise MeshInvariantError(

@@ -6,7 +6,7 @@ from typing import Any
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import cause_and_remedy
 from dmc_cli.mesh import COARSE
-from dmc_cli.methods import method_named
+from dmc_cli.methods import method_named, methods_that
 from dmc_cli.settings import Requirement
 
 ON_SURFACE = 1e-5
@@ -41,7 +41,15 @@ def _manifold(report: Section) -> str | None:
     found = [f"{count} {what}" for what, count in counts.items() if count]
     if not found:
         return None
-    return f"manifold: {', '.join(found)} were found; expected none (--topology manifold)"
+    return f"manifold: {', '.join(found)} were found; expected none{_manifold_advice(report)}"
+
+
+def _manifold_advice(report: Section) -> str:
+    """Name the topology whose meshes are manifold, or where the method has none, the methods that have."""
+    chosen = report.get("settings")
+    if chosen is None or method_named(chosen["method"]).manifold:
+        return " (--topology manifold)"
+    return f" (--method {' or '.join(methods_that(lambda method: bool(method.manifold)))})"
 
 
 def _closed(report: Section) -> str | None:
@@ -78,11 +86,17 @@ def _on_surface(report: Section) -> str | None:
 
 
 def _placement_advice(report: Section) -> str:
-    """Name the placement that is on the surface, where the method has one and another was chosen."""
+    """Name the placement that is on the surface, where the method has one and another was chosen.
+
+    Where the method has none, name the methods that have.
+    """
     chosen = report.get("settings")
     if chosen is None:  # of a mesh file
         return ""
-    others = method_named(chosen["method"]).on_surface - {None, chosen["placement"]}
+    method = method_named(chosen["method"])
+    if not method.on_surface:
+        return f" (--method {' or '.join(methods_that(lambda other: bool(other.on_surface)))})"
+    others = method.on_surface - {None, chosen["placement"]}
     return f" (--placement {' or '.join(sorted(filter(None, others)))})" if others else ""
 
 

@@ -4,6 +4,7 @@ Conventions: a node is a grid sample; indices i, j, k run along x, y, z; the arr
 x fastest. Values stay as they were stored: physical value = slope * stored value + intercept.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -22,6 +23,9 @@ from dmc_cli.volume.checks import (
 )
 
 Space = Literal["RAS", "LPS", "none"]
+
+PointFunction = Callable[[Float64Array], Float64Array]
+"""Points, (N, 3) float64, to values or gradients there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +77,10 @@ class Volume:
         files: The files that were read, in slice order.
         format: The reader's name: one of those of `volume_formats.FORMATS`, or synthetic.
         warnings: What the user is told, for example of a missing orientation.
+        gradient: The exact gradient of the field that the values are samples of, if it is known: points to
+            gradients, both (N, 3) float64, the points in millimetres as `affine` has them; only directions
+            count. None of a scan.
+        formula: That field itself, if it is known: points (N, 3) to physical values (N,).
     """
 
     values: AnyArray
@@ -86,6 +94,8 @@ class Volume:
     files: tuple[Path, ...] = ()
     format: str = ""
     warnings: tuple[Notice, ...] = ()
+    gradient: PointFunction | None = None
+    formula: PointFunction | None = None
 
     def __post_init__(self) -> None:
         """Convert or refuse, once, at the door.
@@ -98,6 +108,12 @@ class Volume:
             raise VolumeError(
                 f"{name}: space {self.space!r} found; expected one of {', '.join(get_args(Space))}"
             )
+        for function in ("gradient", "formula"):
+            given = getattr(self, function)
+            if given is not None and not callable(given):
+                raise VolumeError(
+                    f"{name}: {function} is {given!r:.80}; expected a function of points, or None"
+                )
         slope, intercept = checked_scale(name, self.slope, self.intercept)
         held: dict[str, Any] = {
             "slope": slope,

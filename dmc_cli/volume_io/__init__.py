@@ -23,6 +23,7 @@ loose_lengths    lengths by attributes of no standard, of HDF5 and Zarr
 decoding         bytes out of streams, packed or not
 unpacked_size    what packed bytes unpack to, told beforehand
 values           values of a layout, mapped or copied
+sharp_fields     synthetic fields with sharp edges
 raw, synthetic, numpy_file, metaimage  formats whose headers are read by us
 nibabel_headers  what headers of nibabel's classes say of the values
 nifti_intents    what the fourth and fifth axis of NIfTI count

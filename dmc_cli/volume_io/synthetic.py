@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.array_types import AnyArray
+from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import SettingsError
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume import Volume, allocate_values, check_shape
 from dmc_cli.volume_io.layout import scale_affine
+from dmc_cli.volume_io.sharp_fields import box, box_gradient, holed_box, holed_box_gradient
 
 Array = Any
 """A float64 array; numpy's own type loses itself in the formulas."""
@@ -70,10 +71,48 @@ FIELDS: dict[str, Callable[[Array, Array, Array], Array]] = {
     "steiner": _steiner,
     "sphere": _sphere,
     "torus": _torus,
+    "box": box,
+    "csg": holed_box,
 }
 """Fields that are formulas: broadcastable coordinates to values. `noise` is none."""
 
+SHARP_GRADIENTS = {"box": box_gradient, "csg": holed_box_gradient}
+"""Gradients of fields that are not smooth: points to gradients, both (N, 3)."""
+
+COMPLEX_STEP = 1e-30
+"""So small that what it leaves out of a derivative is no digit; nothing is subtracted that loses any."""
+
 FIELD_NAMES = (*FIELDS, "noise")
+
+
+def field_formula(field: str) -> Callable[[Float64Array], Float64Array] | None:
+    """Return a field as a function of points, (N, 3) to (N,); None of the noise."""
+    if field not in FIELDS:
+        return None
+    formula = FIELDS[field]
+    return lambda points: np.asarray(formula(*points.T))
+
+
+def field_gradient(field: str) -> Callable[[Float64Array], Float64Array] | None:
+    """Return the exact gradient of a field, points to gradients, both (N, 3); None of the noise.
+
+    The derivative of an analytic formula is the imaginary part of its value a small imaginary step away.
+    """
+    if field in SHARP_GRADIENTS:
+        return SHARP_GRADIENTS[field]
+    if field not in FIELDS:
+        return None
+    formula = FIELDS[field]
+
+    def gradient(points: Float64Array) -> Float64Array:
+        found = np.empty(points.shape)
+        for axis in range(3):
+            moved = points.astype(np.complex128)
+            moved[:, axis] += 1j * COMPLEX_STEP
+            found[:, axis] = formula(*moved.T).imag / COMPLEX_STEP
+        return found
+
+    return gradient
 
 
 def parse_synthetic(name: str) -> tuple[str, int]:
@@ -116,6 +155,8 @@ def synthetic_volume(name: str, settings: ReadSettings, progress: Progress = SIL
         space="none",
         path=name,
         format="synthetic",
+        gradient=field_gradient(field),
+        formula=field_formula(field),
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from dmc_cli import mesh_formats, settings, volume_formats
 from dmc_cli.cli import dmc
-from dmc_cli.methods import METHODS, option_values
+from dmc_cli.methods import METHODS, method_named, option_values
 
 OF_COMMAND = {
     "convert": (
@@ -27,7 +27,7 @@ REGISTERED = {
     (settings.ReadSettings, "input_format"): volume_formats.FORMATS,
     (settings.OutputSettings, "output_format"): mesh_formats.FORMATS,
     (settings.SurfaceSettings, "placement"): option_values("placement"),
-    (settings.ReproduceSettings, "placement"): option_values("placement"),
+    (settings.ReproduceSettings, "placement"): method_named("dmc").options["placement"],
 }
 """Choices that no annotation has, but a registry."""
 

@@ -88,10 +88,13 @@ def test_another_unit_of_the_mesh():
     ("changes", "line"),
     [
         ({"boundary_loops": 3}, "topology  manifold, open (3 boundary loop(s)), 2 component(s), genus 1"),
-        ({"non_manifold_edges": 1, "genus": None}, "topology  not manifold, closed, 2 component(s)"),
+        (
+            {"non_manifold_edges": 1, "genus": None},
+            "topology  not manifold (1 edge(s), 0 vertices), closed, 2 component(s)",
+        ),
         (
             {"non_manifold_vertices": 1, "genus": 0.5},
-            "topology  not manifold, closed, 2 component(s), genus 0.5",
+            "topology  not manifold (0 edge(s), 1 vertices), closed, 2 component(s), genus 0.5",
         ),
     ],
 )

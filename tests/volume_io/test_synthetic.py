@@ -4,6 +4,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+from scipy.spatial.transform import Rotation
 
 from dmc_cli.errors import MemoryBudgetError, SettingsError, VolumeError
 from dmc_cli.volume_io import synthetic
@@ -66,7 +67,19 @@ def of_cosines(formula, turns):
     return lambda x, y, z: formula(*(math.cos(turns * math.pi * t) for t in (x + 1, y + 1, z + 1)))
 
 
+def box(x, y, z):
+    a, b, c = Rotation.from_euler("xyz", [0.3, 0.5, 0.7]).inv().apply([x, y, z])
+    return min(0.5 - abs(a), 0.4 - abs(b), 0.3 - abs(c))
+
+
+def holed_box(x, y, z):
+    a, b, _ = Rotation.from_euler("xyz", [0.3, 0.5, 0.7]).inv().apply([x, y, z])
+    return min(box(x, y, z), math.hypot(a, b) - 0.18)
+
+
 FORMULAS = {
+    "box": box,
+    "csg": holed_box,
     "sphere": lambda x, y, z: 0.75 - math.hypot(x, y, z),
     "torus": lambda x, y, z: 0.25 - math.hypot(math.hypot(x, y) - 0.6, z),
     "genus_two": lambda x, y, z: genus_two(2 * x, 2 * y, 2 * z),

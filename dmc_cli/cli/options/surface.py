@@ -70,6 +70,21 @@ shape_of_surface_options = stack(
     ),
     method_option("topology", "A 2-manifold always, or the asymptotic decider's own answer."),
     method_option("placement", "Where the vertices lie."),
+    method_option("gradients", "By differences of the values, or the exact ones of a synthetic field."),
+    setting(
+        SurfaceSettings,
+        "steps",
+        section="Surface",
+        type=int,
+        help="Steps of a particle towards the planes of its cell, with --placement particle; 50 unless told.",
+    ),
+    setting(
+        SurfaceSettings,
+        "step_size",
+        section="Surface",
+        type=float,
+        help="How far a particle goes a step, as a share of the force; 0.05 unless told.",
+    ),
     method_option("border", "Leave the mesh open at the volume's border, or close it."),
     setting(
         SurfaceSettings,

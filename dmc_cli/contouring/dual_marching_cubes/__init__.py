@@ -8,13 +8,10 @@ manifold_repair   face flips that make the mesh manifold
 polygons          decide, trace, number, flip: the special cells' stage
 placement/        one vertex per polygon, on the surface or as the papers have it
 vertices          vertices of all cells
-plain_quads       quads where all cells are ordinary
 quads             one quad a crossed edge
 numbering         what the stages number, for those that follow
 extraction        the stages in order
 halfedges/        the halfedge structure, from the grid
-color_words       colours of the quads of whole rows
-coloring          colours of quads
 kernels           the modules with kernels that a run needs
 """
 

@@ -21,7 +21,13 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, Words, bit_index, low_bits, next_node
-from dmc_cli.contouring.stages.cell_words import any_bit, find_candidates, several_polygons
+from dmc_cli.contouring.stages.cell_words import (
+    CellBits,
+    any_bit,
+    count_surrounded,
+    find_candidates,
+    several_polygons,
+)
 from dmc_cli.contouring.stages.classification import InsideBits
 from dmc_cli.contouring.stages.nodata_cells import (
     count_crossed,
@@ -51,24 +57,6 @@ CROSSED = wp.constant(2)
 QUADS = wp.constant(3)
 """What is counted in each block of words, a row each of an array: ordinary and special cells, crossed edges
 between two nodes with data, and quads."""
-
-
-@wp.struct
-class CellBits:
-    """The bits that later stages ask about cells and nodes, by row and as the line of words.
-
-    `rank` [word of the line] counts the ordinary cells before a word that has one, in grid order;
-    `special_rank` likewise the special cells.
-    """
-
-    inside: wp.array2d(dtype=wp.uint32)
-    active: wp.array2d(dtype=wp.uint32)
-    ordinary: wp.array2d(dtype=wp.uint32)
-    inside_line: wp.array(dtype=Words)
-    active_line: wp.array(dtype=Words)
-    ordinary_line: wp.array(dtype=Words)
-    rank: wp.array(dtype=wp.int32)
-    special_rank: wp.array(dtype=wp.int32)
 
 
 @dataclass(frozen=True)
@@ -164,27 +152,6 @@ def border_cells(grid: Grid, w: wp.int32, j: wp.int32, k: wp.int32) -> wp.uint32
     ends = wp.where(w == 0, wp.uint32(1), wp.uint32(0))
     ends |= low_bits(grid.nx - 1 - 32 * w) & ~low_bits(grid.nx - 2 - 32 * w)
     return wp.where(grid.border == 1, wp.uint32(0), wp.where(across, ALL_BITS, ends))
-
-
-@wp.func
-def count_surrounded(
-    x: wp.uint32,
-    y: wp.uint32,
-    z: wp.uint32,
-    along_x: wp.uint32,
-    along_y: wp.uint32,
-    along_z: wp.uint32,
-    at: wp.vec3i,
-) -> wp.int32:
-    """Return how many of the edges x, y, z from the nodes of a word have four cells round them.
-
-    `along` are the nodes with an edge that way, `at` is the word's place.
-    """
-    inner_x = along_x & ~wp.where(at[0] == 0, wp.uint32(1), wp.uint32(0))  # cells on both sides
-    inner_y = wp.where(at[1] > 0, along_y, wp.uint32(0))
-    inner_z = wp.where(at[2] > 0, along_z, wp.uint32(0))
-    count = wp.bit_count(x & inner_y & inner_z) + wp.bit_count(y & inner_x & inner_z)
-    return wp.int32(count + wp.bit_count(z & inner_x & inner_y))
 
 
 @wp.kernel

@@ -20,10 +20,11 @@ METHOD = Method(
         "border": ("open", "closed"),
     },
     on_surface=frozenset({"exact"}),
+    manifold=frozenset({"manifold"}),
     extract=later(f"{__package__}.extraction:extract"),
     kernels=later(f"{__package__}.kernels:surface_kernels"),
     connect=later(f"{__package__}.halfedges.connect:connect"),
-    color=later(f"{__package__}.coloring:color"),
+    color=later("dmc_cli.contouring.stages.coloring:color"),
     mesh_kernels=later(f"{__package__}.kernels:mesh_kernels"),
     memory=Memory(cells=CELLS, extracting=TRACING, connecting=CELLS + RANKS),
 )

@@ -67,7 +67,7 @@ def extract(
         placement=Placement(vertices.cell, vertices.local, frame),
         counts=_counts(nodes, cells, tallies, vertices, device),
         method=settings.method,
-        numbering=Numbering(cells, polygons, quads.starts, quads.corners.shape[0], is_reversed),
+        numbering=Numbering(cells, quads.starts, quads.corners.shape[0], is_reversed, polygons=polygons),
     )
 
 

@@ -34,11 +34,12 @@ def _placing_kernels(placement: str | None) -> list[ModuleType]:
 
 def mesh_kernels(*, colors: bool) -> list[ModuleType]:
     """Return the modules whose kernels halfedges need, and those of colours if they are wanted."""
-    from dmc_cli.contouring.dual_marching_cubes.halfedges import grid_twins, quad_ranks, vertex_rings
+    from dmc_cli.contouring.dual_marching_cubes.halfedges import grid_twins, vertex_rings
+    from dmc_cli.contouring.stages import quad_ranks
 
     modules = [quad_ranks, grid_twins, vertex_rings]
     if colors:
-        from dmc_cli.contouring.dual_marching_cubes import coloring
+        from dmc_cli.contouring.stages import coloring
 
         modules.append(coloring)
     return modules

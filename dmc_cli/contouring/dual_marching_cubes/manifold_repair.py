@@ -14,14 +14,13 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.bits import bit_index, flagged
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.polygon_vertices import number_vertices, store_vertices
 from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     SpecialCells,
     find_special,
     is_active,
 )
-from dmc_cli.contouring.stages.cell_words import cell_case
+from dmc_cli.contouring.stages.cell_words import CellBits, cell_case
 from dmc_cli.contouring.stages.tracing import FACE_EDGES, is_ambiguous, owner_of, trace_cell
 from dmc_cli.field import Grid, row_place
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device

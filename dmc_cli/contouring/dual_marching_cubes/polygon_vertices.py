@@ -8,8 +8,8 @@ vertex of its own, all at one place.
 import warp as wp
 
 from dmc_cli.bits import has_bit
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.special_cells import MULTI, POLYGONS, UNUSED, is_active
+from dmc_cli.contouring.stages.cell_words import CellBits
 from dmc_cli.contouring.stages.tracing import (
     EDGE_HIGH,
     EDGE_LOW,

@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits, Cells
+from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.manifold_repair import flip_faces, suspect_faces
 from dmc_cli.contouring.dual_marching_cubes.polygon_vertices import number_vertices, store_vertices
 from dmc_cli.contouring.dual_marching_cubes.special_cells import (
@@ -14,7 +14,7 @@ from dmc_cli.contouring.dual_marching_cubes.special_cells import (
     SpecialCells,
     is_active,
 )
-from dmc_cli.contouring.stages.cell_words import cell_case
+from dmc_cli.contouring.stages.cell_words import CellBits, cell_case
 from dmc_cli.contouring.stages.face_decisions import are_inside_joined
 from dmc_cli.contouring.stages.tracing import (
     is_ambiguous,

@@ -20,13 +20,13 @@ from dmc_cli.bits import (
     bit_index,
     has_bit,
     low_bits,
-    next_node,
     previous_node,
 )
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits, Cells
-from dmc_cli.contouring.dual_marching_cubes.plain_quads import QuadEdges, store_plain_quads
+from dmc_cli.contouring.dual_marching_cubes.cells import Cells
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
+from dmc_cli.contouring.stages.cell_words import CellBits
+from dmc_cli.contouring.stages.plain_quads import count_bits, quad_edges, store_plain_quads
 from dmc_cli.contouring.stages.tracing import EDGE_LOW, owner_of
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.runtime import Device, native
@@ -78,39 +78,6 @@ def connect_quads(
 
 
 @wp.func
-def quad_edges(grid: Grid, bits: CellBits, n: wp.int32) -> QuadEdges:
-    """Find the edges with a quad from the nodes of a block: crossed, and their four cells active.
-
-    A cell at a crossed edge is active if it exists. Each of the edges has the cell at its lower node.
-    """
-    inside = bits.inside_line[n]
-    inside_after = bits.inside_line[n + 1]
-    inside_y = bits.inside_line[n + grid.words]
-    inside_z = bits.inside_line[n + grid.layer]
-    here = bits.active_line[n]
-    here_before = bits.active_line[n - 1]
-    below = bits.active_line[n - grid.words]
-    below_before = bits.active_line[n - grid.words - 1]
-    front = bits.active_line[n - grid.layer]
-    front_before = bits.active_line[n - grid.layer - 1]
-    both = bits.active_line[n - grid.layer - grid.words]
-    edges = QuadEdges()
-    for lane in range(LANES):
-        node = inside[lane]
-        cells = here[lane]
-        behind = cells & previous_node(cells, here_before[lane])
-        along_x = node ^ next_node(node, inside_after[lane])
-        edges[lane] = along_x & cells & below[lane] & front[lane] & both[lane]
-        along_y = node ^ inside_y[lane]
-        edges[LANES + lane] = along_y & behind & front[lane] & previous_node(front[lane], front_before[lane])
-        along_z = node ^ inside_z[lane]
-        edges[2 * LANES + lane] = (
-            along_z & behind & below[lane] & previous_node(below[lane], below_before[lane])
-        )
-    return edges
-
-
-@wp.func
 def surely_ordinary(grid: Grid, bits: CellBits, n: wp.int32) -> Words:
     """Return a bit for each node of a block: whether all active cells round its edges are ordinary."""
     here = bits.active_line[n] & ~bits.ordinary_line[n]
@@ -127,15 +94,6 @@ def surely_ordinary(grid: Grid, bits: CellBits, n: wp.int32) -> Words:
         before = here_before[lane] | below_before[lane] | front_before[lane]
         plain[lane] = ~(special | both[lane] | previous_node(special, before))
     return plain
-
-
-@wp.func
-def count_bits(edges: QuadEdges) -> wp.int32:
-    """Return the number of edges in a set: its bits."""
-    count = wp.int32(0)
-    for n in range(3 * LANES):
-        count += wp.int32(wp.bit_count(edges[n]))
-    return count
 
 
 @wp.kernel

@@ -3,7 +3,7 @@
 import warp as wp
 
 from dmc_cli.bits import has_bit, low_bits
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
+from dmc_cli.contouring.stages.cell_words import CellBits
 from dmc_cli.contouring.stages.tracing import NO_OWNER, owner_of
 from dmc_cli.field import Grid
 

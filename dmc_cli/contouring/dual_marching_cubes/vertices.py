@@ -18,9 +18,18 @@ from dmc_cli.contouring.dual_marching_cubes.placement.exact_simd import place_bl
 from dmc_cli.contouring.dual_marching_cubes.polygons import Polygons
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, polygon_of_vertex
 from dmc_cli.contouring.stages.tracing import has_several
-from dmc_cli.field import ALL_EDGES, BITS_A_CHUNK, BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
+from dmc_cli.field import (
+    ALL_EDGES,
+    BITS_A_CHUNK,
+    BLOCKS_A_CHUNK,
+    Grid,
+    GridShape,
+    before_line,
+    block_count,
+    store_cells,
+)
 from dmc_cli.mesh import refuse_lost
-from dmc_cli.runtime import FLAGS_A_CHUNK, Device, native
+from dmc_cli.runtime import FLAGS_A_CHUNK, Device
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -121,19 +130,6 @@ def count_fallbacks(vertices: Vertices, device: Device) -> int:
     if count >= int(LOST) and (vertices.fallbacks.numpy() == int(LOST)).any():
         refuse_lost(vertices.local.numpy())
     return count
-
-
-@wp.func_native(native(__file__, "store_cells"))
-def store_cells(
-    words: Words,
-    n: wp.int32,
-    words_a_row: wp.int32,
-    nx: wp.int32,
-    v: wp.int32,
-    cell_out: wp.array(dtype=wp.int64),
-) -> None:
-    """Store the numbers of the cells of a block of words, its first one word n of the line, from v on."""
-    ...
 
 
 @wp.kernel

@@ -8,6 +8,24 @@ from dmc_cli.field import Grid
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
+@wp.struct
+class CellBits:
+    """The bits that later stages ask about cells and nodes, by row and as the line of words.
+
+    `rank` [word of the line] counts the ordinary cells before a word that has one, in grid order;
+    `special_rank` likewise the special cells.
+    """
+
+    inside: wp.array2d(dtype=wp.uint32)
+    active: wp.array2d(dtype=wp.uint32)
+    ordinary: wp.array2d(dtype=wp.uint32)
+    inside_line: wp.array(dtype=Words)
+    active_line: wp.array(dtype=Words)
+    ordinary_line: wp.array(dtype=Words)
+    rank: wp.array(dtype=wp.int32)
+    special_rank: wp.array(dtype=wp.int32)
+
+
 @wp.func
 def find_candidates(grid: Grid, inside: wp.array(dtype=Words), n: wp.int32) -> Words:
     """Return a bit for each cell of a block: whether its corners differ; ends of rows are not looked at."""
@@ -83,3 +101,24 @@ def cell_case(grid: Grid, inside: wp.array2d(dtype=wp.uint32), row: wp.int32, i:
         if has_bit(inside[corner_row, w1], b1):
             case |= 2 << (2 * r)
     return case
+
+
+@wp.func
+def count_surrounded(
+    x: wp.uint32,
+    y: wp.uint32,
+    z: wp.uint32,
+    along_x: wp.uint32,
+    along_y: wp.uint32,
+    along_z: wp.uint32,
+    at: wp.vec3i,
+) -> wp.int32:
+    """Return how many of the edges x, y, z from the nodes of a word have four cells round them.
+
+    `along` are the nodes with an edge that way, `at` is the word's place.
+    """
+    inner_x = along_x & ~wp.where(at[0] == 0, wp.uint32(1), wp.uint32(0))  # cells on both sides
+    inner_y = wp.where(at[1] > 0, along_y, wp.uint32(0))
+    inner_z = wp.where(at[2] > 0, along_z, wp.uint32(0))
+    count = wp.bit_count(x & inner_y & inner_z) + wp.bit_count(y & inner_x & inner_z)
+    return wp.int32(count + wp.bit_count(z & inner_x & inner_y))

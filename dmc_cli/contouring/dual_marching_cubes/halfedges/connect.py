@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from dmc_cli.contouring.dual_marching_cubes.halfedges.grid_twins import find_grid_twins
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import rank_quads
 from dmc_cli.contouring.dual_marching_cubes.halfedges.vertex_rings import find_vertex_rings
-from dmc_cli.contouring.dual_marching_cubes.numbering import numbering_of
+from dmc_cli.contouring.stages.numbering import numbering_of
+from dmc_cli.contouring.stages.quad_ranks import rank_quads
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.mesh import DEFECT, Halfedges, flat_corners
 

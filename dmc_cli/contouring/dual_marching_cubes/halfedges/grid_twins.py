@@ -18,17 +18,17 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, bit_index, has_bit, low_bits
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
 from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_twins import UNSURE, store_plain_twins
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import (
+from dmc_cli.contouring.dual_marching_cubes.quads import surely_ordinary
+from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, find_special
+from dmc_cli.contouring.stages.cell_words import CellBits
+from dmc_cli.contouring.stages.quad_ranks import (
     QuadWord,
     has_quad,
     quad_in,
     quad_round,
     side_halfedge,
 )
-from dmc_cli.contouring.dual_marching_cubes.quads import surely_ordinary
-from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells, find_special
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, before_line, block_count
 

@@ -6,7 +6,7 @@ vertex takes is as good as random: not a branch but a place in a table of the wo
 
 import warp as wp
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
+from dmc_cli.contouring.stages.quad_ranks import QuadWord
 from dmc_cli.runtime import native
 
 

@@ -9,7 +9,7 @@ words are an array with strides, which takes twice as long to index.
 
 import warp as wp
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
+from dmc_cli.contouring.stages.quad_ranks import QuadWord
 from dmc_cli.runtime import native
 
 UNSURE = wp.constant(-2)

@@ -11,46 +11,25 @@ from dmc_cli.bits import LANES, VECTOR_FLAGS
 from dmc_cli.contouring.dual_marching_cubes.placement.exact import solve_on_steepest_axis
 from dmc_cli.field import (
     ALL_EDGES,
+    CornerLanes,
     CornerValues,
     Field,
     FloatLanes,
     Grid,
     IntLanes,
-    below_zero,
     crossed_edges,
     edges_among,
     find_block_cells,
     fits_single,
+    gather_corners,
     needs_care,
-    pairs_at,
     store_points,
-    world_coordinate,
+    world_lanes,
 )
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
-
-CornerLanes = wp.types.vector(length=8 * LANES, dtype=wp.float32)
-"""F at the corners of a block's cells: corner after corner."""
-
-
-@wp.func
-def gather_corners(field: Field, grid: Grid, node: wp.int64, offsets: IntLanes) -> CornerLanes:
-    """Return F at the corners of the cells at `node` + `offsets` of the volume."""
-    row = wp.int64(grid.nx - 2 * grid.border)
-    layer = row * wp.int64(grid.ny - 2 * grid.border)
-    sign = field.sign
-    isovalue = field.isovalue
-    corners = CornerLanes()
-    for r in range(4):
-        at = node + wp.int64(r & 1) * row + wp.int64(r >> 1) * layer
-        stored = pairs_at(field.values, field.kind, at, offsets)
-        for lane in range(LANES):
-            corners[2 * LANES * r + lane] = below_zero(sign * (stored[lane] - isovalue))
-        for lane in range(LANES):
-            corners[2 * LANES * r + LANES + lane] = below_zero(sign * (stored[LANES + lane] - isovalue))
-    return corners
 
 
 @wp.struct
@@ -104,24 +83,6 @@ def load_edges(
     for lane in range(wp.max(ordinary_count - start, 0), size):
         edges[lane] = wp.int32(local[start + lane][0])
     return edges
-
-
-@wp.func
-def world_lanes(
-    m: wp.vec4d, i: IntLanes, j: IntLanes, k: IntLanes, u: FloatLanes, v: FloatLanes, w: FloatLanes
-) -> FloatLanes:
-    """Return one world coordinate of points of cells; m is that row of the affine map."""
-    world = FloatLanes()
-    a = m[0]
-    b = m[1]
-    c = m[2]
-    d = m[3]
-    for lane in range(LANES):
-        x = wp.float64(i[lane]) + wp.float64(u[lane])
-        y = wp.float64(j[lane]) + wp.float64(v[lane])
-        z = wp.float64(k[lane]) + wp.float64(w[lane])
-        world[lane] = world_coordinate(a, b, c, d, x, y, z)
-    return world
 
 
 @wp.kernel

@@ -1,4 +1,4 @@
-// List the cells of vertices: see vertices.py.
+// List the cells of a block of words: see cell_lists.py.
 #pragma once
 #include "builtin.h"
 #include "dmc_cli/bits/bit_lists.h"

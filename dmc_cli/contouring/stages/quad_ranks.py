@@ -16,8 +16,8 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import LANES, VECTOR_FLAGS, has_bit
-from dmc_cli.contouring.dual_marching_cubes.cells import CellBits
-from dmc_cli.contouring.dual_marching_cubes.quads import quad_edges
+from dmc_cli.contouring.stages.cell_words import CellBits
+from dmc_cli.contouring.stages.plain_quads import quad_edges
 from dmc_cli.field import BLOCKS_A_CHUNK, Grid, GridShape, before_line, block_count
 from dmc_cli.runtime import Device
 

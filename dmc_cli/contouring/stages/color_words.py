@@ -5,7 +5,7 @@ Warp's arrays have strides, and its branches copy what they change; this took th
 
 import warp as wp
 
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
+from dmc_cli.contouring.stages.quad_ranks import QuadWord
 from dmc_cli.runtime import native
 
 

@@ -15,9 +15,9 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import LANES, VECTOR_FLAGS
-from dmc_cli.contouring.dual_marching_cubes.color_words import color_row, reduce_row, retry_quads
-from dmc_cli.contouring.dual_marching_cubes.halfedges.quad_ranks import QuadWord
-from dmc_cli.contouring.dual_marching_cubes.numbering import numbering_of
+from dmc_cli.contouring.stages.color_words import color_row, reduce_row, retry_quads
+from dmc_cli.contouring.stages.numbering import numbering_of
+from dmc_cli.contouring.stages.quad_ranks import QuadWord
 from dmc_cli.contouring.surface import Surface
 from dmc_cli.field import Grid, row_place
 from dmc_cli.mesh import COLOR, COLOR24
