@@ -32,7 +32,7 @@ SyntheticField = Literal[
 ]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
-Requirement = Literal["manifold", "closed", "all-quads", "on-surface"]
+Requirement = Literal["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]
 
 METHOD_OPTIONS = ("topology", "placement", "border", "gradients")
 """Options of the surface that a method has or has not."""
@@ -259,6 +259,11 @@ class OutputSettings:
     def is_measured(self) -> bool:
         """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
         return self.report is not None or bool(self.require) or self.check
+
+    @property
+    def finds_intersections(self) -> bool:
+        """Return whether the mesh's intersections are counted: for a report or a requirement."""
+        return self.report is not None or "no-self-intersections" in self.require
 
 
 @dataclass(frozen=True, kw_only=True)

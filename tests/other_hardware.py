@@ -115,7 +115,9 @@ def everything_of(result) -> bytes:
 
 
 def measures_of(result, volume) -> bytes:
-    return json.dumps(measured_sections(measure_surface(result.mesh, result.placement, volume))).encode()
+    return json.dumps(
+        measured_sections(measure_surface(result.mesh, result.placement, volume, intersections=True))
+    ).encode()
 
 
 def surface_hash(name: str) -> str:

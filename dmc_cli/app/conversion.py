@@ -176,7 +176,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    return [*launch_kernels(), *every_kernel_module(), *processing, *report_kernels()]
+    return [*launch_kernels(), *every_kernel_module(), *processing, *report_kernels(intersections=True)]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -187,7 +187,9 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
-    return modules + (report_kernels() if settings.output.is_measured else [])
+    if settings.output.is_measured:
+        modules += report_kernels(intersections=settings.output.finds_intersections)
+    return modules
 
 
 def _check_outputs(settings: ConvertSettings) -> None:
@@ -239,7 +241,7 @@ def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: 
     from dmc_cli.processing import simplify
 
     irregular_before = irregular_percent(stages.mesh)
-    before = _measure(stages, volume, settings, watch)
+    before = _measure(stages, volume, settings, watch, is_last=False)
     with watch.stage("simplify", "simplifying"):
         result = simplify(stages.mesh, stages.placement, settings.mesh)
         stages.mesh, stages.placement = result.mesh, result.placement
@@ -303,14 +305,20 @@ def _dump(stages: Stages, normals: Any, unit: OutputUnit) -> HalfedgeDump:
     )
 
 
-def _measure(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> Measures | None:
-    """Return topology, quality and deviation, if a report, a requirement or a check asks for them."""
+def _measure(
+    stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch, *, is_last: bool = True
+) -> Measures | None:
+    """Return topology, quality and deviation, if a report, a requirement or a check asks for them.
+
+    Intersections are those of the last mesh alone.
+    """
     if not settings.output.is_measured:
         return None
     from dmc_cli.report import measure_surface
 
     with watch.stage("report", "measuring"):
-        return measure_surface(stages.mesh, stages.placement, volume)
+        intersections = is_last and settings.output.finds_intersections
+        return measure_surface(stages.mesh, stages.placement, volume, intersections=intersections)
 
 
 def _make_report(

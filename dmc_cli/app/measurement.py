@@ -12,11 +12,13 @@ import numpy as np
 from dmc_cli.field import upload_volume
 from dmc_cli.measures import (
     Deviation,
+    count_intersections,
     file_rounding,
     frame_of_volume,
     kernel_modules,
     locate_points,
     measure_deviation,
+    measure_elements,
     measure_quality,
     measure_topology,
     plain,
@@ -54,7 +56,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         DeviceError: There is no such device.
     """
     device = select_device(settings.device, settings.threads)
-    load_kernels(device, kernel_modules(), progress)
+    load_kernels(device, kernel_modules(intersections=True), progress)
     with progress.stage("reading"):
         mesh = read_mesh(settings.mesh)
         reference = None
@@ -102,7 +104,7 @@ def measure_mesh(
             }
         ),
         "topology": plain(topology_section(topology)),
-        "quality": plain(quality_section(quality)),
+        "quality": plain(quality_section(quality, measure_elements(found), count_intersections(found))),
         "deviation": plain(asdict(deviation)) if deviation else None,
         "versions": collect_versions(device.name),
     }

@@ -30,6 +30,9 @@ COLORS = Cost(face=2)
 MEASURES = Cost(vertex=15)
 """Degrees, starts and valences, what is wrong at a vertex; components take less, and earlier."""
 
+INTERSECTIONS = Cost(face=38)
+"""The tree of boxes, its order, and how quads are split; less and earlier what a report measures besides."""
+
 PATTERNS = Cost(vertex=1 + 4, face=2 + 3)
 """What has gone and who may go; lists of quads with a pattern."""
 
@@ -94,7 +97,7 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
         alive += NORMALS
         stages["normals"] = alive
     if output.is_measured:
-        stages["report"] = alive + MEASURES
+        stages["report"] = alive + (INTERSECTIONS if output.finds_intersections else MEASURES)
     if output.check:
         stages["check"] = alive + CHECKS
     stages["write"] = alive + WRITING

@@ -23,6 +23,10 @@ _SLOW_STAGES = (
 """Stages that the last line names, in the order of the run."""
 
 
+_WORST = (("aspect ratio", "aspect_ratio"), ("skew", "skew"), ("taper", "taper"))
+"""Measures of quads whose largest value is the worst, and their keys."""
+
+
 def echo_summary(report: dict[str, Any]) -> None:
     """Print what a conversion did to standard error: warnings, mesh, quality, time."""
     echo_lines(summary_lines(report), err=True)
@@ -36,6 +40,9 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
+    quality = report.get("quality")
+    if quality and quality["self_intersections"] is not None:
+        yield f"faces     {_intersections(quality)}"
     if deviation := report.get("deviation"):
         yield (
             f"deviation at most {_number(deviation['max_relative'])} of the value range,"
@@ -59,6 +66,8 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
         f" scaled Jacobian at least {_number(quality['scaled_jacobian_min'])}"
     )
     yield f"angles    {_number(quality['min_angle'], 4)} to {_number(quality['max_angle'], 4)} degrees"
+    yield f"elements  {_elements_line(mesh, quality)}"
+    yield f"faces     {_intersections(quality)}"
     if deviation := report["deviation"]:
         yield (
             f"deviation mean {_number(deviation['mean'])}, at most {_number(deviation['max'])} in values,"
@@ -173,6 +182,22 @@ def _topology_line(topology: dict[str, Any]) -> str:
     if topology.get("genus") is not None:
         parts.append(f"genus {topology['genus']:g}")
     return ", ".join(parts)
+
+
+def _elements_line(mesh: dict[str, Any], quality: dict[str, Any]) -> str:
+    """Tell the measures of finite elements, those of quads where there are any."""
+    parts = []
+    if mesh["quads"]:
+        parts += [f"{name} at most {_number(quality[f'{key}_max'], 3)}" for name, key in _WORST]
+        parts.append(f"stretch at least {_number(quality['stretch_min'])}")
+    mean, least = _number(quality["radius_ratio_mean"], 4), _number(quality["radius_ratio_min"])
+    return ", ".join([*parts, f"radius ratio of triangles mean {mean}, least {least}"])
+
+
+def _intersections(quality: dict[str, Any]) -> str:
+    """Tell how many pairs of faces intersect."""
+    found = quality["self_intersections"]
+    return f"{found} pair(s) intersect" if found else "no two intersect"
 
 
 def _time_line(timings: dict[str, float]) -> str:

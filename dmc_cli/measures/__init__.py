@@ -5,6 +5,10 @@ components        connected components
 vertex_fans       the fans of faces round vertices
 shape             areas, angles, how square
 quality           the measures of the papers
+verdict           Verdict's measures of a face
+elements          these of a mesh
+predicates        exact signs; whether two triangles meet
+intersections     pairs of faces that intersect
 deviation         how far vertices are from the surface
 location          the cell of its volume that each vertex lies in
 rounding          what writing in float32 costs

@@ -1,6 +1,15 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
+from .elements import (
+    Elements as Elements,
+    list_elements as list_elements,
+    measure_elements as measure_elements,
+)
+from .intersections import (
+    count_intersections as count_intersections,
+    find_intersections as find_intersections,
+)
 from .kernels import kernel_modules as kernel_modules
 from .location import (
     frame_of_volume as frame_of_volume,

@@ -26,6 +26,8 @@ class Topology:
             halfedges.
         genus: components - (euler_characteristic + boundary_loops) / 2: handles of all components together;
             None if the mesh is not manifold.
+        betti_numbers: Components, independent loops, and closed components: b1 is b0 + b2 -
+            euler_characteristic; None if the mesh is not manifold.
         boundary_edges: Halfedges without a twin.
         boundary_loops: Closed lines of boundary halfedges.
         non_manifold_edges: Vertex pairs that more than two faces have.
@@ -42,6 +44,7 @@ class Topology:
     components: int
     euler_characteristic: int
     genus: int | None
+    betti_numbers: tuple[int, int, int] | None
     boundary_edges: int
     boundary_loops: int
     non_manifold_edges: int
@@ -75,7 +78,8 @@ def measure_topology(mesh: Mesh) -> Topology:
     boundary = list_boundary(device, corners, twins)
     boundary_edges = boundary.shape[0]
     loops = count_roots(label_loops(device, corners, twins, boundary))
-    components = count_roots(label_components(device, twins))
+    labels = label_components(device, twins)
+    components = count_roots(labels)
     fans = inspect_vertices(mesh)
 
     counts = np.bincount(fans.valences)
@@ -86,6 +90,9 @@ def measure_topology(mesh: Mesh) -> Topology:
         components=components,
         euler_characteristic=euler,
         genus=components - (euler + loops) // 2 if _is_manifold(fans) else None,
+        betti_numbers=_betti_numbers(components, components - _open_components(labels, boundary), euler)
+        if _is_manifold(fans)
+        else None,
         boundary_edges=boundary_edges,
         boundary_loops=loops,
         non_manifold_edges=fans.nonmanifold_edges,
@@ -95,6 +102,20 @@ def measure_topology(mesh: Mesh) -> Topology:
         valence_histogram={v: int(n) for v, n in enumerate(counts) if v and n},
         irregular_percent=_irregular_percent(counts, regular_valence(mesh)),
     )
+
+
+def _open_components(labels: Any, boundary: Any) -> int:
+    """Count the components that have a boundary halfedge; `labels` are those of `label_components`."""
+    parents = labels.numpy()
+    roots = np.unique(boundary.numpy() >> 2)
+    while (above := np.unique(parents[roots])).tolist() != roots.tolist():
+        roots = above
+    return len(roots)
+
+
+def _betti_numbers(components: int, closed: int, euler: int) -> tuple[int, int, int]:
+    """Return the Betti numbers of an oriented surface."""
+    return components, components + closed - euler, closed
 
 
 def _is_manifold(fans: VertexFans) -> bool:

@@ -7,6 +7,7 @@ mesh_files       meshes of files, and back
 placement        where vertices lie on the surface that they were cut from
 twins            pairs of halfedges, by vertices
 connectivity     halfedges of any mesh
+box_tree         which faces are near something
 defects          quads that simplification leaves alone
 valences         the share of irregular vertices
 working          a mesh while faces go and come

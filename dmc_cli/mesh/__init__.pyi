@@ -1,5 +1,12 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
+from .box_tree import (
+    CHILDREN as CHILDREN,
+    BoxTree as BoxTree,
+    Levels as Levels,
+    box_after as box_after,
+    build_tree as build_tree,
+)
 from .check import check_mesh as check_mesh
 from .compaction import copy_values as copy_values, fill_gaps as fill_gaps, pack as pack
 from .connectivity import connect as connect
@@ -16,7 +23,11 @@ from .halfedges import (
     quad_corner as quad_corner,
     ring_size as ring_size,
 )
-from .kernels import changing_kernels as changing_kernels, connecting_kernels as connecting_kernels
+from .kernels import (
+    changing_kernels as changing_kernels,
+    connecting_kernels as connecting_kernels,
+    tree_kernels as tree_kernels,
+)
 from .mesh import (
     COLOR as COLOR,
     COLOR24 as COLOR24,

@@ -15,3 +15,10 @@ def changing_kernels() -> list[ModuleType]:
     from dmc_cli.mesh import compaction, valences
 
     return [compaction, valences]
+
+
+def tree_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels make a tree of boxes over a mesh."""
+    from dmc_cli.mesh import box_tree
+
+    return [box_tree]

@@ -6,8 +6,10 @@ import numpy as np
 
 from dmc_cli.measures import (
     Deviation,
+    count_intersections,
     locate_points,
     measure_deviation,
+    measure_elements,
     measure_quality,
     measure_rounding,
     measure_topology,
@@ -17,11 +19,13 @@ from dmc_cli.report.report import Measures
 from dmc_cli.volume import Volume
 
 
-def measure_surface(mesh: Mesh, placement: Placement, volume: Volume) -> Measures:
-    """Measure a mesh against itself and against the volume that it comes from."""
+def measure_surface(mesh: Mesh, placement: Placement, volume: Volume, *, intersections: bool) -> Measures:
+    """Measure a mesh against itself, its intersections if asked for, and against the volume it comes from."""
     return Measures(
         topology=measure_topology(mesh),
         quality=measure_quality(mesh),
+        elements=measure_elements(mesh),
+        self_intersections=count_intersections(mesh) if intersections else None,
         deviation=_deviation(mesh, placement, volume),
     )
 

@@ -17,7 +17,7 @@ from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.measures import Deviation, Quality, Topology
+    from dmc_cli.measures import Deviation, Elements, Quality, Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -32,6 +32,8 @@ class Measures:
 
     topology: "Topology"
     quality: "Quality"
+    elements: "Elements"
+    self_intersections: int | None
     deviation: "Deviation"
 
 
@@ -105,7 +107,7 @@ def measured_sections(measures: Measures | None) -> dict[str, Any]:
         return {"topology": None, "quality": None, "deviation": None}
     return {
         "topology": topology_section(measures.topology),
-        "quality": quality_section(measures.quality),
+        "quality": quality_section(measures.quality, measures.elements, measures.self_intersections),
         "deviation": asdict(measures.deviation),
     }
 
@@ -115,11 +117,14 @@ def topology_section(topology: "Topology") -> dict[str, Any]:
     return asdict(topology)
 
 
-def quality_section(quality: "Quality") -> dict[str, Any]:
+def quality_section(
+    quality: "Quality", elements: "Elements", self_intersections: int | None
+) -> dict[str, Any]:
     """Return the section `quality`: every field but those that belong to the section `mesh`."""
-    return {
-        key: value for key, value in asdict(quality).items() if key not in ("area", "signed_volume", "bounds")
-    }
+    shape = asdict(quality)
+    for key in ("area", "signed_volume", "bounds"):
+        del shape[key]
+    return shape | asdict(elements) | {"self_intersections": self_intersections}
 
 
 def extent_section(quality: "Quality", topology: "Topology") -> dict[str, Any]:

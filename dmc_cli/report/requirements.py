@@ -100,9 +100,19 @@ def _placement_advice(report: Section) -> str:
     return f" (--placement {' or '.join(sorted(filter(None, others)))})" if others else ""
 
 
+def _no_self_intersections(report: Section) -> str | None:
+    found = report["quality"]["self_intersections"]
+    if found is None:
+        return "no-self-intersections: the intersections were not counted; measure the mesh with them"
+    if not found:
+        return None
+    return f"no-self-intersections: {found} pairs of faces that intersect were found; expected none"
+
+
 CHECKS: dict[str, Callable[[Section], str | None]] = {
     "manifold": _manifold,
     "closed": _closed,
     "all-quads": _all_quads,
     "on-surface": _on_surface,
+    "no-self-intersections": _no_self_intersections,
 }

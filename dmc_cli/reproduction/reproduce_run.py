@@ -70,7 +70,7 @@ def measure_data_sets(
         *surface_kernels(surface, normals_too=False),
         *mesh_kernel_modules(surface.method, colors=True),
         *processing_kernels(simplify=True),
-        *report_kernels(),
+        *report_kernels(intersections=False),
     ]
     load_kernels(device, modules, progress)
     _measure_data_set(device, WARM_UP, placement)

@@ -15,6 +15,38 @@ def measure(device):
     return lambda shape: plain.topology_of(shape, device)
 
 
+BETTI = {
+    "cube": (shapes.cube(), (1, 0, 1)),
+    "patch": (shapes.grid(3, 3), (1, 0, 0)),
+    "ring": ((shapes.grid(3, 3)[0], np.delete(shapes.grid(3, 3)[1], 4, axis=0)), (1, 1, 0)),
+    "torus": (shapes.torus(), (1, 2, 1)),
+    "torus with a hole": ((shapes.torus()[0], shapes.torus()[1][1:]), (1, 2, 0)),
+    "torus, cube and patch": (
+        shapes.joined(shapes.joined(shapes.torus(), shapes.cube()), shapes.grid(2, 5)),
+        (3, 2, 2),
+    ),
+    "tetrahedron": (shapes.tetrahedron(), (1, 0, 1)),
+    "nothing": ((np.zeros((0, 3)), np.zeros((0, 4), np.int32)), (0, 0, 0)),
+    "fans at one point": (shapes.pinched_vertex(), None),
+    "strip with half a turn": (shapes.moebius_strip(), None),
+}
+
+
+@pytest.mark.parametrize("name", BETTI)
+def test_betti_numbers_are_those_of_the_shape(measure, name):
+    shape, expected = BETTI[name]
+    assert measure(shape).betti_numbers == expected
+
+
+def test_betti_numbers_of_many_open_components():
+    points, quads = shapes.grid(40, 40)
+    kept = quads[np.arange(1600) % 40 % 3 != 2]
+    order = np.random.default_rng(0).permutation(len(kept))
+    found = plain.topology_of((points, kept[order]))
+    assert found.betti_numbers == (found.components, 0, 0)
+    assert found.components == 14
+
+
 def test_a_cube_is_a_sphere_with_eight_irregular_vertices(measure):
     found = measure(shapes.cube())
     assert (found.components, found.euler_characteristic, found.genus) == (1, 2, 0)

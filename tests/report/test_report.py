@@ -14,6 +14,8 @@ from dmc_cli.contouring import extract_surface
 from dmc_cli.errors import RequirementError
 from dmc_cli.field import upload_volume
 from dmc_cli.measures.deviation import measure_deviation
+from dmc_cli.measures.elements import measure_elements
+from dmc_cli.measures.intersections import count_intersections
 from dmc_cli.measures.plain_values import plain
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.topology import measure_topology
@@ -47,6 +49,8 @@ def run_facts(values, isovalue, border="closed", path="ball.raw", files=(), warn
     measures = Measures(
         topology=measure_topology(mesh),
         quality=measure_quality(mesh),
+        elements=measure_elements(mesh),
+        self_intersections=count_intersections(mesh),
         deviation=measure_deviation(surface.placement, volume, volume.value_range()),
     )
     return RunFacts(
@@ -214,6 +218,8 @@ def changed(report, section, **values):
         ("manifold", "topology", {"misoriented_edges": 1}, "1 edges that both faces run the same way"),
         ("closed", "topology", {"boundary_edges": 9, "boundary_loops": 2}, "9 boundary edges in 2 loop"),
         ("all-quads", "mesh", {"triangles": 5}, "5 triangles were found; expected none"),
+        ("no-self-intersections", "quality", {"self_intersections": 3}, "3 pairs of faces that intersect"),
+        ("no-self-intersections", "quality", {"self_intersections": None}, "were not counted"),
         (
             "on-surface",
             "deviation",
@@ -254,3 +260,4 @@ def test_versions_are_told(report):
 def test_the_sections_hold_every_measure(report, facts):
     assert set(report["topology"]) == set(asdict(facts.measures.topology))
     assert set(report["deviation"]) == set(asdict(facts.measures.deviation))
+    assert set(report["quality"]) >= set(asdict(facts.measures.elements)) | {"self_intersections"}

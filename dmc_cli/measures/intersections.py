@@ -1,0 +1,298 @@
+"""Find where a mesh intersects itself: pairs of faces that have more in common than they should.
+
+The surface of a quad is that of its two triangles, split by the MaxMin-angle criterion as area and volume
+are. Two faces intersect if a triangle of one and a triangle of the other have a point in common that is not
+on a corner or side that both triangles have; touching counts. A corner is the same where its position is, so
+it does not matter whether a file names a vertex once or several times. Triangles without an area count for
+nothing, and a quad whose own triangles overlap is no pair.
+
+Which faces may meet is found by a tree of boxes; most neighbours are told apart by a line between them, seen
+along an axis, with the rounding error taken into account; the rest is decided exactly (`predicates.py`).
+"""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.array_types import Int32Array
+from dmc_cli.measures.predicates import triangles_meet
+from dmc_cli.measures.shape import chooses_02
+from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree
+from dmc_cli.runtime import ITEMS_A_CHUNK, mesh_size
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+QuadPoints = wp.types.matrix(shape=(4, 3), dtype=wp.float32)
+"""Corners of a face; the diagonal runs from the first to the third. A triangle has its third corner twice."""
+
+LINE_ERROR = wp.constant(wp.float64(3.4e-16))
+"""Rounding error of the side of a line in double precision, as a share of its two products' sizes."""
+
+BLOCKS_A_CHUNK = 4
+MOST_BLOCKS_A_CHUNK = 256
+"""Blocks of eight faces a chunk, at least and at most: a block takes some fifty microseconds."""
+
+
+@wp.func
+def double_point(p: wp.vec3f) -> wp.vec3d:
+    """Return a point in double precision."""
+    return wp.vec3d(wp.float64(p[0]), wp.float64(p[1]), wp.float64(p[2]))
+
+
+@wp.kernel
+def turn_faces_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    # Out:
+    turns_out: wp.array[wp.uint8],
+) -> None:
+    """Find the corner that a face's split starts from, 0 or 1. One thread per face."""
+    f = first + wp.tid()
+    turn = int(0)
+    if corners[4 * f + 3] >= 0:
+        a = double_point(points[corners[4 * f]])
+        b = double_point(points[corners[4 * f + 1]])
+        c = double_point(points[corners[4 * f + 2]])
+        if not chooses_02(a, b, c, double_point(points[corners[4 * f + 3]])):
+            turn = 1
+    turns_out[f] = wp.uint8(turn)
+
+
+@wp.func
+def face_points(
+    points: wp.array[wp.vec3f], corners: wp.array[wp.int32], turns: wp.array[wp.uint8], f: wp.int32
+) -> QuadPoints:
+    """Return the corners of a face from that on which its split starts from."""
+    turn = wp.int32(turns[f])
+    last = corners[4 * f + ((3 + turn) & 3)]
+    if last < 0:
+        last = corners[4 * f + 2]
+    return wp.matrix_from_rows(
+        points[corners[4 * f + turn]],
+        points[corners[4 * f + 1 + turn]],
+        points[corners[4 * f + ((2 + turn) & 3)]],
+        points[last],
+    )
+
+
+@wp.func
+def is_at(points: QuadPoints, corner: wp.int32, other: QuadPoints, j: wp.int32) -> wp.bool:
+    """Return whether two corners have the same position."""
+    return (
+        points[corner, 0] == other[j, 0]
+        and points[corner, 1] == other[j, 1]
+        and points[corner, 2] == other[j, 2]
+    )
+
+
+@wp.func
+def is_beyond(
+    p: QuadPoints, k: wp.int32, q: QuadPoints, j: wp.int32, u: wp.int32, v: wp.int32, sense: wp.float64
+) -> wp.bool:
+    """Return whether corner `j` of `q` is surely on one side of side `k` of `p`, or an end of it."""
+    next_k = (k + 1) & 3
+    au = wp.float64(p[k, u])
+    av = wp.float64(p[k, v])
+    left = (wp.float64(p[next_k, u]) - au) * (wp.float64(q[j, v]) - av)
+    right = (wp.float64(p[next_k, v]) - av) * (wp.float64(q[j, u]) - au)
+    if sense * (left - right) > LINE_ERROR * (wp.abs(left) + wp.abs(right)):
+        return True
+    return is_at(q, j, p, k) or is_at(q, j, p, next_k)
+
+
+@wp.func
+def are_apart(p: QuadPoints, q: QuadPoints) -> wp.bool:
+    """Return whether a side of `p`, seen along an axis, has `p` on one side and `q` on the other.
+
+    Both may have its ends: then they are all that both have in common.
+    """
+    normal = wp.cross(p[2] - p[0], p[3] - p[1])
+    axis = int(2)
+    if wp.abs(normal[0]) > wp.max(wp.abs(normal[1]), wp.abs(normal[2])):
+        axis = 0
+    elif wp.abs(normal[1]) > wp.abs(normal[2]):
+        axis = 1
+    u = (axis + 1) % 3
+    v = (axis + 2) % 3
+    sense = wp.float64(1.0)
+    if normal[axis] < 0.0:
+        sense = wp.float64(-1.0)
+    for k in range(4):
+        if not is_at(p, k, p, (k + 1) & 3):
+            apart = bool(True)
+            j = int(0)
+            while apart and j < 4:
+                apart = is_beyond(p, k, q, j, u, v, -sense)
+                j += 1
+            if apart:
+                if is_beyond(p, k, p, (k + 2) & 3, u, v, sense):
+                    if is_beyond(p, k, p, (k + 3) & 3, u, v, sense):
+                        return True
+    return False
+
+
+@wp.func
+def faces_meet(p: QuadPoints, q: QuadPoints) -> wp.bool:
+    """Return whether two faces intersect."""
+    if are_apart(p, q) or are_apart(q, p):
+        return False
+    if triangles_meet(p[0], p[1], p[2], q[0], q[1], q[2]):
+        return True
+    if triangles_meet(p[0], p[1], p[2], q[0], q[2], q[3]):
+        return True
+    if triangles_meet(p[0], p[2], p[3], q[0], q[1], q[2]):
+        return True
+    return triangles_meet(p[0], p[2], p[3], q[0], q[2], q[3])
+
+
+@wp.func
+def boxes_meet(lows: wp.array[wp.vec3f], highs: wp.array[wp.vec3f], a: wp.int32, b: wp.int32) -> wp.bool:
+    """Return whether two boxes have a point in common."""
+    a_low = lows[a]
+    a_high = highs[a]
+    b_low = lows[b]
+    b_high = highs[b]
+    if a_low[0] > b_high[0] or b_low[0] > a_high[0]:
+        return False
+    if a_low[1] > b_high[1] or b_low[1] > a_high[1]:
+        return False
+    return a_low[2] <= b_high[2] and b_low[2] <= a_high[2]
+
+
+@wp.func
+def meet_blocks(
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    turns: wp.array[wp.uint8],
+    order: wp.array[wp.int32],
+    lows: wp.array[wp.vec3f],
+    highs: wp.array[wp.vec3f],
+    block: wp.int32,
+    other: wp.int32,
+    other_box: wp.int32,
+    slot: wp.int64,
+    pairs_out: wp.array[wp.vec2i],
+) -> wp.int64:
+    """Count the pairs of two blocks' faces that intersect, and list them from `slot` on if there is room."""
+    count = wp.int64(0)
+    for a in range(CHILDREN * block, wp.min(CHILDREN * (block + 1), order.shape[0])):
+        if boxes_meet(lows, highs, a, other_box):
+            f = order[a]
+            face = face_points(points, corners, turns, f)
+            for b in range(wp.max(CHILDREN * other, a + 1), wp.min(CHILDREN * (other + 1), order.shape[0])):
+                if boxes_meet(lows, highs, a, b):
+                    g = order[b]
+                    if faces_meet(face, face_points(points, corners, turns, g)):
+                        if pairs_out.shape[0] > 0:
+                            pairs_out[slot + count] = wp.vec2i(wp.min(f, g), wp.max(f, g))
+                        count += wp.int64(1)
+    return count
+
+
+@wp.kernel
+def intersect_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    turns: wp.array[wp.uint8],
+    order: wp.array[wp.int32],
+    lows: wp.array[wp.vec3f],
+    highs: wp.array[wp.vec3f],
+    levels: Levels,
+    top: wp.int32,
+    starts: wp.array[wp.int64],
+    # Out:
+    counts_out: wp.array[wp.int64],
+    pairs_out: wp.array[wp.vec2i],
+) -> None:
+    """Count, or with `starts` list, the intersections of a block's faces with those at and after it.
+
+    One thread per block of eight faces.
+    """
+    block = first + wp.tid()
+    slot = wp.int64(0)
+    if pairs_out.shape[0] > 0:
+        slot = starts[block]
+        if slot == starts[block + 1]:
+            return
+    count = wp.int64(0)
+    level = int(1)
+    n = int(block)
+    while levels[level] + n < levels[level + 1]:
+        box = levels[level] + n
+        if not boxes_meet(lows, highs, levels[1] + block, box):
+            at = box_after(level, n, top)
+            level = at[0]
+            n = at[1]
+        elif level > 1:
+            level -= 1
+            n *= CHILDREN
+        else:
+            count += meet_blocks(
+                points, corners, turns, order, lows, highs, block, n, box, slot + count, pairs_out
+            )
+            at = box_after(level, n, top)
+            level = at[0]
+            n = at[1]
+    if pairs_out.shape[0] == 0:
+        counts_out[block] = count
+
+
+def count_intersections(mesh: Mesh) -> int:
+    """Count the pairs of faces of a mesh that intersect.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
+    if mesh.face_count < 2:
+        return 0
+    return mesh.device.total(_Search(mesh).count())
+
+
+def find_intersections(mesh: Mesh) -> Int32Array:
+    """Return the pairs of faces of a mesh that intersect, (n, 2) int32, lower face first, ascending.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+        DeviceError: There are more pairs than 32 bits can number.
+    """
+    if mesh.face_count < 2:
+        return np.empty((0, 2), np.int32)
+    search = _Search(mesh)
+    counts = search.count()
+    found = search.list_pairs(counts, mesh_size(mesh.device.total(counts)))
+    return found[np.lexsort((found[:, 1], found[:, 0]))]
+
+
+class _Search:
+    """A mesh with what is looked up to find its intersections: the tree, and how quads are split."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh, self.device, self.tree = mesh, mesh.device, build_tree(mesh)
+        self.turns = self.device.empty(mesh.face_count, wp.uint8)
+        inputs = [mesh.positions, mesh.corners]
+        self.device.launch(turn_faces_kernel, mesh.face_count, inputs, [self.turns], ITEMS_A_CHUNK)
+
+    def count(self) -> Any:
+        """Return the number of pairs of each block of faces with those at and after it, int64."""
+        counts = self.device.empty(self.tree.level_size(1), wp.int64)
+        self._launch(self.device.empty(0, wp.int64), [counts, self.device.empty(0, wp.vec2i)])
+        return counts
+
+    def list_pairs(self, counts: Any, total: int) -> Any:
+        """Return the pairs that were counted, (total, 2) int32."""
+        pairs = self.device.empty(total, wp.vec2i)
+        if total:
+            self._launch(self.device.starts(counts)[0], [counts, pairs])
+        return pairs.numpy()
+
+    def _launch(self, starts: Any, outputs: list[Any]) -> None:
+        mesh, tree = self.mesh, self.tree
+        inputs = [mesh.positions, mesh.corners, self.turns]
+        inputs += [tree.order, tree.lows, tree.highs, tree.starts, tree.top, starts]
+        blocks = tree.level_size(1)
+        self.device.launch(intersect_kernel, blocks, inputs, outputs, BLOCKS_A_CHUNK, MOST_BLOCKS_A_CHUNK)

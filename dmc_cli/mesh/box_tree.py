@@ -1,0 +1,184 @@
+"""Find faces near something: a tree of boxes over the faces of a mesh.
+
+Faces are put in the order of a curve that fills space (Morton 1966), which keeps neighbours together. Boxes
+of eight in a row are joined to one of the next level, and so on, so that the tree needs no pointers: child c
+of box n of a level is box 8n + c of the level below. The order of boxes that a walk sees is always the same.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.mesh.mesh import Mesh, require_mesh
+from dmc_cli.runtime import view
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+CHILDREN = wp.constant(8)
+"""Boxes that are joined to one."""
+
+LEVELS = 12
+"""Most levels: as many as 2^31 faces have, with that of the faces, and the end."""
+
+Levels = wp.types.vector(length=LEVELS, dtype=wp.int32)
+
+CELLS = 1024
+"""Cells of the curve along the longest side: its numbers have 30 bits."""
+
+
+@dataclass(frozen=True)
+class BoxTree:
+    """Boxes of faces, level by level.
+
+    Attributes:
+        order: int32 (F,), the faces along the curve.
+        lows: vec3f (N,), the least coordinates of each box: those of the faces in this order, then of eight
+            faces each, and so on up to a single one.
+        highs: vec3f (N,), the largest.
+        starts: Where each level begins in both; what follows the last level is the end.
+        top: The level of the single box, 0 with one face and less.
+    """
+
+    order: Any
+    lows: Any
+    highs: Any
+    starts: Any
+    top: int
+
+    def level_size(self, level: int) -> int:
+        """Count the boxes of a level."""
+        return int(self.starts[level + 1]) - int(self.starts[level])
+
+
+def build_tree(mesh: Mesh) -> BoxTree:
+    """Return the tree over the faces of a mesh.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
+    require_mesh(mesh)
+    device, count = mesh.device, mesh.face_count
+    order = _along_curve(mesh)
+    sizes = [count]
+    while sizes[-1] > 1:
+        sizes.append(-(-sizes[-1] // int(CHILDREN)))
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    lows, highs = device.empty(int(starts[-1]), wp.vec3f), device.empty(int(starts[-1]), wp.vec3f)
+    device.launch(bound_faces_kernel, count, [mesh.positions, mesh.corners, order], [lows, highs])
+    for level in range(1, len(sizes)):
+        inputs = [int(starts[level - 1]), int(starts[level])]
+        device.launch(join_boxes_kernel, sizes[level], inputs, [lows, highs])
+    padded = [*starts.tolist(), *[0] * (LEVELS - len(starts))]
+    return BoxTree(order, lows, highs, Levels(*padded), len(sizes) - 1)
+
+
+def _along_curve(mesh: Mesh) -> Any:
+    """Return the faces in the order of the curve, int32 (F,)."""
+    device, count = mesh.device, mesh.face_count
+    if not count:
+        return device.empty(0, wp.int32)
+    points = mesh.positions.numpy()
+    low = points.min(axis=0).astype(np.float64)
+    extent = float((points.max(axis=0) - low).max())
+    inputs = [mesh.positions, mesh.corners, wp.vec3d(*low.tolist()), (CELLS - 1) / extent if extent else 0.0]
+    keys, items = device.empty(2 * count, wp.int32), device.empty(2 * count, wp.int32)
+    device.launch(number_faces_kernel, count, inputs, [keys, items])
+    wp.utils.radix_sort_pairs(keys, items, count)
+    return view(items, wp.int32, count)
+
+
+@wp.func
+def spread_bits(x: wp.int32) -> wp.int32:
+    """Return ten bits with two zeros before each."""
+    bits = (x | (x << 16)) & 0x030000FF
+    bits = (bits | (bits << 8)) & 0x0300F00F
+    bits = (bits | (bits << 4)) & 0x030C30C3
+    return (bits | (bits << 2)) & 0x09249249
+
+
+@wp.kernel
+def number_faces_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    low: wp.vec3d,
+    scale: wp.float64,
+    # Out:
+    keys_out: wp.array[wp.int32],
+    items_out: wp.array[wp.int32],
+) -> None:
+    """Give a face a number along the curve: that of the middle between two corners. One thread per face."""
+    f = first + wp.tid()
+    p = points[corners[4 * f]]
+    q = points[corners[4 * f + 2]]
+    key = int(0)
+    for x in range(3):
+        middle = wp.float64(0.5) * (wp.float64(p[x]) + wp.float64(q[x]))
+        key |= spread_bits(wp.clamp(wp.int32((middle - low[x]) * scale), 0, 1023)) << x
+    keys_out[f] = key
+    items_out[f] = f
+
+
+@wp.kernel
+def bound_faces_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    order: wp.array[wp.int32],
+    # Out:
+    lows_out: wp.array[wp.vec3f],
+    highs_out: wp.array[wp.vec3f],
+) -> None:
+    """Find the box of a face. One thread per place in the order."""
+    n = first + wp.tid()
+    f = order[n]
+    low = points[corners[4 * f]]
+    high = low
+    for c in range(1, 4):
+        v = corners[4 * f + c]
+        if v >= 0:
+            low = wp.min(low, points[v])
+            high = wp.max(high, points[v])
+    lows_out[n] = low
+    highs_out[n] = high
+
+
+@wp.kernel
+def join_boxes_kernel(
+    first: wp.int32,
+    # In:
+    below: wp.int32,
+    here: wp.int32,
+    # In/out:
+    lows_inout: wp.array[wp.vec3f],
+    highs_inout: wp.array[wp.vec3f],
+) -> None:
+    """Join the boxes of a level that begins at `below` to those of the next, which follows it.
+
+    One thread per box of the next level.
+    """
+    n = first + wp.tid()
+    start = below + CHILDREN * n
+    low = lows_inout[start]
+    high = highs_inout[start]
+    for child in range(start + 1, wp.min(start + CHILDREN, here)):
+        low = wp.min(low, lows_inout[child])
+        high = wp.max(high, highs_inout[child])
+    lows_inout[here + n] = low
+    highs_inout[here + n] = high
+
+
+@wp.func
+def box_after(level: wp.int32, n: wp.int32, top: wp.int32) -> wp.vec2i:
+    """Return level and number of the box that a walk goes to after box `n` of a level and all below it.
+
+    The walk is at its end where there is no box of this number.
+    """
+    at = wp.vec2i(level, n + 1)
+    while at[1] % CHILDREN == 0 and at[0] < top:
+        at = wp.vec2i(at[0] + 1, at[1] / CHILDREN)
+    return at
