@@ -11,7 +11,11 @@ from .contouring import (
 from .errors import CallError as CallError, DmcError as DmcError
 from .field import upload_volume as upload_volume
 from .measures import (
+    find_intersections as find_intersections,
     locate_mesh as locate_mesh,
+    measure_curvature as measure_curvature,
+    measure_distance as measure_distance,
+    measure_elements as measure_elements,
     measure_quality as measure_quality,
     measure_topology as measure_topology,
 )

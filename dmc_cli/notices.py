@@ -47,6 +47,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-NO-DATA": "nodes without data: the surface ends there",
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
+    "W-SPACE-UNKNOWN": "one of two meshes names no space; its axes are taken for those of the other",
     "W-NORMALS-LEFT-OUT": "the mesh's format holds no normals",
     "W-MESH-UNREAD": "a mesh file holds more than is read of it (normals, values, other cells)",
     "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",

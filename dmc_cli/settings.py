@@ -213,9 +213,9 @@ class OutputSettings:
 
     `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
     `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
-    and volume; grid indices have none. `require` lists what the mesh must be; `check` verifies every
-    invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in
-    bytes that the forecast is held against.
+    and volume; grid indices have none. `curvature` has the report tell that, too. `require` lists what
+    the mesh must be; `check` verifies every invariant of the result; `dry_run` does everything but write
+    the mesh; `memory` is the budget in bytes that the forecast is held against.
     """
 
     path: str
@@ -228,6 +228,7 @@ class OutputSettings:
     allow_empty: bool = False
     halfedges: str | None = None
     report: str | None = None
+    curvature: bool = False
     require: tuple[Requirement, ...] = ()
     check: bool = False
     dry_run: bool = False
@@ -248,6 +249,10 @@ class OutputSettings:
             check_path(name, path)
             if path == "":
                 raise SettingsError(f"the name of the {name} is empty; expected a file's name; give one")
+        if self.curvature and self.report is None:
+            raise SettingsError(
+                "curvature was asked for, but no report that tells it; name one with --report"
+            )
         streamed = [name for name, path in outputs.items() if path == STREAM]
         if len(streamed) > 1:
             raise SettingsError(
@@ -333,13 +338,17 @@ class ConvertSettings:
 class MeasureSettings:
     """Which mesh file to measure; `volume` and `isovalue`, both or neither, are what it is held against.
 
-    `inside` is the side that was the object when the mesh was made with a closed border.
+    `inside` is the side that was the object when the mesh was made with a closed border. `against` is another
+    mesh that the distance is measured to, by `density` samples on a unit of area.
     """
 
     mesh: str
     volume: str | None = None
     isovalue: float | None = None
     inside: Inside = "above"
+    curvature: bool = False
+    against: str | None = None
+    density: float | None = None
     read: ReadSettings = field(default_factory=ReadSettings)
     device: str = "auto"
     threads: int | None = None
@@ -349,6 +358,14 @@ class MeasureSettings:
         settle_types(self)
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
+        check_path("against", self.against)
+        if self.density is not None and not 0 < self.density < math.inf:
+            raise SettingsError(f"density is {self.density}; expected a positive number of samples")
+        if self.density is not None and self.against is None:
+            raise SettingsError(
+                f"density {self.density:g} was given, but no other mesh; name one that the distance is to be"
+                " measured to with --against"
+            )
         check_run(self.device, self.threads)
         if self.isovalue is not None and not math.isfinite(self.isovalue):
             raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")

@@ -176,7 +176,8 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    return [*launch_kernels(), *every_kernel_module(), *processing, *report_kernels(intersections=True)]
+    every_measure = report_kernels(intersections=True, curvature=True, distance=True)
+    return [*launch_kernels(), *every_kernel_module(), *processing, *every_measure]
 
 
 def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
@@ -188,7 +189,8 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
     if settings.output.is_measured:
-        modules += report_kernels(intersections=settings.output.finds_intersections)
+        output = settings.output
+        modules += report_kernels(intersections=output.finds_intersections, curvature=output.curvature)
     return modules
 
 
@@ -310,15 +312,21 @@ def _measure(
 ) -> Measures | None:
     """Return topology, quality and deviation, if a report, a requirement or a check asks for them.
 
-    Intersections are those of the last mesh alone.
+    What a report does not tell of a mesh before the last one is left out.
     """
     if not settings.output.is_measured:
         return None
     from dmc_cli.report import measure_surface
 
     with watch.stage("report", "measuring"):
-        intersections = is_last and settings.output.finds_intersections
-        return measure_surface(stages.mesh, stages.placement, volume, intersections=intersections)
+        output = settings.output
+        return measure_surface(
+            stages.mesh,
+            stages.placement,
+            volume,
+            intersections=output.finds_intersections and (is_last or output.report is not None),
+            curvature=is_last and output.curvature,
+        )
 
 
 def _make_report(

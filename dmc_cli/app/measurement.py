@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.errors import MeshFileError
 from dmc_cli.field import upload_volume
 from dmc_cli.measures import (
     Deviation,
@@ -17,14 +18,16 @@ from dmc_cli.measures import (
     frame_of_volume,
     kernel_modules,
     locate_points,
+    measure_curvature,
     measure_deviation,
+    measure_distance,
     measure_elements,
     measure_quality,
     measure_topology,
     plain,
     rounding_warning,
 )
-from dmc_cli.mesh import connect, mesh_of_file
+from dmc_cli.mesh import Mesh, connect, mesh_of_file
 from dmc_cli.mesh_io import MeshFile, read_mesh
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import SILENT, Progress
@@ -47,6 +50,15 @@ class VolumeReference:
     inside: Inside = "above"
 
 
+@dataclass(frozen=True, kw_only=True)
+class OtherMesh:
+    """The mesh of a file that a distance is measured to, by `density` samples on a unit of area."""
+
+    mesh: MeshFile
+    path: str = ""
+    density: float | None = None
+
+
 def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict[str, Any]:
     """Return the report on a mesh file, as `dmc measure` does.
 
@@ -56,28 +68,44 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         DeviceError: There is no such device.
     """
     device = select_device(settings.device, settings.threads)
-    load_kernels(device, kernel_modules(intersections=True), progress)
+    modules = kernel_modules(
+        intersections=True, curvature=settings.curvature, distance=settings.against is not None
+    )
+    load_kernels(device, modules, progress)
     with progress.stage("reading"):
         mesh = read_mesh(settings.mesh)
-        reference = None
+        other, reference = None, None
+        if settings.against is not None:
+            found = read_mesh(settings.against)
+            other = OtherMesh(mesh=found, path=settings.against, density=settings.density)
         if settings.volume is not None and settings.isovalue is not None:
             volume = read_volume(settings.volume, settings.read, progress)
             reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
     values = reference.volume.values if reference is not None else np.empty(0)
     with progress.stage("measuring"), intact(values, settings.volume or ""):
-        return measure_mesh(device, mesh, settings.mesh, reference)
+        return measure_mesh(device, mesh, settings.mesh, reference, other, curvature=settings.curvature)
 
 
 def measure_mesh(
-    device: Device, mesh: MeshFile, path: str = "", reference: VolumeReference | None = None
+    device: Device,
+    mesh: MeshFile,
+    path: str = "",
+    reference: VolumeReference | None = None,
+    other: OtherMesh | None = None,
+    *,
+    curvature: bool = False,
 ) -> dict[str, Any]:
-    """Return the report on a mesh file: schema, warnings, mesh, topology, quality, deviation, versions.
+    """Return the report on a mesh file.
+
+    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, distance, versions.
 
     Args:
         device: Where to work.
         mesh: The mesh.
         path: Its file, for the report.
         reference: What the mesh is an isosurface of, or None.
+        other: What its distance is measured to, or None.
+        curvature: Whether it is measured.
     """
     found = connect(mesh_of_file(mesh, device))
     topology, quality = measure_topology(found), measure_quality(found)
@@ -86,6 +114,11 @@ def measure_mesh(
     if reference is not None:
         warnings += reference.volume.warnings
         deviation, told = _compared(device, mesh, reference)
+        warnings += told
+    distance = None
+    if other is not None:
+        warnings += other.mesh.warnings
+        distance, told = _distance(found, mesh, other)
         warnings += told
     triangles = mesh.triangle_count
     return {
@@ -106,8 +139,30 @@ def measure_mesh(
         "topology": plain(topology_section(topology)),
         "quality": plain(quality_section(quality, measure_elements(found), count_intersections(found))),
         "deviation": plain(asdict(deviation)) if deviation else None,
+        "curvature": plain(asdict(measure_curvature(found))) if curvature else None,
+        "distance": distance,
         "versions": collect_versions(device.name),
     }
+
+
+def _distance(found: Mesh, mesh: MeshFile, other: OtherMesh) -> tuple[dict[str, Any], list[Notice]]:
+    """Return the section `distance`, in the unit and axes of the measured mesh, and what is to be told."""
+    told, spaces = [], {mesh.space, other.mesh.space}
+    if len(spaces) == 2 and "none" in spaces:
+        sentence = f"the spaces of the meshes are {mesh.space} and {other.mesh.space}; taken for the same"
+        told.append(Notice("W-SPACE-UNKNOWN", sentence))
+    factor = UNIT_LENGTHS[other.mesh.unit] / UNIT_LENGTHS[mesh.unit]
+    turn = (-factor, -factor, factor) if len(spaces) == 2 and not told else (factor, factor, factor)
+    points = other.mesh.points.astype(np.float64) * turn
+    farthest = float(np.abs(points).max(initial=0.0))
+    if farthest > float(np.finfo(np.float32).max):
+        raise MeshFileError(
+            f"{other.path}: coordinates up to {farthest:.3g} {mesh.unit}, the unit of the measured mesh, were"
+            " found; expected some that float32 holds; write both meshes in the same unit"
+        )
+    moved = MeshFile(points=points, faces=other.mesh.faces)
+    distance = measure_distance(found, mesh_of_file(moved, found.device), other.density)
+    return plain({"path": other.path, "unit": mesh.unit, **asdict(distance)}), told
 
 
 def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tuple[Deviation, list[Notice]]:

@@ -87,7 +87,8 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
         alive = MESH + TWINS + colors
         stages["halfedges"] = method.connecting + alive
         if mesh.simplify != "none":
-            stages["simplify"] = alive + (MEASURES if output.is_measured else PATTERNS)
+            measures = INTERSECTIONS if output.report is not None else MEASURES
+            stages["simplify"] = alive + (measures if output.is_measured else PATTERNS)
         if mesh.remesh:
             stages["remesh"] = alive + TRACKED + SHAPES + SPARE + SPARE
         if mesh.relax:

@@ -40,6 +40,29 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
     section="Deviation",
     help="The side that was the object, if the border was closed.",
 )
+@options.setting(
+    MeasureSettings,
+    "curvature",
+    section="Curvature",
+    is_flag=True,
+    help="Measure the mean and the Gaussian curvature at the vertices.",
+)
+@options.setting(
+    MeasureSettings,
+    "against",
+    section="Distance",
+    metavar="MESH",
+    shell_complete=complete_files,
+    help="Another mesh; the distance is measured both ways.",
+)
+@options.setting(
+    MeasureSettings,
+    "density",
+    section="Distance",
+    type=float,
+    metavar="N",
+    help="Samples on a unit of area; without it, 250000 on the mesh with the larger area.",
+)
 @options.read_options
 @options.noise_options
 @options.json_option
@@ -47,7 +70,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
 @options.threads_option
 @options.verbosity_options
 def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
-    """Measure the mesh file MESH: topology, quality, and with --volume how far it is from the isosurface.
+    """Measure the mesh file MESH: topology, quality, how far it is from an isosurface or another mesh.
 
     MESH holds quads or triangles, in a format that convert writes or one of meshio such as .vtk or .stl.
 
@@ -56,6 +79,8 @@ def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
       dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 500
       dmc measure tooth.ply
       dmc measure tooth.ply --volume sample_data/nrrd/tooth.nrrd -i 500 --json
+      dmc convert sample_data/nrrd/tooth.nrrd coarse.ply -i 500 --simplify all
+      dmc measure coarse.ply --against tooth.ply
     """
     read = options.gather(ReadSettings, values)
     settings = options.gather(MeasureSettings, values, read=read)

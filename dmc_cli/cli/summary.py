@@ -73,6 +73,21 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
             f"deviation mean {_number(deviation['mean'])}, at most {_number(deviation['max'])} in values,"
             f" {_number(deviation['max_relative'])} of their range, {_number(deviation['max_mm'])} mm"
         )
+    if curvature := report["curvature"]:
+        for name, key in (("curvature mean", "mean"), ("          Gaussian", "gaussian")):
+            found = curvature[key]
+            yield (
+                f"{name}: {_number(found['mean'], 3)} over the area, {_number(found['min'], 3)} to"
+                f" {_number(found['max'], 3)}, of nine in ten vertices {_number(found['percentile_5'], 3)} to"
+                f" {_number(found['percentile_95'], 3)}"
+            )
+    if distance := report["distance"]:
+        for name, key in (("distance  to the other mesh", "to_other"), ("          from it", "from_other")):
+            way = distance[key]
+            yield (
+                f"{name}: mean {_number(way['mean'], 3)}, 95 % within {_number(way['percentile_95'], 3)},"
+                f" at most {_number(way['max'], 3)} {distance['unit']} ({way['samples']} samples)"
+            )
 
 
 def volume_line(volume: dict[str, Any]) -> str:

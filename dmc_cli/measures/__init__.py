@@ -9,6 +9,11 @@ verdict           Verdict's measures of a face
 elements          these of a mesh
 predicates        exact signs; whether two triangles meet
 intersections     pairs of faces that intersect
+split_faces       how quads are split into triangles
+sampling          points spread over a mesh
+nearest           how far points are from a mesh
+distance          how far two meshes are from each other
+curvature         mean and Gaussian curvature at the vertices
 deviation         how far vertices are from the surface
 location          the cell of its volume that each vertex lies in
 rounding          what writing in float32 costs

@@ -1,6 +1,16 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
+from .curvature import (
+    Curvature as Curvature,
+    list_curvature as list_curvature,
+    measure_curvature as measure_curvature,
+)
 from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
+from .distance import (
+    MeshDistance as MeshDistance,
+    OneWayDistance as OneWayDistance,
+    measure_distance as measure_distance,
+)
 from .elements import (
     Elements as Elements,
     list_elements as list_elements,

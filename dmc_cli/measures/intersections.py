@@ -17,14 +17,11 @@ import warp as wp
 
 from dmc_cli.array_types import Int32Array
 from dmc_cli.measures.predicates import triangles_meet
-from dmc_cli.measures.shape import chooses_02
-from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree
-from dmc_cli.runtime import ITEMS_A_CHUNK, mesh_size
+from dmc_cli.measures.split_faces import QuadPoints, face_points, split_faces
+from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree, require_mesh
+from dmc_cli.runtime import mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-QuadPoints = wp.types.matrix(shape=(4, 3), dtype=wp.float32)
-"""Corners of a face; the diagonal runs from the first to the third. A triangle has its third corner twice."""
 
 LINE_ERROR = wp.constant(wp.float64(3.4e-16))
 """Rounding error of the side of a line in double precision, as a share of its two products' sizes."""
@@ -32,50 +29,6 @@ LINE_ERROR = wp.constant(wp.float64(3.4e-16))
 BLOCKS_A_CHUNK = 4
 MOST_BLOCKS_A_CHUNK = 256
 """Blocks of eight faces a chunk, at least and at most: a block takes some fifty microseconds."""
-
-
-@wp.func
-def double_point(p: wp.vec3f) -> wp.vec3d:
-    """Return a point in double precision."""
-    return wp.vec3d(wp.float64(p[0]), wp.float64(p[1]), wp.float64(p[2]))
-
-
-@wp.kernel
-def turn_faces_kernel(
-    first: wp.int32,
-    # In:
-    points: wp.array[wp.vec3f],
-    corners: wp.array[wp.int32],
-    # Out:
-    turns_out: wp.array[wp.uint8],
-) -> None:
-    """Find the corner that a face's split starts from, 0 or 1. One thread per face."""
-    f = first + wp.tid()
-    turn = int(0)
-    if corners[4 * f + 3] >= 0:
-        a = double_point(points[corners[4 * f]])
-        b = double_point(points[corners[4 * f + 1]])
-        c = double_point(points[corners[4 * f + 2]])
-        if not chooses_02(a, b, c, double_point(points[corners[4 * f + 3]])):
-            turn = 1
-    turns_out[f] = wp.uint8(turn)
-
-
-@wp.func
-def face_points(
-    points: wp.array[wp.vec3f], corners: wp.array[wp.int32], turns: wp.array[wp.uint8], f: wp.int32
-) -> QuadPoints:
-    """Return the corners of a face from that on which its split starts from."""
-    turn = wp.int32(turns[f])
-    last = corners[4 * f + ((3 + turn) & 3)]
-    if last < 0:
-        last = corners[4 * f + 2]
-    return wp.matrix_from_rows(
-        points[corners[4 * f + turn]],
-        points[corners[4 * f + 1 + turn]],
-        points[corners[4 * f + ((2 + turn) & 3)]],
-        points[last],
-    )
 
 
 @wp.func
@@ -248,7 +201,7 @@ def count_intersections(mesh: Mesh) -> int:
     Raises:
         CallError: It is no mesh, or its faces name vertices that it does not have.
     """
-    if mesh.face_count < 2:
+    if require_mesh(mesh).face_count < 2:
         return 0
     return mesh.device.total(_Search(mesh).count())
 
@@ -260,7 +213,7 @@ def find_intersections(mesh: Mesh) -> Int32Array:
         CallError: It is no mesh, or its faces name vertices that it does not have.
         DeviceError: There are more pairs than 32 bits can number.
     """
-    if mesh.face_count < 2:
+    if require_mesh(mesh).face_count < 2:
         return np.empty((0, 2), np.int32)
     search = _Search(mesh)
     counts = search.count()
@@ -273,9 +226,7 @@ class _Search:
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh, self.device, self.tree = mesh, mesh.device, build_tree(mesh)
-        self.turns = self.device.empty(mesh.face_count, wp.uint8)
-        inputs = [mesh.positions, mesh.corners]
-        self.device.launch(turn_faces_kernel, mesh.face_count, inputs, [self.turns], ITEMS_A_CHUNK)
+        self.turns = split_faces(mesh)
 
     def count(self) -> Any:
         """Return the number of pairs of each block of faces with those at and after it, int64."""

@@ -3,14 +3,36 @@
 from types import ModuleType
 
 
-def kernel_modules(*, intersections: bool) -> list[ModuleType]:
-    """Return the modules whose kernels a report needs, with or without those that find intersections."""
+def kernel_modules(
+    *, intersections: bool, curvature: bool = False, distance: bool = False
+) -> list[ModuleType]:
+    """Return the modules whose kernels a report needs, for loading them ahead of time.
+
+    Args:
+        intersections: Whether they are counted.
+        curvature: Whether it is measured.
+        distance: Whether that from another mesh is measured.
+    """
     from dmc_cli.measures import components, deviation, elements, quality, rounding_kernels, vertex_fans
     from dmc_cli.mesh import connecting_kernels, tree_kernels
 
     modules = [components, deviation, rounding_kernels, quality, elements, *connecting_kernels(), vertex_fans]
+    if intersections or distance:
+        modules += tree_kernels()
+    if intersections or curvature or distance:
+        from dmc_cli.measures import split_faces
+
+        modules.append(split_faces)
+    if curvature:
+        from dmc_cli.measures import curvature as bending
+
+        modules.append(bending)
     if intersections:
         from dmc_cli.measures import intersections as finding
 
-        modules += [*tree_kernels(), finding]
+        modules.append(finding)
+    if distance:
+        from dmc_cli.measures import nearest, sampling
+
+        modules += [sampling, nearest]
     return modules

@@ -6,6 +6,8 @@ from .box_tree import (
     Levels as Levels,
     box_after as box_after,
     build_tree as build_tree,
+    curve_frame as curve_frame,
+    curve_number as curve_number,
 )
 from .check import check_mesh as check_mesh
 from .compaction import copy_values as copy_values, fill_gaps as fill_gaps, pack as pack

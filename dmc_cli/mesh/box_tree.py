@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from dmc_cli.array_types import FloatArray
 from dmc_cli.mesh.mesh import Mesh, require_mesh
 from dmc_cli.runtime import view
 
@@ -74,15 +75,19 @@ def build_tree(mesh: Mesh) -> BoxTree:
     return BoxTree(order, lows, highs, Levels(*padded), len(sizes) - 1)
 
 
+def curve_frame(points: FloatArray) -> tuple[Any, float]:
+    """Return the least corner of the box round points, (N, 3), and how many cells of the curve a unit has."""
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    extent = float((high - low).max())
+    return wp.vec3d(*low.tolist()), (CELLS - 1) / extent if extent else 0.0
+
+
 def _along_curve(mesh: Mesh) -> Any:
     """Return the faces in the order of the curve, int32 (F,)."""
     device, count = mesh.device, mesh.face_count
     if not count:
         return device.empty(0, wp.int32)
-    points = mesh.positions.numpy()
-    low = points.min(axis=0).astype(np.float64)
-    extent = float((points.max(axis=0) - low).max())
-    inputs = [mesh.positions, mesh.corners, wp.vec3d(*low.tolist()), (CELLS - 1) / extent if extent else 0.0]
+    inputs = [mesh.positions, mesh.corners, *curve_frame(mesh.positions.numpy())]
     keys, items = device.empty(2 * count, wp.int32), device.empty(2 * count, wp.int32)
     device.launch(number_faces_kernel, count, inputs, [keys, items])
     wp.utils.radix_sort_pairs(keys, items, count)
@@ -96,6 +101,16 @@ def spread_bits(x: wp.int32) -> wp.int32:
     bits = (bits | (bits << 8)) & 0x0300F00F
     bits = (bits | (bits << 4)) & 0x030C30C3
     return (bits | (bits << 2)) & 0x09249249
+
+
+@wp.func
+def curve_number(p: wp.vec3d, low: wp.vec3d, scale: wp.float64) -> wp.int32:
+    """Return the number of a point along the curve; `low` is the least corner of the box round all."""
+    at = (p - low) * scale
+    i = spread_bits(wp.clamp(wp.int32(at[0]), 0, 1023))
+    j = spread_bits(wp.clamp(wp.int32(at[1]), 0, 1023))
+    k = spread_bits(wp.clamp(wp.int32(at[2]), 0, 1023))
+    return i | (j << 1) | (k << 2)
 
 
 @wp.kernel
@@ -114,11 +129,9 @@ def number_faces_kernel(
     f = first + wp.tid()
     p = points[corners[4 * f]]
     q = points[corners[4 * f + 2]]
-    key = int(0)
-    for x in range(3):
-        middle = wp.float64(0.5) * (wp.float64(p[x]) + wp.float64(q[x]))
-        key |= spread_bits(wp.clamp(wp.int32((middle - low[x]) * scale), 0, 1023)) << x
-    keys_out[f] = key
+    first_corner = wp.vec3d(wp.float64(p[0]), wp.float64(p[1]), wp.float64(p[2]))
+    third_corner = wp.vec3d(wp.float64(q[0]), wp.float64(q[1]), wp.float64(q[2]))
+    keys_out[f] = curve_number(wp.float64(0.5) * (first_corner + third_corner), low, scale)
     items_out[f] = f
 
 
@@ -179,6 +192,6 @@ def box_after(level: wp.int32, n: wp.int32, top: wp.int32) -> wp.vec2i:
     The walk is at its end where there is no box of this number.
     """
     at = wp.vec2i(level, n + 1)
-    while at[1] % CHILDREN == 0 and at[0] < top:
-        at = wp.vec2i(at[0] + 1, at[1] / CHILDREN)
+    while at[1] & (CHILDREN - 1) == 0 and at[0] < top:
+        at = wp.vec2i(at[0] + 1, at[1] >> 3)
     return at

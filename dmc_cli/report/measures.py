@@ -8,6 +8,7 @@ from dmc_cli.measures import (
     Deviation,
     count_intersections,
     locate_points,
+    measure_curvature,
     measure_deviation,
     measure_elements,
     measure_quality,
@@ -19,14 +20,17 @@ from dmc_cli.report.report import Measures
 from dmc_cli.volume import Volume
 
 
-def measure_surface(mesh: Mesh, placement: Placement, volume: Volume, *, intersections: bool) -> Measures:
-    """Measure a mesh against itself, its intersections if asked for, and against the volume it comes from."""
+def measure_surface(
+    mesh: Mesh, placement: Placement, volume: Volume, *, intersections: bool, curvature: bool = False
+) -> Measures:
+    """Measure a mesh against itself, with what is asked for besides, and against the volume it comes from."""
     return Measures(
         topology=measure_topology(mesh),
         quality=measure_quality(mesh),
         elements=measure_elements(mesh),
         self_intersections=count_intersections(mesh) if intersections else None,
         deviation=_deviation(mesh, placement, volume),
+        curvature=measure_curvature(mesh) if curvature else None,
     )
 
 

@@ -17,7 +17,7 @@ from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.measures import Deviation, Elements, Quality, Topology
+    from dmc_cli.measures import Curvature, Deviation, Elements, Quality, Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -35,6 +35,7 @@ class Measures:
     elements: "Elements"
     self_intersections: int | None
     deviation: "Deviation"
+    curvature: "Curvature | None" = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +86,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "surface": _surface_section(facts),
         "mesh": _mesh_section(facts),
         **measured_sections(measures),
+        "curvature": asdict(measures.curvature) if measures and measures.curvature else None,
         "simplification": facts.simplification,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
         "memory": facts.memory,

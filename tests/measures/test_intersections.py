@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dmc_cli.measures.intersections import count_intersections, find_intersections
-from dmc_cli.measures.quality import choose_diagonals
 from dmc_cli.mesh.box_tree import build_tree
 from dmc_cli.runtime.device import Device
 from tests import shapes
 from tests.measures.exact import exact_triangles_meet
+from tests.measures.splits import split_faces
 from tests.mesh.meshes import on_device
 
 
@@ -26,15 +26,8 @@ def pairs_of(shape, device="cpu", threads=2):
 def triangles_of(shape):
     """The triangles of each face, split as the measures split quads, at float32 positions."""
     points = np.asarray(shape[0], np.float32).astype(float).tolist()
-    quads = np.where(shape[1] < 0, shape[1][:, [2]], shape[1])
-    diagonals = choose_diagonals(on_device((shape[0], quads), Device("cpu"))).numpy()
-    for face, diagonal in zip(shape[1].tolist(), diagonals.tolist(), strict=True):
-        a, b, c, d = face
-        if d < 0:
-            yield [[points[v] for v in (a, b, c)]]
-        else:
-            halves = ((a, b, c), (a, c, d)) if diagonal == 0 else ((b, c, d), (b, d, a))
-            yield [[points[v] for v in half] for half in halves]
+    for face in split_faces(shape):
+        yield [[points[v] for v in triangle] for triangle in face]
 
 
 def plain_pairs(shape):

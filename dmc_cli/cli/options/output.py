@@ -61,6 +61,13 @@ output_options = stack(
     ),
     setting(
         OutputSettings,
+        "curvature",
+        section="Output",
+        is_flag=True,
+        help="Report the mean and the Gaussian curvature at the vertices, too.",
+    ),
+    setting(
+        OutputSettings,
         "require",
         section="Output",
         type=ChoiceList(get_args(Requirement)),
