@@ -12,7 +12,7 @@ import pytest
 from dmc_cli.cli import dmc
 
 SHELLS = ("bash", "zsh", "fish")
-NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "report", "halfedges"}
+NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges"}
 """Parameters that are files or folders."""
 
 CASES = [
@@ -96,9 +96,13 @@ def parameter_of(name, option):
 @pytest.mark.parametrize(
     ("option", "incomplete", "words"),
     [
-        ("require", "", ["manifold", "closed", "all-quads", "on-surface"]),
+        ("require", "", ["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]),
         ("require", "m", ["manifold"]),
-        ("require", "closed,", ["closed,manifold", "closed,all-quads", "closed,on-surface"]),
+        (
+            "require",
+            "closed,",
+            ["closed,manifold", "closed,all-quads", "closed,on-surface", "closed,no-self-intersections"],
+        ),
         ("require", "closed,manifold,o", ["closed,manifold,on-surface"]),
         ("dtype", "float", ["float32", "float64"]),
         ("device", "c", ["cpu", "cuda"]),

@@ -47,6 +47,7 @@ def test_a_conversion_with_all_that_there_is():
         surface={"isovalue": 300.0, "stored_isovalue": 1323.5},
         mesh={"vertices": 12, "quads": 10, "area": 1234567.89, "volume": -0.0001234, "unit": "mm"},
         topology=TOPOLOGY,
+        quality={"self_intersections": 3},
         deviation={"max_relative": 1.234e-8, "max_mm": None, "rounding_mm": 1.5e-5},
         timings_ms={"total": 1234.5, "compile": 0.0, "relax": 340.4, "surface": 20.0, "coloring": 9.0},
     )
@@ -55,10 +56,13 @@ def test_a_conversion_with_all_that_there_is():
         "surface   isovalue 300, cut at the stored value 1323.5",
         "mesh      12 vertices, 10 quads, area 1.23457e+06 mm², volume -0.0001234 mm³, LPS",
         "topology  manifold, closed, 2 component(s), genus 1",
+        "faces     3 pair(s) intersect",
         "deviation at most 1.2e-08 of the value range, unknown mm; rounding at most 1.5e-05 mm",
         "time      1.23 s (surface 0.02, relax 0.34)",
     ]
     assert report(timings_ms={"total": 10.0})[-1] == "time      0.01 s"
+    assert report(quality={"self_intersections": 0})[-1] == "faces     no two intersect"
+    assert report(quality={"self_intersections": None}) == report()
 
 
 @pytest.mark.parametrize(
@@ -105,6 +109,8 @@ def test_the_topology(changes, line):
 def measured(**changes):
     quality = {"shape_mean": 0.123456, "shape_min": 0.123456, "mean_ratio_mean": 0.87654}
     quality |= {"scaled_jacobian_min": None, "min_angle": 41.16789, "max_angle": 142.8}
+    quality |= {"aspect_ratio_max": 2.3456, "skew_max": 0.51234, "taper_max": None, "stretch_min": 0.2345}
+    quality |= {"radius_ratio_mean": 0.81234, "radius_ratio_min": 0.012345, "self_intersections": 0}
     made = {
         "warnings": [],
         "warning_codes": [],
@@ -112,6 +118,8 @@ def measured(**changes):
         "topology": TOPOLOGY,
         "quality": quality,
         "deviation": None,
+        "curvature": None,
+        "distance": None,
     }
     return list(measure_lines(made | changes))
 
@@ -123,6 +131,9 @@ def test_a_mesh_file():
         "valences  8 of 3, 20 of 4; 28.57 % irregular",
         "shape     mean 0.1235, least 0.12; mean ratio 0.8765; scaled Jacobian at least unknown",
         "angles    41.17 to 142.8 degrees",
+        "elements  aspect ratio at most 2.35, skew at most 0.512, taper at most unknown,"
+        " stretch at least 0.23, radius ratio of triangles mean 0.8123, least 0.012",
+        "faces     no two intersect",
     ]
     mesh = {"vertices": 12, "quads": 0, "triangles": 20, "unit": "mm"}
     deviation = {"mean": 0.00018, "max": 0.00234, "max_relative": 1.8e-6, "max_mm": 8.1e-6}
@@ -130,6 +141,22 @@ def test_a_mesh_file():
     assert lines[:2] == ["warning   one (W-ONE)", "mesh      12 vertices, 0 quads, 20 triangles"]
     told = "deviation mean 0.00018, at most 0.0023 in values, 1.8e-06 of their range, 8.1e-06 mm"
     assert lines[-1] == told
+    assert lines[-3] == "elements  radius ratio of triangles mean 0.8123, least 0.012"
+
+
+def test_curvature_and_distance_of_a_mesh_file():
+    spread = {"mean": 0.51234, "min": -1.0, "max": 2.34567, "percentile_5": 0.1, "percentile_95": None}
+    way = {"samples": 1200, "mean": 0.0123456, "percentile_95": 0.05, "max": None}
+    distance = {"unit": "um", "to_other": way, "from_other": way | {"samples": 7}}
+    lines = measured(curvature={"mean": spread, "gaussian": spread}, distance=distance)
+    bend = "0.512 over the area, -1 to 2.35, of nine in ten vertices 0.1 to unknown"
+    far = "mean 0.0123, 95 % within 0.05, at most unknown um"
+    assert lines[-4:] == [
+        f"curvature mean: {bend}",
+        f"          Gaussian: {bend}",
+        f"distance  to the other mesh: {far} (1200 samples)",
+        f"          from it: {far} (7 samples)",
+    ]
 
 
 def entry(number, **changes):
