@@ -16,75 +16,16 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import Int32Array
-from dmc_cli.measures.predicates import triangles_meet
+from dmc_cli.measures.predicates import are_apart, triangles_meet
 from dmc_cli.measures.split_faces import QuadPoints, face_points, split_faces
 from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree, require_mesh
 from dmc_cli.runtime import mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-LINE_ERROR = wp.constant(wp.float64(3.4e-16))
-"""Rounding error of the side of a line in double precision, as a share of its two products' sizes."""
-
 BLOCKS_A_CHUNK = 4
 MOST_BLOCKS_A_CHUNK = 256
 """Blocks of eight faces a chunk, at least and at most: a block takes some fifty microseconds."""
-
-
-@wp.func
-def is_at(points: QuadPoints, corner: wp.int32, other: QuadPoints, j: wp.int32) -> wp.bool:
-    """Return whether two corners have the same position."""
-    return (
-        points[corner, 0] == other[j, 0]
-        and points[corner, 1] == other[j, 1]
-        and points[corner, 2] == other[j, 2]
-    )
-
-
-@wp.func
-def is_beyond(
-    p: QuadPoints, k: wp.int32, q: QuadPoints, j: wp.int32, u: wp.int32, v: wp.int32, sense: wp.float64
-) -> wp.bool:
-    """Return whether corner `j` of `q` is surely on one side of side `k` of `p`, or an end of it."""
-    next_k = (k + 1) & 3
-    au = wp.float64(p[k, u])
-    av = wp.float64(p[k, v])
-    left = (wp.float64(p[next_k, u]) - au) * (wp.float64(q[j, v]) - av)
-    right = (wp.float64(p[next_k, v]) - av) * (wp.float64(q[j, u]) - au)
-    if sense * (left - right) > LINE_ERROR * (wp.abs(left) + wp.abs(right)):
-        return True
-    return is_at(q, j, p, k) or is_at(q, j, p, next_k)
-
-
-@wp.func
-def are_apart(p: QuadPoints, q: QuadPoints) -> wp.bool:
-    """Return whether a side of `p`, seen along an axis, has `p` on one side and `q` on the other.
-
-    Both may have its ends: then they are all that both have in common.
-    """
-    normal = wp.cross(p[2] - p[0], p[3] - p[1])
-    axis = int(2)
-    if wp.abs(normal[0]) > wp.max(wp.abs(normal[1]), wp.abs(normal[2])):
-        axis = 0
-    elif wp.abs(normal[1]) > wp.abs(normal[2]):
-        axis = 1
-    u = (axis + 1) % 3
-    v = (axis + 2) % 3
-    sense = wp.float64(1.0)
-    if normal[axis] < 0.0:
-        sense = wp.float64(-1.0)
-    for k in range(4):
-        if not is_at(p, k, p, (k + 1) & 3):
-            apart = bool(True)
-            j = int(0)
-            while apart and j < 4:
-                apart = is_beyond(p, k, q, j, u, v, -sense)
-                j += 1
-            if apart:
-                if is_beyond(p, k, p, (k + 2) & 3, u, v, sense):
-                    if is_beyond(p, k, p, (k + 3) & 3, u, v, sense):
-                        return True
-    return False
 
 
 @wp.func

@@ -159,6 +159,30 @@ static CUDA_CALLABLE int match_corners(Point* s, Point* t) {
     }
     return shared;
 }
+
+// Corners of q, as bits, that are not surely to the left (sense 1) or right (-1) of side k of p, seen along
+// an axis
+static CUDA_CALLABLE int doubtful_corners(const Point* p, int k, const Point* q, int axis, double sense) {
+    const int next = (k + 1) & 3, u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const double au = p[k][u], av = p[k][v];
+    const double du = sense * (p[next][u] - au), dv = sense * (p[next][v] - av);
+    int doubtful = 0;
+    for (int n = 0; n < 4; ++n) {
+        const double left = du * (q[n][v] - av), right = dv * (q[n][u] - au);
+        const double size = predicates::magnitude(left) + predicates::magnitude(right);
+        doubtful |= (left - right > 3.4e-16 * size ? 0 : 1) << n;
+    }
+    return doubtful;
+}
+
+// Whether all corners of q that are doubtful are ends of side k of p
+static CUDA_CALLABLE bool are_ends(const Point* p, int k, const Point* q, int doubtful) {
+    for (int n = 0; n < 4; ++n) {
+        if ((doubtful >> n & 1) && !predicates::same(p[k], q[n]) && !predicates::same(p[(k + 1) & 3], q[n]))
+            return false;
+    }
+    return true;
+}
 }  // namespace predicates
 
 inline wp::int32 plane_side(wp::vec_t<3, wp::float32> a, wp::vec_t<3, wp::float32> b,
@@ -191,6 +215,28 @@ inline bool triangles_meet(wp::vec_t<3, wp::float32> a, wp::vec_t<3, wp::float32
     for (int k = 0; k < 3; ++k) {
         if (predicates::segment_meets(s[k], s[(k + 1) % 3], t)) return true;
         if (predicates::segment_meets(t[k], t[(k + 1) % 3], s)) return true;
+    }
+    return false;
+}
+
+inline bool are_apart(wp::mat_t<4, 3, wp::float32> face, wp::mat_t<4, 3, wp::float32> other) {
+    predicates::Point p[4], q[4];
+    for (int n = 0; n < 4; ++n) {
+        p[n] = face.get_row(n);
+        q[n] = other.get_row(n);
+    }
+    float normal[3], size[3];
+    for (int x = 0; x < 3; ++x) {
+        const int y = (x + 1) % 3, z = (x + 2) % 3;
+        normal[x] = (p[2][y] - p[0][y]) * (p[3][z] - p[1][z]) - (p[2][z] - p[0][z]) * (p[3][y] - p[1][y]);
+        size[x] = normal[x] < 0.0f ? -normal[x] : normal[x];
+    }
+    const int axis = size[0] > size[1] ? (size[0] > size[2] ? 0 : 2) : (size[1] > size[2] ? 1 : 2);
+    const double sense = normal[axis] < 0.0f ? -1.0 : 1.0;
+    for (int k = 0; k < 4; ++k) {
+        if (!predicates::are_ends(p, k, q, predicates::doubtful_corners(p, k, q, axis, -sense))) continue;
+        if (predicates::same(p[k], p[(k + 1) & 3])) continue;
+        if (predicates::are_ends(p, k, p, predicates::doubtful_corners(p, k, p, axis, sense))) return true;
     }
     return false;
 }

@@ -8,6 +8,7 @@ them, so the answers hold for all coordinates. The header has the code: Warp has
 
 import warp as wp
 
+from dmc_cli.measures.split_faces import QuadPoints
 from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -33,5 +34,14 @@ def triangles_meet(a: wp.vec3f, b: wp.vec3f, c: wp.vec3f, d: wp.vec3f, e: wp.vec
     """Return whether triangles a b c and d e f have more in common than corners and sides that both have.
 
     A corner is the same where its position is. A triangle without an area has nothing in common with any.
+    """
+    ...
+
+
+@wp.func_native(native(__file__, "are_apart"))
+def are_apart(face: QuadPoints, other: QuadPoints) -> wp.bool:
+    """Return whether a side of a face, seen along an axis, has it on one side and another face on the other.
+
+    Both may have its ends: then they are all that both have in common. False does not mean that they meet.
     """
     ...
