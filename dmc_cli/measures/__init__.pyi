@@ -26,6 +26,7 @@ from .location import (
     locate_mesh as locate_mesh,
     locate_points as locate_points,
 )
+from .nearest import NearestFaces as NearestFaces
 from .plain_values import plain as plain
 from .quality import (
     Quality as Quality,

@@ -16,9 +16,10 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import Int32Array
+from dmc_cli.bits import bit_index, low_bits
 from dmc_cli.measures.predicates import are_apart, triangles_meet
 from dmc_cli.measures.split_faces import QuadPoints, face_points, split_faces
-from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree, require_mesh
+from dmc_cli.mesh import CHILDREN, Levels, Masks, Mesh, boxes_meeting, build_tree, child_count, require_mesh
 from dmc_cli.runtime import mesh_size
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -43,20 +44,6 @@ def faces_meet(p: QuadPoints, q: QuadPoints) -> wp.bool:
 
 
 @wp.func
-def boxes_meet(lows: wp.array[wp.vec3f], highs: wp.array[wp.vec3f], a: wp.int32, b: wp.int32) -> wp.bool:
-    """Return whether two boxes have a point in common."""
-    a_low = lows[a]
-    a_high = highs[a]
-    b_low = lows[b]
-    b_high = highs[b]
-    if a_low[0] > b_high[0] or b_low[0] > a_high[0]:
-        return False
-    if a_low[1] > b_high[1] or b_low[1] > a_high[1]:
-        return False
-    return a_low[2] <= b_high[2] and b_low[2] <= a_high[2]
-
-
-@wp.func
 def meet_blocks(
     points: wp.array[wp.vec3f],
     corners: wp.array[wp.int32],
@@ -66,23 +53,27 @@ def meet_blocks(
     highs: wp.array[wp.vec3f],
     block: wp.int32,
     other: wp.int32,
-    other_box: wp.int32,
     slot: wp.int64,
     pairs_out: wp.array[wp.vec2i],
 ) -> wp.int64:
     """Count the pairs of two blocks' faces that intersect, and list them from `slot` on if there is room."""
     count = wp.int64(0)
+    start = CHILDREN * other
+    size = wp.min(CHILDREN, order.shape[0] - start)
     for a in range(CHILDREN * block, wp.min(CHILDREN * (block + 1), order.shape[0])):
-        if boxes_meet(lows, highs, a, other_box):
+        left = boxes_meeting(lows, highs, start, size, a)
+        if other == block:
+            left &= ~low_bits(a - start + 1)
+        if left != wp.uint32(0):
             f = order[a]
             face = face_points(points, corners, turns, f)
-            for b in range(wp.max(CHILDREN * other, a + 1), wp.min(CHILDREN * (other + 1), order.shape[0])):
-                if boxes_meet(lows, highs, a, b):
-                    g = order[b]
-                    if faces_meet(face, face_points(points, corners, turns, g)):
-                        if pairs_out.shape[0] > 0:
-                            pairs_out[slot + count] = wp.vec2i(wp.min(f, g), wp.max(f, g))
-                        count += wp.int64(1)
+            while left != wp.uint32(0):
+                g = order[start + bit_index(left)]
+                left &= left - wp.uint32(1)
+                if faces_meet(face, face_points(points, corners, turns, g)):
+                    if pairs_out.shape[0] > 0:
+                        pairs_out[slot + count] = wp.vec2i(wp.min(f, g), wp.max(f, g))
+                    count += wp.int64(1)
     return count
 
 
@@ -113,25 +104,36 @@ def intersect_kernel(
         slot = starts[block]
         if slot == starts[block + 1]:
             return
-    count = wp.int64(0)
-    level = int(1)
+    box = levels[1] + block
+    count = meet_blocks(points, corners, turns, order, lows, highs, block, block, slot, pairs_out)
+    lefts = Masks()
+    bases = Levels()
     n = int(block)
-    while levels[level] + n < levels[level + 1]:
-        box = levels[level] + n
-        if not boxes_meet(lows, highs, levels[1] + block, box):
-            at = box_after(level, n, top)
-            level = at[0]
-            n = at[1]
-        elif level > 1:
-            level -= 1
-            n *= CHILDREN
+    for above in range(1, top):
+        start = n & ~(CHILDREN - 1)
+        size = child_count(levels, above, n / CHILDREN)
+        meeting = boxes_meeting(lows, highs, levels[above] + start, size, box)
+        bases[above] = start
+        lefts[above] = meeting & ~low_bits(n - start + 1)
+        n = n / CHILDREN
+    level = int(1)
+    while level < top:
+        left = lefts[level]
+        if left == wp.uint32(0):
+            level += 1
         else:
-            count += meet_blocks(
-                points, corners, turns, order, lows, highs, block, n, box, slot + count, pairs_out
-            )
-            at = box_after(level, n, top)
-            level = at[0]
-            n = at[1]
+            n = bases[level] + bit_index(left)
+            lefts[level] = left & (left - wp.uint32(1))
+            if level > 1:
+                level -= 1
+                start = CHILDREN * n
+                bases[level] = start
+                size = child_count(levels, level, n)
+                lefts[level] = boxes_meeting(lows, highs, levels[level] + start, size, box)
+            else:
+                count += meet_blocks(
+                    points, corners, turns, order, lows, highs, block, n, slot + count, pairs_out
+                )
     if pairs_out.shape[0] == 0:
         counts_out[block] = count
 

@@ -12,8 +12,19 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import Float64Array
+from dmc_cli.bits import bit_index
 from dmc_cli.measures.split_faces import double_point, face_points, split_faces
-from dmc_cli.mesh import CHILDREN, Levels, Mesh, box_after, build_tree, curve_frame, curve_number
+from dmc_cli.mesh import (
+    CHILDREN,
+    Levels,
+    Masks,
+    Mesh,
+    boxes_near,
+    build_tree,
+    child_count,
+    curve_frame,
+    curve_number,
+)
 from dmc_cli.runtime import ITEMS_A_CHUNK, Device
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -139,23 +150,28 @@ def nearest_kernel(
         if nearest < 0:
             nearest = order[descend(lows, highs, levels, top, p)]
         least = face_distance(points, corners, turns, nearest, p, INFINITE)
+        lefts = Masks()
+        bases = Levels()
         level = int(top)
-        n = int(0)
-        while levels[level] + n < levels[level + 1]:
-            box = levels[level] + n
-            is_near = box_distance(lows[box], highs[box], p) < least
-            if is_near and level > 0:
-                level -= 1
-                n *= CHILDREN
+        lefts[top] = wp.uint32(1)
+        while level <= top:
+            left = lefts[level]
+            if left == wp.uint32(0):
+                level += 1
             else:
-                if is_near:
+                n = bases[level] + bit_index(left)
+                lefts[level] = left & (left - wp.uint32(1))
+                if level > 0:
+                    level -= 1
+                    start = CHILDREN * n
+                    bases[level] = start
+                    size = child_count(levels, level, n)
+                    lefts[level] = boxes_near(lows, highs, levels[level] + start, size, p, least)
+                else:
                     distance = face_distance(points, corners, turns, order[n], p, least)
                     if distance < least:
                         least = distance
                         nearest = order[n]
-                at = box_after(level, n, top)
-                level = at[0]
-                n = at[1]
         distances_out[query] = wp.sqrt(least)
 
 

@@ -4,8 +4,11 @@ from .box_tree import (
     CHILDREN as CHILDREN,
     BoxTree as BoxTree,
     Levels as Levels,
-    box_after as box_after,
+    Masks as Masks,
+    boxes_meeting as boxes_meeting,
+    boxes_near as boxes_near,
     build_tree as build_tree,
+    child_count as child_count,
     curve_frame as curve_frame,
     curve_number as curve_number,
 )

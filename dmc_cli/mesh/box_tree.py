@@ -13,17 +13,19 @@ import warp as wp
 
 from dmc_cli.array_types import FloatArray
 from dmc_cli.mesh.mesh import Mesh, require_mesh
-from dmc_cli.runtime import view
+from dmc_cli.runtime import native, view
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 CHILDREN = wp.constant(8)
 """Boxes that are joined to one."""
 
-LEVELS = 12
+LEVELS = 13
 """Most levels: as many as 2^31 faces have, with that of the faces, and the end."""
 
 Levels = wp.types.vector(length=LEVELS, dtype=wp.int32)
+Masks = wp.types.vector(length=LEVELS, dtype=wp.uint32)
+"""A number, or children that are yet to be looked at, for each level."""
 
 CELLS = 1024
 """Cells of the curve along the longest side: its numbers have 30 bits."""
@@ -185,13 +187,32 @@ def join_boxes_kernel(
     highs_inout[here + n] = high
 
 
-@wp.func
-def box_after(level: wp.int32, n: wp.int32, top: wp.int32) -> wp.vec2i:
-    """Return level and number of the box that a walk goes to after box `n` of a level and all below it.
+@wp.func_native(native(__file__, "boxes_near"))
+def boxes_near(
+    lows: wp.array(dtype=wp.vec3),
+    highs: wp.array(dtype=wp.vec3),
+    start: wp.int32,
+    count: wp.int32,
+    p: wp.vec3d,
+    reach: wp.float64,
+) -> wp.uint32:
+    """Return a bit for each of `count` boxes from `start` on: the square of its distance is below `reach`."""
+    ...
 
-    The walk is at its end where there is no box of this number.
-    """
-    at = wp.vec2i(level, n + 1)
-    while at[1] & (CHILDREN - 1) == 0 and at[0] < top:
-        at = wp.vec2i(at[0] + 1, at[1] >> 3)
-    return at
+
+@wp.func_native(native(__file__, "boxes_meeting"))
+def boxes_meeting(
+    lows: wp.array(dtype=wp.vec3),
+    highs: wp.array(dtype=wp.vec3),
+    start: wp.int32,
+    count: wp.int32,
+    box: wp.int32,
+) -> wp.uint32:
+    """Return a bit for each of `count` boxes, from `start` on: it has a point in common with box `box`."""
+    ...
+
+
+@wp.func
+def child_count(levels: Levels, level: wp.int32, n: wp.int32) -> wp.int32:
+    """Count the boxes of a level that are joined to box `n` of the next one."""
+    return wp.min(CHILDREN, levels[level + 1] - levels[level] - CHILDREN * n)
