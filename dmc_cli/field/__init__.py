@@ -3,6 +3,7 @@
 grid                 numbering of nodes, cells, edges and faces; from grid to world
 planes               one bit per node or cell, in words
 sample_reader        stored values of whatever type
+brick_ranges         least and greatest values of bricks of nodes
 trilinear            the interpolant in a cell
 field                F: stored values less the isovalue, with sides, borders and missing data
 crossings            where a polygon crosses the edges of its cell

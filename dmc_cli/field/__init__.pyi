@@ -6,6 +6,16 @@ from .cell_lanes import (
     world_lanes as world_lanes,
 )
 from .cell_lists import store_cells as store_cells
+from .brick_ranges import (
+    BRICK as BRICK,
+    BrickRanges as BrickRanges,
+    NodeSteps as NodeSteps,
+    bricks_begin as bricks_begin,
+    bricks_end as bricks_end,
+    compare_bricks as compare_bricks,
+    make_brick_ranges as make_brick_ranges,
+    widen_ranges as widen_ranges,
+)
 from .central_differences import difference as difference, mixed as mixed, slopes_in_lanes as slopes_in_lanes
 from .corner_slopes import (
     corner_differences as corner_differences,
@@ -32,6 +42,7 @@ from .crossings import (
 from .field import (
     DeviceVolume as DeviceVolume,
     Field as Field,
+    VolumeIndex as VolumeIndex,
     cell_values as cell_values,
     make_field as make_field,
     needs_care as needs_care,

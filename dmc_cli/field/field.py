@@ -23,6 +23,7 @@ import warp as wp
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import EmptySurfaceError
+from dmc_cli.field.brick_ranges import BrickRanges
 from dmc_cli.field.grid import Grid
 from dmc_cli.field.sample_reader import KINDS, STORED_TYPES, cell_at, value_at
 from dmc_cli.field.trilinear import CornerValues64
@@ -60,6 +61,22 @@ class Field:
     padding_high: wp.float64
 
 
+@dataclass
+class VolumeIndex:
+    """What the first surface of a volume leaves for those at other isovalues.
+
+    Attributes:
+        ranges: The ranges of bricks of stored values; None before the first pass over them.
+        no_data_count: Number of nodes without data.
+        data: The bits of nodes with data where the border is open, uint32 [row, word]; None before they are
+            asked for.
+    """
+
+    ranges: BrickRanges | None = None
+    no_data_count: int = 0
+    data: Any | None = None
+
+
 @dataclass(frozen=True)
 class DeviceVolume:
     """A volume's values on the device; the array keeps the memory alive.
@@ -68,11 +85,13 @@ class DeviceVolume:
         values: Stored values [row, i], one of `STORED_TYPES`.
         volume: The volume itself, for its geometry and meaning.
         device: Where the values are.
+        index: What is kept for further isovalues; None where there is one.
     """
 
     values: Any
     volume: Volume
     device: Device
+    index: VolumeIndex | None = None
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
@@ -92,10 +111,10 @@ class DeviceVolume:
         return view(values, wp.uint8, shape)
 
 
-def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
+def upload_volume(volume: Volume, device: Device, *, indexed: bool = False) -> DeviceVolume:
     """Hand the stored values to the device: without a copy on CPU, by one copy on CUDA.
 
-    64-bit integers become 32-bit ones where they fit and float64 otherwise.
+    `indexed` keeps an index of them, which surfaces at several isovalues share. 64-bit integers become 32-bit ones where they fit and float64 otherwise.
     """
     values = volume.values
     if values.dtype.kind in "iu" and values.dtype.itemsize == 8:
@@ -109,7 +128,7 @@ def upload_volume(volume: Volume, device: Device) -> DeviceVolume:
         array = adopt(flat, dtype)
     else:
         array = wp.array(flat, dtype=dtype, device=device.name)
-    return DeviceVolume(array, volume, device)
+    return DeviceVolume(array, volume, device, VolumeIndex() if indexed else None)
 
 
 def _narrowed(values: AnyArray) -> AnyArray:

@@ -26,6 +26,7 @@ from dmc_cli.field import (
     row_place,
     stored_isovalue,
 )
+from dmc_cli.runtime import Device
 from dmc_cli.settings import SurfaceSettings
 
 wp.set_module_options(
@@ -91,19 +92,33 @@ def find_inside(volume: DeviceVolume, settings: SurfaceSettings, grid: GridShape
     device = volume.device
     levels = _levels(volume, settings)
     inside = make_plane(grid, device)
-    looks_for_data = levels.checks_finite or levels.checks_padding
-    missing = device.empty(grid.rows if looks_for_data else 0, wp.int64)
     inputs = [grid.struct(), volume.bytes, volume.kind, levels]
-    device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, missing], -(-NODES_A_CHUNK // grid.nx))
-    no_data_count = 0
-    if looks_for_data:
-        device.finish()
-        no_data_count = device.total(missing)
+    missing = device.empty(grid.rows if levels.checks_finite or levels.checks_padding else 0, wp.int64)
+    if volume.index is None:
+        least = -(-NODES_A_CHUNK // grid.nx)
+        device.begin(find_inside_kernel, grid.rows, inputs, [inside.rows, missing], least)
+        no_data_count = count_missing(missing, device)
+    else:  # only here: kernels that a run at one isovalue need not read
+        from dmc_cli.contouring.stages.indexed_classification import find_inside_by_index
+
+        no_data_count = find_inside_by_index(volume, levels, grid, inside, missing)
     if no_data_count == 0 or grid.border == 1:
         return InsideBits(inside, None, no_data_count)
-    data = device.empty((grid.rows, grid.words), wp.uint32)
-    device.launch(find_data_kernel, grid.rows, inputs, [data])
+    data = None if volume.index is None else volume.index.data
+    if data is None:
+        data = device.empty((grid.rows, grid.words), wp.uint32)
+        device.launch(find_data_kernel, grid.rows, inputs, [data])
+        if volume.index is not None:
+            volume.index.data = data
     return InsideBits(inside, data, no_data_count)
+
+
+def count_missing(missing: Any, device: Device) -> int:
+    """Return the number of nodes without data from that of each row, once they are counted."""
+    if missing.shape[0] == 0:
+        return 0
+    device.finish()
+    return device.total(missing)
 
 
 def _levels(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
@@ -216,6 +231,35 @@ def add_border(
         inside_inout[row, w] = previous_node(bits, before) & low_bits(grid.nx - WORD * w)
 
 
+@wp.func
+def find_row(
+    grid: Grid,
+    values: wp.array2d(dtype=wp.uint8),
+    kind: wp.int32,
+    levels: Levels,
+    row: wp.int32,
+    inside_out: wp.array2d(dtype=wp.uint32),
+) -> wp.int32:
+    """Write the inside bits of a row of the grid; return how many of its nodes are without data."""
+    place = row_place(grid, row)
+    j = place[0]
+    k = place[1]
+    b = grid.border
+    if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
+        fill_row(inside_out, grid, row, levels.outside)
+        return 0
+    nx = grid.nx - 2 * b
+    start = node_of_volume(grid, 0, j - b, k - b)
+    is_finite = compare_row(values, kind, start, nx, levels.cut, inside_out, row)
+    looks_for_data = levels.checks_padding == 1 or not is_finite
+    missing = int(0)
+    if looks_for_data or b == 1 or levels.settles == 1:
+        missing = settle_row(inside_out, values, kind, levels, row, start, nx, looks_for_data)
+    if b == 1:
+        add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
+    return missing
+
+
 @wp.kernel
 def find_inside_kernel(
     # In:
@@ -230,24 +274,7 @@ def find_inside_kernel(
 ) -> None:
     """Find the inside bits and count the nodes without data if asked to. One thread a row of the grid."""
     row = first + wp.tid()
-    place = row_place(grid, row)
-    j = place[0]
-    k = place[1]
-    b = grid.border
-    if b == 1 and (j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1):
-        fill_row(inside_out, grid, row, levels.outside)
-        if nodata_out.shape[0] > 0:
-            nodata_out[row] = wp.int64(0)
-        return
-    nx = grid.nx - 2 * b
-    start = node_of_volume(grid, 0, j - b, k - b)
-    is_finite = compare_row(values, kind, start, nx, levels.cut, inside_out, row)
-    looks_for_data = levels.checks_padding == 1 or not is_finite
-    missing = int(0)
-    if looks_for_data or b == 1 or levels.settles == 1:
-        missing = settle_row(inside_out, values, kind, levels, row, start, nx, looks_for_data)
-    if b == 1:
-        add_border(inside_out, grid, levels, row, (nx + WORD - 1) / WORD)
+    missing = find_row(grid, values, kind, levels, row, inside_out)
     if nodata_out.shape[0] > 0:
         nodata_out[row] = wp.int64(missing)
 
