@@ -21,6 +21,7 @@ class MeshFormat:
         read: From a path to a `MeshFile`.
         holds_normals: Whether there is a place for normals.
         holds_values: Whether there is one for values of vertices and faces.
+        holds_groups: Whether there is one for names of parts.
         is_binary: Whether it is binary unless `--ascii` asks for text.
     """
 
@@ -30,6 +31,7 @@ class MeshFormat:
     read: str
     holds_normals: bool = True
     holds_values: bool = False
+    holds_groups: bool = False
     is_binary: bool = False
 
 
@@ -42,7 +44,9 @@ FORMATS: dict[str, MeshFormat] = {
         holds_values=True,
         is_binary=True,
     ),
-    "obj": MeshFormat(title="OBJ", suffix=".obj", encode="obj:encode_obj", read="obj:read_obj"),
+    "obj": MeshFormat(
+        title="OBJ", suffix=".obj", encode="obj:encode_obj", read="obj:read_obj", holds_groups=True
+    ),
     "off": MeshFormat(
         title="OFF", suffix=".off", encode="off:encode_off", read="off:read_off", holds_normals=False
     ),

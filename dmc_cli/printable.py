@@ -22,6 +22,12 @@ def printable(text: str, keep: str = "\n\t") -> str:
     )
 
 
+def short_number(value: float) -> str:
+    """Return the shortest text of a number that reads back as it."""
+    text = f"{value:g}"
+    return text if float(text) == value else repr(value)
+
+
 def json_text(value: Any, indent: int | None = None) -> str:
     """Return a value as JSON that reads well and can be printed and encoded, whatever its texts hold."""
     import json

@@ -1,7 +1,13 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .batch import Outcome as Outcome, convert_all as convert_all
-from .conversion import ConvertResult as ConvertResult, compile_kernels as compile_kernels, convert as convert
+from .conversion import (
+    ConvertResult as ConvertResult,
+    compile_kernels as compile_kernels,
+    convert as convert,
+)
+from .kept_volume import KeptVolume as KeptVolume
 from .measurement import measure_file as measure_file
 from .overlaps import refuse_overlaps as refuse_overlaps
 from .read_ahead import ReadAhead as ReadAhead
+from .several import convert_each as convert_each

@@ -18,6 +18,7 @@ from threading import Event, Thread
 from typing import Any
 
 from dmc_cli.app import conversion
+from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.errors import DeviceError, DmcError
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare
@@ -73,6 +74,7 @@ class _Jobs:
     def __init__(self, items: Sequence[ConvertSettings], jobs: int) -> None:
         self.outcomes: list[Future[Outcome]] = [Future() for _ in items]
         self._waiting = deque(zip(items, self.outcomes, strict=True))
+        self._items = items
         self._stop = Event()
         self.threads: list[Thread] = []
         with suppress(RuntimeError):  # no more can be started
@@ -89,11 +91,12 @@ class _Jobs:
             thread.join(max(end - time.monotonic(), 0.0))
 
     def _work(self) -> None:
+        kept = KeptVolume(self._items)
         with stopping_on(self._stop), suppress(IndexError):
             while not self._stop.is_set():
                 item, outcome = self._waiting.popleft()
                 try:
-                    outcome.set_result(_convert_one(item, _Checking()))
+                    outcome.set_result(_convert_one(item, _Checking(), kept))
                 except BaseException as error:  # else the main thread would wait for ever
                     outcome.set_exception(error)
 
@@ -125,9 +128,10 @@ def convert_all(
         with progress.stage(f"{len(items)} items"):
             if _convert_side_by_side(shared, tell, jobs, progress, whole):
                 return
+    kept = KeptVolume(items)
     for number, item in enumerate(items, 1):
         with progress.stage(f"item {number} of {len(items)}"):
-            outcome = _convert_one(item, progress)
+            outcome = _convert_one(item, progress, kept)
         with whole():
             tell(outcome)
 
@@ -159,7 +163,7 @@ def _convert_side_by_side(
     return True
 
 
-def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
+def _convert_one(item: ConvertSettings, progress: Progress, kept: KeptVolume) -> Outcome:
     """Convert an item; whatever is wrong with it becomes part of the outcome."""
     facts: dict[str, Any] = {
         "input": item.input,
@@ -167,7 +171,7 @@ def _convert_one(item: ConvertSettings, progress: Progress) -> Outcome:
         "output": item.output.path,
     }
     try:
-        result = conversion.convert(item, progress)
+        result = conversion.convert(item, progress, kept=kept)
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
         return Outcome(**facts, status=error.exit_status, error=told)

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.read_ahead import ReadAhead
+from dmc_cli.app.writing import Made, check_outputs, finish
 from dmc_cli.contouring import (
     Surface,
     SurfaceCounts,
@@ -28,34 +30,26 @@ from dmc_cli.contouring import (
     kernel_modules as surface_kernels,
     mesh_kernel_modules,
 )
-from dmc_cli.errors import DeviceError, EmptySurfaceError, RequirementError, VolumeError
-from dmc_cli.field import upload_volume
-from dmc_cli.files import check_output, write_output
+from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
+from dmc_cli.field import DeviceVolume
 from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
 from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, file_of_mesh, refuse_lost
 from dmc_cli.mesh_io import (
     HalfedgeDump,
     MeshFile,
-    check_dump_name,
-    choose_format,
-    write_halfedges,
-    write_mesh,
 )
-from dmc_cli.notices import warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report import (
     Measures,
     RunFacts,
     build_report,
-    check_requirements,
     collect_versions,
     measure_memory,
     measured_sections,
-    report_text,
 )
-from dmc_cli.runtime import Device, launch_kernels, load_kernels, select_device
-from dmc_cli.settings import ConvertSettings, OutputSettings, OutputUnit
+from dmc_cli.runtime import launch_kernels, load_kernels, select_device
+from dmc_cli.settings import ConvertSettings, OutputUnit
 from dmc_cli.volume import Volume, intact, output_affine
 
 
@@ -82,7 +76,10 @@ class ConvertResult:
 
 
 def convert(
-    settings: ConvertSettings, progress: Progress = SILENT, ahead: ReadAhead | None = None
+    settings: ConvertSettings,
+    progress: Progress = SILENT,
+    ahead: ReadAhead | None = None,
+    kept: KeptVolume | None = None,
 ) -> ConvertResult:
     """Turn a volume into a mesh file, as `dmc convert` does.
 
@@ -90,38 +87,54 @@ def convert(
         settings: What to convert, and how.
         progress: Who is told the stages.
         ahead: The reading of the input where it has begun already.
+        kept: The volume of the conversion before, of a list that this one is part of.
 
     Raises:
         DmcError: What went wrong, by class; nothing was written then but a report that was asked for
             together with `require`.
     """
+    made = make_mesh(settings, progress, ahead, kept)
+    finish([made])
+    return ConvertResult(made.mesh, made.report)
+
+
+def make_mesh(
+    settings: ConvertSettings, progress: Progress, ahead: ReadAhead | None, kept: KeptVolume | None
+) -> Made:
+    """Return all that a conversion writes; nothing is written yet. The arguments are those of `convert`."""
     watch = Stopwatch(progress)
-    _check_outputs(settings)
-    ahead = ahead or ReadAhead(settings)
+    check_outputs(settings)
+    kept = kept or KeptVolume([settings])
+    on_device = kept.at_hand(settings)
+    if on_device is None:
+        ahead = ahead or ReadAhead(settings)
     device = select_device(settings.device, settings.threads)
-    ahead.check()
+    if ahead is not None:
+        ahead.check()
     with watch.stage("compile", "loading kernels"):
-        load_kernels(device, _needed_kernels(settings), progress)
-    with watch.stage("read", "reading"):
-        volume = ahead.result(progress)
-    refuse_overlaps([settings], volume.files)
-    with intact(volume.values, settings.input):
-        mesh, dump, report = _make_mesh(settings, volume, device, watch)
-    _finish(settings, mesh, dump, report, watch)
-    return ConvertResult(mesh, report)
+        load_kernels(device, _needed_kernels(settings, indexed=kept.is_shared(settings)), progress)
+    if on_device is None:
+        assert ahead is not None
+        with watch.stage("read", "reading"):
+            volume = ahead.result(progress)
+        refuse_overlaps([settings], volume.files)
+        on_device = kept.keep(settings, volume, device)
+    with intact(on_device.volume.values, settings.input):
+        mesh, dump, report = _stages(settings, on_device, watch)
+    return Made(settings, mesh, dump, report, watch)
 
 
-def _make_mesh(
-    settings: ConvertSettings, volume: Volume, device: Device, watch: Stopwatch
+def _stages(
+    settings: ConvertSettings, on_device: DeviceVolume, watch: Stopwatch
 ) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
     """Return all that is written: the mesh, its halfedges if they are asked for, and the report."""
-    output = settings.output
+    output, volume, device = settings.output, on_device.volume, on_device.device
     affine, space = output_affine(volume, output.space, output.unit)
     reserve_cells(volume, settings)
     forecast = MeshForecast(volume, settings)
     with watch.stage("surface", "extracting the surface"):
         surface = extract_surface(
-            upload_volume(volume, device),
+            on_device,
             settings.surface,
             affine,
             even_slices=output.space == "voxel",
@@ -180,10 +193,11 @@ def every_kernel() -> list[ModuleType]:
     return [*launch_kernels(), *every_kernel_module(), *processing, *every_measure]
 
 
-def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
-    """Return the modules with kernels that a run needs."""
+def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list[ModuleType]:
+    """Return the modules with kernels that a run needs, alone or as one of several of the same volume."""
     dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
-    modules = surface_kernels(settings.surface, normals_too=settings.output.normals or dumped)
+    has_normals = settings.output.normals or dumped
+    modules = surface_kernels(settings.surface, normals_too=has_normals, indexed=indexed)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
@@ -192,19 +206,6 @@ def _needed_kernels(settings: ConvertSettings) -> list[ModuleType]:
         output = settings.output
         modules += report_kernels(intersections=output.finds_intersections, curvature=output.curvature)
     return modules
-
-
-def _check_outputs(settings: ConvertSettings) -> None:
-    """Raise DmcError, before any work, if an output has a name or a place that will not do."""
-    output = settings.output
-    refuse_overlaps([settings])
-    choose_format(output.path, output.output_format)
-    check_output(output.path, force=output.force)
-    if output.halfedges is not None:
-        check_dump_name(output.halfedges)
-    for path in (output.halfedges, output.report):
-        if path is not None:
-            check_output(path, force=output.force)
 
 
 def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
@@ -352,42 +353,3 @@ def _make_report(
         versions=collect_versions(device.name),
     )
     return build_report(facts)
-
-
-def _finish(
-    settings: ConvertSettings,
-    mesh: MeshFile,
-    dump: HalfedgeDump | None,
-    report: dict[str, Any],
-    watch: Stopwatch,
-) -> None:
-    """Check what is required, then write the mesh and the report, which names what is not met."""
-    output = settings.output
-    try:
-        check_requirements(report, output.require)
-    except RequirementError:
-        _write_report(output, report, watch)
-        raise
-    if not output.dry_run:
-        with watch.stage("write", "writing"):
-            written = write_mesh(
-                output.path,
-                mesh,
-                output_format=output.output_format,
-                ascii=output.ascii,
-                force=output.force,
-            )
-            if output.halfedges is not None and dump is not None:
-                write_halfedges(output.halfedges, dump, force=output.force)
-        for key, told in warning_keys(written.warnings).items():
-            report[key] += told
-    _write_report(output, report, watch)
-
-
-def _write_report(output: OutputSettings, report: dict[str, Any], watch: Stopwatch) -> None:
-    """Complete the report, and write it where it was asked for."""
-    watch.total()
-    report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
-    report["memory"] = measure_memory(report["settings"]["device"])
-    if output.report is not None:
-        write_output(output.report, [report_text(report).encode()], force=output.force)

@@ -42,7 +42,11 @@ class Output(NamedTuple):
 
 
 def refuse_overlaps(
-    items: Sequence[ConvertSettings], others: Iterable[Path | str] = (), *, tells: bool = False
+    items: Sequence[ConvertSettings],
+    others: Iterable[Path | str] = (),
+    *,
+    tells: bool = False,
+    one_mesh: bool = False,
 ) -> None:
     """Raise if an output of one of the items is a file that one of them reads, or another one's output.
 
@@ -50,6 +54,7 @@ def refuse_overlaps(
         items: Conversions that are about to run, in whatever order.
         others: Further files that are read: those that a volume was found to consist of, a batch's own file.
         tells: Whether the outcomes are printed on standard output, as a batch does.
+        one_mesh: Whether all items write parts of the first one's mesh file.
 
     Raises:
         SettingsError: Two of the settings name the same file.
@@ -58,6 +63,8 @@ def refuse_overlaps(
     owners: dict[object, Output] = {}
     outputs = [Output(None, "outcomes", STREAM)] if tells else []
     outputs += [output for item in items for output in _outputs(item)]
+    if one_mesh:
+        outputs = [output for output in outputs if output.role != "mesh" or output.item is items[0]]
     for output in outputs:
         for key in files.of_output(output.path):
             other = owners.setdefault(key, output)

@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     again=None,
     help="Items at work at the same time; each has an equal share of --memory, or of the machine's.",
 )
-@options.batch_isovalue_option
-@options.shape_of_surface_options
+@options.surface_options
 @options.mesh_options
 @options.read_options
 @options.noise_options

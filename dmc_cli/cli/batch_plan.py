@@ -12,25 +12,16 @@ import click
 
 from dmc_cli.app import refuse_overlaps
 from dmc_cli.cli.batch_file import read_tables
+from dmc_cli.cli.conversions import conversions_of
 from dmc_cli.cli.options import gather
-from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
 from dmc_cli.setting_checks import check_path
 from dmc_cli.settings import (
     STREAM,
     ConvertSettings,
-    MeshSettings,
-    OutputSettings,
     ReadSettings,
-    SurfaceSettings,
 )
 from dmc_cli.volume_io import exists
-
-_COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
-"""Suffixes that stand behind another one; both go from the stem."""
-
-_PATHS = ("output", "halfedges", "report")
-"""Options that are templates of paths."""
 
 
 def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, Any]) -> list[ConvertSettings]:
@@ -75,30 +66,8 @@ def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[Conver
         raise SettingsError(
             "no input was given; expected one or more, as `inputs` in the file or in each item"
         )
-    templates = {name: values[name] for name in _PATHS if values.get(name) is not None}
     for index, source in enumerate(_sources(values["inputs"], folder), 1):
-        named = {
-            "stem": name_part(_stem(source)),
-            "name": name_part(_name(source)),
-            "parent": _parent(source, base),
-        }
-        for isovalue in values["isovalue"]:
-            fields = named | {"isovalue": isovalue, "index": index}
-            paths = {
-                name: fill_template(name, template, fields, base) for name, template in templates.items()
-            }
-            files = {name: paths.get(name) for name in ("halfedges", "report")}
-            output = gather(OutputSettings, values | files, path=paths["output"])
-            surface = gather(SurfaceSettings, values | {"isovalue": isovalue})
-            yield gather(
-                ConvertSettings,
-                values,
-                input=source,
-                read=read,
-                surface=surface,
-                mesh=gather(MeshSettings, values),
-                output=output,
-            )
+        yield from conversions_of(source, values, read, base=base, index=index)
 
 
 def _sources(patterns: Any, folder: Path) -> Iterator[str]:
@@ -116,27 +85,3 @@ def _sources(patterns: Any, folder: Path) -> Iterator[str]:
             yield from found
         else:
             yield str(folder / pattern)
-
-
-def _stem(source: str) -> str:
-    """Return an input's name without folder and suffixes."""
-    if source.startswith("synth:"):
-        return source.replace(":", "_")
-    path = Path(_name(source))
-    if exists(Path(source)) and Path(source).is_dir():
-        return path.name
-    return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
-
-
-def _name(source: str) -> str:
-    """Return an input's name without its folder; for `.` and `..` the name of the folder that is meant."""
-    if source.startswith("synth:"):
-        return source
-    name = Path(source).name
-    return name if name not in ("", "..") else Path(source).resolve().name
-
-
-def _parent(source: str, base: Path) -> Path:
-    """Return an input's folder as a template names it: relative to the outputs' folder if it lies there."""
-    parent = Path() if source.startswith("synth:") else Path(source).parent
-    return parent.relative_to(base) if parent.is_relative_to(base) else parent

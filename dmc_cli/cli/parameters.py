@@ -3,12 +3,16 @@
 import math
 import re
 from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
+
+MOST_ISOVALUES = 10_000
+"""Steps from the first to the last isovalue, at most."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[str]]
 
@@ -55,6 +59,41 @@ class Triple(click.ParamType[Any]):
             return tuple(self.number(part) for part in parts)
         except ValueError:
             self.fail(f"{value!r}: {expected}", param, ctx)
+
+
+class Isovalues(click.ParamType[Any]):
+    """A number, or several as `first:last:step`, in steps of decimal numbers as they are written."""
+
+    name = "NUMBER"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the numbers, the last one among them if a step ends there."""
+        if isinstance(value, tuple):
+            return value
+        parts = str(value).split(":")
+        try:
+            numbers = [Decimal(part.strip()) for part in parts]
+        except InvalidOperation:
+            numbers = []
+        if len(numbers) not in (1, 3):
+            self.fail(
+                f"{value!r} is no isovalue; expected a number, or first:last:step as in 100:900:50",
+                param,
+                ctx,
+            )
+        if len(numbers) == 1 or not all(number.is_finite() for number in numbers):
+            return tuple(float(number) for number in numbers[:1])
+        first, last, step = numbers
+        if step <= 0 or last < first:
+            self.fail(
+                f"{value!r} has no numbers; expected first:last:step, the last not below the first, and"
+                " a step above 0",
+                param,
+                ctx,
+            )
+        if (last - first) / step > MOST_ISOVALUES:
+            self.fail(f"{value!r} has more than {MOST_ISOVALUES} numbers; take larger steps", param, ctx)
+        return tuple(float(first + n * step) for n in range(int((last - first) / step) + 1))
 
 
 class Size(click.ParamType[Any]):

@@ -1,6 +1,6 @@
 """Summarise reports and descriptions in a few readable lines."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from dmc_cli.cli.terminal import echo_lines
@@ -27,9 +27,13 @@ _WORST = (("aspect ratio", "aspect_ratio"), ("skew", "skew"), ("taper", "taper")
 """Measures of quads whose largest value is the worst, and their keys."""
 
 
-def echo_summary(report: dict[str, Any]) -> None:
-    """Print what a conversion did to standard error: warnings, mesh, quality, time."""
-    echo_lines(summary_lines(report), err=True)
+def echo_summaries(reports: Sequence[dict[str, Any]]) -> None:
+    """Print what conversions of one input did to standard error; warnings and the volume stand there once."""
+    told: set[str] = set()
+    for report in reports:
+        lines = [line for line in summary_lines(report) if line not in told]
+        told.update(line for line in lines if line.startswith(("warning: ", "volume ")))
+        echo_lines(lines, err=True)
 
 
 def summary_lines(report: dict[str, Any]) -> Iterator[str]:

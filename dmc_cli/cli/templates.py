@@ -29,7 +29,8 @@ def fill_template(option: str, template: str, fields: dict[str, Any], base: Path
     """
     if template == STREAM:
         raise SettingsError(
-            f"{option} is -, but a batch prints its outcomes there; give a template of file names"
+            f"{option} is -, but standard output is one file, or has a batch's outcomes; give a template of"
+            " file names"
         )
     try:
         pieces = list(Formatter().parse(template))

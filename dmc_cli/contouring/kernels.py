@@ -6,14 +6,21 @@ from dmc_cli.methods import METHODS, method_named
 from dmc_cli.settings import SurfaceSettings
 
 
-def kernel_modules(settings: SurfaceSettings, *, normals_too: bool = True) -> list[ModuleType]:
+def kernel_modules(
+    settings: SurfaceSettings, *, normals_too: bool = True, indexed: bool = False
+) -> list[ModuleType]:
     """Return the modules whose kernels a surface needs, for loading them ahead of time.
 
-    The one that takes longest to compile comes first, so that it is not the last to be ready.
+    `indexed` adds those that surfaces at several isovalues share. The one that takes longest to compile comes
+    first, so that it is not the last to be ready.
     """
     from dmc_cli.contouring import normals
 
-    modules = method_named(settings.method).kernels(settings)
+    modules = list(method_named(settings.method).kernels(settings))
+    if indexed:
+        from dmc_cli.contouring.stages import indexed_classification
+
+        modules.append(indexed_classification)
     return [normals, *modules] if normals_too else modules
 
 
@@ -39,6 +46,6 @@ def every_kernel_module() -> list[ModuleType]:
         known = method_named(name)
         chosen = [{option: value} for option, values in known.options.items() for value in values]
         for options in chosen or [{}]:
-            modules += kernel_modules(SurfaceSettings(isovalue=0.0, method=name, **options))  # type: ignore[arg-type]
+            modules += kernel_modules(SurfaceSettings(isovalue=0.0, method=name, **options), indexed=True)  # type: ignore[arg-type]
         modules += mesh_kernel_modules(name, colors=known.color is not None)
     return list(dict.fromkeys(modules))

@@ -1,9 +1,9 @@
 """Keep the least and the greatest value of each brick of nodes: a min/max index.
 
-A brick has 32 nodes along x, a word of bits, and `BRICK` along y and z. Bricks on one side of an isovalue need
-not be read again at it: the span space of Livnat et al. (1996) at the resolution of bricks. Schmitz et al.
-(2009, section 3.1) search such a tree level by level; one level, looked at by word, leaves less to read than
-the tree itself would take.
+A brick has 32 nodes along x, a word of bits, and `BRICK` along y and z. Bricks on one side of an isovalue are
+not read again at it: the span space of Livnat et al. (1996) at the resolution of bricks. A tree of them, as
+the HistoPyramids of Schmitz et al. (2009) are, has its levels looked at one after the other; here one level
+is, in the order of the words that it leaves to be read.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,8 @@ def compare_bricks(
 ) -> None:
     """Write a bit for each node of a row of bricks: is it at or above a number?
 
-    Nodes are read only where the range leaves it open. The bricks have `size` nodes along x, y and z from node
-    `at` on, rows and layers `step` nodes apart; their bits begin in row `row`, layers `layer` rows apart.
+    Nodes are read only where the range leaves it open. The bricks have `size` nodes along x, y and z from
+    node `at` on, rows and layers `step` nodes apart; their bits begin in row `row`, layers are `layer`
+    rows apart.
     """
     ...

@@ -114,7 +114,8 @@ class DeviceVolume:
 def upload_volume(volume: Volume, device: Device, *, indexed: bool = False) -> DeviceVolume:
     """Hand the stored values to the device: without a copy on CPU, by one copy on CUDA.
 
-    `indexed` keeps an index of them, which surfaces at several isovalues share. 64-bit integers become 32-bit ones where they fit and float64 otherwise.
+    `indexed` keeps an index of them, which surfaces at several isovalues share. 64-bit integers become 32-bit
+    ones where they fit and float64 otherwise.
     """
     values = volume.values
     if values.dtype.kind in "iu" and values.dtype.itemsize == 8:

@@ -6,6 +6,11 @@ from .halfedge_dump import (
     write_halfedges as write_halfedges,
 )
 from .halfedge_numbers import next_halfedges as next_halfedges, previous_halfedges as previous_halfedges
-from .mesh_file import NO_CORNER as NO_CORNER, MeshFile as MeshFile, count_triangles as count_triangles
+from .mesh_file import (
+    NO_CORNER as NO_CORNER,
+    MeshFile as MeshFile,
+    count_triangles as count_triangles,
+    grouped as grouped,
+)
 from .read import read_mesh as read_mesh
 from .write import choose_format as choose_format, write_mesh as write_mesh

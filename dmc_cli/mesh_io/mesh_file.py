@@ -42,6 +42,7 @@ class MeshFile:
         vertex_values: Values of the vertices by their names, (V,) or (V, n), n at least 2, of one of
             `VALUE_TYPES`; NaN and infinity are values, too.
         face_values: Values of the faces likewise, one row per face; the label pair is `LABELS`.
+        groups: Names of parts, each with its number of faces, in the order of the faces; or none.
         warnings: What is told of the file that it was read from.
         triangle_count: Number of faces with three corners.
 
@@ -56,6 +57,7 @@ class MeshFile:
     unit: OutputUnit = "mm"
     vertex_values: Mapping[str, AnyArray] = field(default_factory=dict)
     face_values: Mapping[str, AnyArray] = field(default_factory=dict)
+    groups: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[Notice, ...] = ()
     triangle_count: int = field(init=False)
 
@@ -76,11 +78,36 @@ class MeshFile:
                 )
         _check_values("vertex", self.vertex_values, count)
         _check_values("face", self.face_values, len(self.faces))
+        if self.groups and sum(self.groups.values()) != len(self.faces):
+            raise CallError(
+                f"the groups have {sum(self.groups.values())} faces of {len(self.faces)}; expected each face"
+                " in one of them; count them again"
+            )
 
     @property
     def quad_count(self) -> int:
         """Return the number of faces with four corners."""
         return len(self.faces) - self.triangle_count
+
+
+def grouped(meshes: Mapping[str, MeshFile]) -> MeshFile:
+    """Return one mesh with a group for each of several in the same space and unit; values are left out."""
+    first = next(iter(meshes.values()))
+    counts = [len(mesh.points) for mesh in meshes.values()]
+    starts = np.cumsum([0, *counts[:-1]])
+    normals = [mesh.normals for mesh in meshes.values() if mesh.normals is not None]
+    faces = [
+        np.where(mesh.faces == NO_CORNER, NO_CORNER, mesh.faces + np.int32(start))
+        for mesh, start in zip(meshes.values(), starts, strict=True)
+    ]
+    return MeshFile(
+        points=np.concatenate([mesh.points for mesh in meshes.values()]),
+        faces=np.concatenate(faces),
+        normals=np.concatenate(normals) if len(normals) == len(meshes) else None,
+        space=first.space,
+        unit=first.unit,
+        groups={name: len(mesh.faces) for name, mesh in meshes.items()},
+    )
 
 
 def _check_rows(name: str, array: AnyArray, columns: int, *dtypes: type[np.generic]) -> None:

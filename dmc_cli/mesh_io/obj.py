@@ -1,7 +1,7 @@
 """Write and read OBJ, the Wavefront object format: lines `v x y z`, `vn x y z` and `f a b c d`.
 
-Indices count from 1, a negative one back from the last vertex so far; a normal that is written has the index
-of its vertex.
+A line `g name` begins a group of faces. Indices count from 1, a negative one back from the last vertex so
+far; a normal that is written has the index of its vertex.
 """
 
 import re
@@ -37,8 +37,13 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
     if mesh.normals is not None:
         for rows in chunks_of(mesh.normals):
             yield float_lines(rows, b"vn ")
-    for faces in chunks_of(mesh.faces):
-        yield face_lines(faces, b"f", first=1, repeat=1 if mesh.normals is None else 2)
+    start = 0
+    for name, count in (mesh.groups or {"": len(mesh.faces)}).items():
+        if name:
+            yield f"g {name}\n".encode()
+        for faces in chunks_of(mesh.faces[start : start + count]):
+            yield face_lines(faces, b"f", first=1, repeat=1 if mesh.normals is None else 2)
+        start += count
 
 
 def read_obj(path: Path) -> MeshFile:

@@ -54,7 +54,7 @@ def seen(monkeypatch):
         "bug": ZeroDivisionError("oops"),
     }
 
-    def convert(item, progress):
+    def convert(item, progress, **_):
         found.append(item)
         if item.input in errors:
             raise errors[item.input]
@@ -120,7 +120,7 @@ def test_jobs_work_at_the_same_time_and_no_more_of_them(monkeypatch):
     together = threading.Barrier(2, timeout=60)
     at_work, most = [], []
 
-    def convert(item, _progress):
+    def convert(item, _progress, **_):
         at_work.append(item)
         most.append(len(at_work))
         together.wait()
@@ -135,7 +135,7 @@ def test_jobs_work_at_the_same_time_and_no_more_of_them(monkeypatch):
 def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
     begun, go_on = [], threading.Event()
 
-    def convert(item, _progress):
+    def convert(item, _progress, **_):
         begun.append(item)
         if len(begun) > 1:
             go_on.wait(60)
@@ -171,7 +171,7 @@ def test_kernels_that_cannot_be_loaded_fail_every_item(seen, monkeypatch):
         raise WriteError("the kernel cache cannot be used")
 
     monkeypatch.setattr(conversion, "load_needed_kernels", refuse)
-    monkeypatch.setattr(conversion, "convert", lambda *_: refuse(None, None))
+    monkeypatch.setattr(conversion, "convert", lambda *_, **__: refuse(None, None))
     assert [found.status for found in outcomes_of(items("a", "b"), 2)] == [9, 9]
 
 

@@ -62,7 +62,7 @@ class InterruptError(BaseException):
     pass
 
 
-def convert_slowly(item, progress):
+def convert_slowly(item, progress, _kept):
     """The first two items are done at once; the others take minutes, and look whether they should stop."""
     if item.output.path not in ("0.ply", "1.ply"):
         for _ in range(10_000):
@@ -99,7 +99,7 @@ def test_an_exception_stops_the_jobs_and_what_is_done_is_told_once(folder, monke
 
 
 def test_an_error_that_ends_a_thread_ends_the_run(folder, monkeypatch):
-    def fail(item, progress):
+    def fail(item, progress, _kept):
         raise SystemExit("told")
 
     monkeypatch.setattr(batch, "_convert_one", fail)

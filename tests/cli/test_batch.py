@@ -5,7 +5,7 @@ import textwrap
 
 import pytest
 
-from dmc_cli.cli.batch_plan import _stem
+from dmc_cli.cli.conversions import _stem
 
 
 @pytest.fixture
@@ -165,7 +165,10 @@ def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, mon
             ["synth:iwp:8", "-i", "0", "-o", "{stm}.ply"],
             "expected {stem}, {name}, {parent}, {isovalue}, {index}",
         ),
-        (["synth:iwp:8", "-i", "0", "-o", "-"], "output is -, but a batch prints its outcomes there"),
+        (
+            ["synth:iwp:8", "-i", "0", "-o", "-"],
+            "output is -, but standard output is one file, or has a batch's outcomes",
+        ),
         (["synth:iwp:8", "synth:torus:8", "-i", "0", "-o", "a.ply"], "use {stem} and {isovalue}"),
         (["a.npy", "./a.npy", "-i", "10", "-i", "10.0"], "a_10.ply is the output of a.npy at 10 twice"),
         *[

@@ -124,7 +124,7 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
         ("items = [1]", "items is no list of tables"),
         ("items = 'a'", "items is no list of tables"),
         ("inputs = 'a'\nisovalue = []", "no isovalue was given"),
-        ("inputs = 'a'\nisovalue = 'x'", "isovalue is \\['x'\\]; 'x' is not a valid float"),
+        ("inputs = 'a'\nisovalue = 'x'", "isovalue is \\['x'\\]; 'x' is no isovalue"),
         ("inputs = 'no*such'\nisovalue = 1", "no file matches no\\*such"),
         ("inputs = ''\nisovalue = 1", "an input's name is empty"),
         ("inputs = 'a\\u0000'\nisovalue = 1".replace("'", '"'), r"inputs is 'a\\x00'; .*without .* NUL"),

@@ -29,8 +29,8 @@ def test_only_options_that_change_no_result_may_be_given_twice(command, option):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["convert", *VOLUME, "-i", 0, "-i", 0.1], "'-i' / '--isovalue' was given 2 times; expected once;"),
-        (["convert", *VOLUME, "-i", 0, "--isovalue=0"], "keep one of them, or give all of them to dmc batch"),
+        (["convert", *VOLUME, "-i", 0, "--isovalue=0"], "isovalue 0 was given 2 times; expected each once;"),
+        (["convert", *VOLUME, "-i", 0.1, "-i", "0:0.2:0.1"], "isovalue 0.1 was given 2 times"),
         (["measure", "m.ply", "--volume", "a", "-i", 0, "-i", 0], "'-i' / '--isovalue' was given 2 times"),
         (
             ["convert", *VOLUME, "-i", 0, "--require", "closed", "--require", "manifold"],
@@ -38,7 +38,8 @@ def test_only_options_that_change_no_result_may_be_given_twice(command, option):
         ),
         (["reproduce", "--table", "3", "--table", "8"], "give one list, with commas between"),
         (["batch", "synth:sphere:8", "-i", 0, "-o", "a.ply", "-o", "b.ply"], "'-o' / '--output' was given 2"),
-        (["convert", *VOLUME, *["-i", 0] * 3], "was given 3 times"),
+        (["convert", *VOLUME, *["-i", 0] * 3], "isovalue 0 was given 3 times"),
+        (["convert", *VOLUME, *["--border", "open"] * 3], "was given 3 times"),
     ],
 )
 def test_a_second_value_is_refused_before_any_work(run, tmp_path, monkeypatch, words, message):

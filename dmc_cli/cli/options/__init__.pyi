@@ -21,8 +21,7 @@ from .run import (
     verbosity_options as verbosity_options,
 )
 from .surface import (
-    batch_isovalue_option as batch_isovalue_option,
-    isovalue_option as isovalue_option,
+    isovalues_option as isovalues_option,
     shape_of_surface_options as shape_of_surface_options,
     surface_options as surface_options,
 )

@@ -3,7 +3,7 @@
 import click
 
 from dmc_cli.cli.options.from_settings import Decorator, default_of, setting, stack
-from dmc_cli.cli.parameters import complete_values
+from dmc_cli.cli.parameters import Isovalues, complete_values
 from dmc_cli.methods import METHODS, method_named, option_values
 from dmc_cli.settings import SurfaceSettings
 
@@ -32,28 +32,15 @@ def _method_help() -> str:
 
 _ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
 
-_SEVERAL_ISOVALUES = "keep one of them, or give all of them to dmc batch"
-
-isovalue_option = setting(
+isovalues_option = setting(
     SurfaceSettings,
     "isovalue",
     "-i",
     "--isovalue",
     section="Surface",
-    type=float,
-    again=_SEVERAL_ISOVALUES,
-    help=_ISOVALUE_HELP,
-)
-
-batch_isovalue_option = setting(
-    SurfaceSettings,
-    "isovalue",
-    "-i",
-    "--isovalue",
-    section="Surface",
-    type=float,
+    type=Isovalues(),
     multiple=True,
-    help=f"{_ISOVALUE_HELP} May be given several times.",
+    help=f"{_ISOVALUE_HELP} Several: give it again, or first:last:step.",
 )
 
 shape_of_surface_options = stack(
@@ -94,4 +81,4 @@ shape_of_surface_options = stack(
     ),
 )
 
-surface_options = stack(isovalue_option, shape_of_surface_options)
+surface_options = stack(isovalues_option, shape_of_surface_options)

@@ -4,6 +4,7 @@ The first pass over the values keeps the ranges of bricks (`field/brick_ranges.p
 later ones look at the ranges first. Where too many bricks are crossed they read everything, which is faster.
 """
 
+import math
 from typing import Any
 
 import warp as wp
@@ -22,7 +23,6 @@ from dmc_cli.contouring.stages.classification import (
     nodes_with_data,
 )
 from dmc_cli.field import (
-    BRICK,
     DeviceVolume,
     Grid,
     GridShape,
@@ -39,6 +39,8 @@ from dmc_cli.field import (
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
+
+INFINITE = wp.constant(wp.float64(math.inf))
 
 MOST_CROSSED = 0.2
 """Share of bricks that are crossed beyond which all values are read at once."""
@@ -82,7 +84,7 @@ def is_virtual(grid: Grid, j: wp.int32, k: wp.int32) -> wp.bool:
 
 @wp.func
 def rows_of_bricks(begin: wp.int32, end: wp.int32, count: wp.int32, border: wp.int32) -> wp.vec2i:
-    """Return where the grid's rows of bricks begin and end along y or z: the border belongs to the next ones."""
+    """Return where the rows of bricks begin and end along y or z, the border's beside them counted in."""
     return wp.vec2i(wp.where(begin == 0, -border, begin), wp.where(end == count, count + border, end))
 
 
@@ -138,7 +140,7 @@ def settle_by_ranges(
         count = wp.min(WORD, nx - WORD * w)
         least = low[bricks, w]
         greatest = high[bricks, w]
-        may_lack = levels.checks_finite == 1 and least == -wp.inf and greatest == wp.inf
+        may_lack = levels.checks_finite == 1 and least == -INFINITE and greatest == INFINITE
         if levels.checks_padding == 1:
             may_lack = may_lack or (greatest >= levels.padding and least < levels.after_padding)
         data = low_bits(count)

@@ -1,0 +1,89 @@
+"""Name what an input becomes at each of several isovalues: one conversion each."""
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from dmc_cli.cli.options import gather
+from dmc_cli.cli.templates import fill_template, name_part
+from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
+from dmc_cli.volume_io import exists
+
+_COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
+"""Suffixes that stand behind another one; both go from the stem."""
+
+_PATHS = ("output", "halfedges", "report")
+"""Options that are templates of paths."""
+
+
+def isovalues_of(values: dict[str, Any]) -> list[float]:
+    """Return the isovalues of an option that may be given several times, each a number or several."""
+    return list(chain.from_iterable(values.get("isovalue") or ()))
+
+
+def conversions_of(
+    source: str, values: dict[str, Any], read: ReadSettings, *, base: Path, index: int = 1
+) -> Iterator[ConvertSettings]:
+    """Yield the conversions of one input, one for each isovalue.
+
+    Args:
+        source: The input.
+        values: The options; `output`, `halfedges` and `report` are templates.
+        read: How the input is read.
+        base: The folder that outputs are named from.
+        index: The number of the input.
+
+    Raises:
+        SettingsError: A template or a setting is wrong.
+    """
+    templates = {name: values[name] for name in _PATHS if values.get(name) is not None}
+    named = {
+        "stem": name_part(_stem(source)),
+        "name": name_part(_name(source)),
+        "parent": _parent(source, base),
+    }
+    for isovalue in isovalues_of(values):
+        fields = named | {"isovalue": isovalue, "index": index}
+        paths = {name: fill_template(name, template, fields, base) for name, template in templates.items()}
+        files = {name: paths.get(name) for name in ("halfedges", "report")}
+        yield conversion_of(source, values | files, read, isovalue, paths["output"])
+
+
+def conversion_of(
+    source: str, values: dict[str, Any], read: ReadSettings, isovalue: float, path: str
+) -> ConvertSettings:
+    """Return the conversion of an input at an isovalue to a file, by the options as they are."""
+    return gather(
+        ConvertSettings,
+        values,
+        input=source,
+        read=read,
+        surface=gather(SurfaceSettings, values, isovalue=isovalue),
+        mesh=gather(MeshSettings, values),
+        output=gather(OutputSettings, values, path=path),
+    )
+
+
+def _stem(source: str) -> str:
+    """Return an input's name without folder and suffixes."""
+    if source.startswith("synth:"):
+        return source.replace(":", "_")
+    path = Path(_name(source))
+    if exists(Path(source)) and Path(source).is_dir():
+        return path.name
+    return Path(path.stem).stem if path.suffix.lower() in _COMPRESSED else path.stem
+
+
+def _name(source: str) -> str:
+    """Return an input's name without its folder; for `.` and `..` the name of the folder that is meant."""
+    if source.startswith("synth:"):
+        return source
+    name = Path(source).name
+    return name if name not in ("", "..") else Path(source).resolve().name
+
+
+def _parent(source: str, base: Path) -> Path:
+    """Return an input's folder as a template names it: relative to the outputs' folder if it lies there."""
+    parent = Path() if source.startswith("synth:") else Path(source).parent
+    return parent.relative_to(base) if parent.is_relative_to(base) else parent
