@@ -1,6 +1,7 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .batch import Outcome as Outcome, convert_all as convert_all
+from .spectrum import contour_spectrum as contour_spectrum
 from .conversion import (
     ConvertResult as ConvertResult,
     compile_kernels as compile_kernels,

@@ -18,6 +18,7 @@ batch_file     a batch's options out of a TOML file
 batch_plan     the items of a batch
 batch          the command that runs them
 isovalue       what to tell who gave no isovalue
+conversions    what an input becomes at each isovalue
 progress       how far a run is
 description    volumes and installations as values that JSON can hold
 summary        reports and descriptions in a few lines

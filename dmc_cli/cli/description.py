@@ -2,6 +2,7 @@
 
 import platform
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -20,9 +21,12 @@ _PACKAGES = (
 )  # fmt: skip
 
 
-def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str, Any]:
-    """Tell what a volume is, and which volumes its path offers.
+def describe(
+    path: str, settings: ReadSettings, progress: Progress, isovalues: Sequence[float] | None = None
+) -> dict[str, Any]:
+    """Tell what a volume is, and which volumes its path offers; with isovalues, what surfaces it has there.
 
+    No isovalues at all stand for round numbers over the volume's range; None leaves surfaces out.
     Where there are several series and none is chosen only the list is given: no value is read.
     """
     entries, volume, notes = _surveyed(path, settings, progress)
@@ -42,6 +46,11 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
         return {"path": path, "series": series}
     with intact(volume.values, path):
         ends = volume.value_range()
+    spectrum = {}
+    if isovalues is not None:
+        from dmc_cli.app import contour_spectrum
+
+        spectrum = {"isovalues": contour_spectrum(volume, isovalues, settings.threads, progress)}
     return {
         "path": path,
         "format": volume.format,
@@ -55,6 +64,7 @@ def describe(path: str, settings: ReadSettings, progress: Progress) -> dict[str,
         "intercept": volume.intercept,
         "value_range": None if ends is None else list(ends),
         "series": series,
+        **spectrum,
         **warning_keys([*notes, *volume.warnings]),
     }
 

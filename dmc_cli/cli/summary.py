@@ -4,9 +4,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.printable import short_number
 
 _MOST_VOLUMES = 100
 """Volumes of a file that are shown, at most."""
+
+_BAR = 24
+"""Characters of the longest bar in a table."""
 
 _SLOW_STAGES = (
     "compile",
@@ -126,7 +130,22 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
             yield from (f"  {number:<4}  {volume}" for number, volume in enumerate(shown))
             if len(entry["volumes"]) > len(shown):
                 yield f"  and {len(entry['volumes']) - len(shown)} more; --json has them all"
+    yield from _spectrum_lines(description.get("isovalues", []))
     yield from (f"warning   {warning}" for warning in _warnings(description))
+
+
+def _spectrum_lines(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Yield a table of the surfaces over the range of values, the area as a bar beside it."""
+    if not rows:
+        return
+    yield "  isovalue  active cells       %      area mm²  components"
+    largest = max(row["area_mm2"] for row in rows)
+    for row in rows:
+        bar = "█" * round(_BAR * row["area_mm2"] / largest) if largest else ""
+        yield (
+            f"{short_number(row['isovalue']):>10}  {row['active_cells']:>12}  {row['active_percent']:6.2f}"
+            f"  {row['area_mm2']:>12.6g}  {row['components']:>10}  {bar}".rstrip()
+        )
 
 
 def doctor_lines(diagnosis: dict[str, Any]) -> Iterator[str]:

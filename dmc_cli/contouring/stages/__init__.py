@@ -1,6 +1,7 @@
 """Hold the stages that several methods of contouring have; each file below those that it needs.
 
 classification    inside bits: the one pass over the values
+indexed_classification  the same at several isovalues
 nodata_cells      what nodes without data take away
 cell_words        the cells of a word at once: which are crossed, which may have several polygons
 tracing           the polygons of one cell, followed from face to face
