@@ -6,11 +6,11 @@ Python API takes them as they are. Settings are immutable and hold plain values 
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.errors import SettingsError
-from dmc_cli.methods import method_named, methods_that, settled_number, settled_option
+from dmc_cli.methods import METHODS, method_named, methods_that, settled_number, settled_option
 from dmc_cli.setting_checks import check_format, check_noise, check_path, check_run, check_threads
 from dmc_cli.setting_types import settle_types
 
@@ -39,6 +39,9 @@ METHOD_OPTIONS = ("topology", "placement", "border", "gradients")
 
 METHOD_NUMBERS = ("steps", "step_size")
 """Numbers of the surface that a placement of a method takes or not."""
+
+SIMPLIFIED = "+simplify"
+"""What stands behind a method that is compared with its quads simplified."""
 
 STREAM = "-"
 """The path that means standard input or standard output."""
@@ -374,6 +377,64 @@ class MeasureSettings:
                 f"isovalue {self.isovalue:g} was given, but no volume; name the volume that the mesh was"
                 " made from with --volume"
             )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareSettings:
+    """Which methods to compare on the surface of a volume; `isovalue` is in its physical values.
+
+    A method is its name, behind a colon a value of one of its options, and `+simplify` for its quads without
+    the papers' patterns: `dc:particle`, `dmc+simplify`. Without any, all methods with their defaults are
+    compared, and the simplified mesh of the first. `repeats` is how often each surface is extracted; the
+    least time counts.
+    """
+
+    input: str
+    isovalue: float
+    methods: tuple[str, ...] = ()
+    inside: Inside = "above"
+    border: Border = "open"
+    read: ReadSettings = field(default_factory=ReadSettings)
+    repeats: int = 3
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        settle_types(self)
+        check_path("input", self.input)
+        check_run(self.device, self.threads)
+        if not self.methods:
+            object.__setattr__(self, "methods", (*METHODS, f"{next(iter(METHODS))}{SIMPLIFIED}"))
+        if len(set(self.methods)) < len(self.methods):
+            raise SettingsError(f"methods are {', '.join(self.methods)}; expected each once")
+        if self.repeats < 1:
+            raise SettingsError(f"repeats is {self.repeats}; expected 1 or more")
+        for method in self.methods:
+            self.surface_of(method)
+
+    def surface_of(self, method: str) -> SurfaceSettings:
+        """Return the settings of a method's surface, `method` as in `methods`.
+
+        Raises:
+            SettingsError: There is no such method, or none of its options has that value.
+        """
+        name, _, value = method.removesuffix(SIMPLIFIED).partition(":")
+        taken = method_named(name).options
+        chosen: dict[str, Any] = {}
+        if value:
+            known = {each: option for option, values in taken.items() for each in values}
+            if value not in known:
+                raise SettingsError(
+                    f"{value!r:.80} is no value of an option of the method {name}; expected one of"
+                    f" {', '.join(sorted(known)) or 'none'}"
+                )
+            chosen[known[value]] = value
+        if method.endswith(SIMPLIFIED) and method_named(name).faces != "quads":
+            raise SettingsError(f"{method:.80} is none: simplification needs quads; leave {SIMPLIFIED} out")
+        if "border" in taken:
+            chosen["border"] = self.border
+        return SurfaceSettings(isovalue=self.isovalue, method=name, inside=self.inside, **chosen)
 
 
 @dataclass(frozen=True, kw_only=True)

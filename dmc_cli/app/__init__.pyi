@@ -1,7 +1,11 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .batch import Outcome as Outcome, convert_all as convert_all
-from .spectrum import contour_spectrum as contour_spectrum
+from .comparison import (
+    Comparison as Comparison,
+    compare_methods as compare_methods,
+    valences_of_passes as valences_of_passes,
+)
 from .conversion import (
     ConvertResult as ConvertResult,
     compile_kernels as compile_kernels,
@@ -12,3 +16,4 @@ from .measurement import measure_file as measure_file
 from .overlaps import refuse_overlaps as refuse_overlaps
 from .read_ahead import ReadAhead as ReadAhead
 from .several import convert_each as convert_each
+from .spectrum import contour_spectrum as contour_spectrum

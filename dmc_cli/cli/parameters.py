@@ -112,6 +112,20 @@ class Size(click.ParamType[Any]):
         return int(size)
 
 
+class NameList(click.ParamType[Any]):
+    """Names with commas between."""
+
+    name = "LIST"
+
+    again = "give one list, with commas between"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Split at commas; the default is a list."""
+        if isinstance(value, (tuple, list)):
+            return tuple(value)
+        return tuple(part.strip() for part in value.split(",") if part.strip())
+
+
 class ChoiceList(click.ParamType[Any]):
     """Names of a fixed set with commas between."""
 

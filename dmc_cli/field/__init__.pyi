@@ -1,11 +1,5 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .cell_lanes import (
-    CornerLanes as CornerLanes,
-    gather_corners as gather_corners,
-    world_lanes as world_lanes,
-)
-from .cell_lists import store_cells as store_cells
 from .brick_ranges import (
     BRICK as BRICK,
     BrickRanges as BrickRanges,
@@ -16,6 +10,12 @@ from .brick_ranges import (
     make_brick_ranges as make_brick_ranges,
     widen_ranges as widen_ranges,
 )
+from .cell_lanes import (
+    CornerLanes as CornerLanes,
+    gather_corners as gather_corners,
+    world_lanes as world_lanes,
+)
+from .cell_lists import store_cells as store_cells
 from .central_differences import difference as difference, mixed as mixed, slopes_in_lanes as slopes_in_lanes
 from .corner_slopes import (
     corner_differences as corner_differences,

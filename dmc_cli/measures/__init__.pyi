@@ -5,7 +5,11 @@ from .curvature import (
     list_curvature as list_curvature,
     measure_curvature as measure_curvature,
 )
-from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
+from .deviation import (
+    Deviation as Deviation,
+    list_deviations as list_deviations,
+    measure_deviation as measure_deviation,
+)
 from .distance import (
     MeshDistance as MeshDistance,
     OneWayDistance as OneWayDistance,

@@ -93,6 +93,11 @@ class HostMemory:
             self._collect()
             self._keep_at_most(0)
 
+    @property
+    def most_in_use(self) -> int:
+        """Return the most bytes that were in use at the same time."""
+        return self._most_in_use
+
     def _collect(self) -> None:
         """Keep what came back since."""
         while self._returned:

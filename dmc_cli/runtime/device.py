@@ -59,6 +59,11 @@ class Device:
         """Return the items that a kernel's thread may go through: to start one takes 10 ns on CPU."""
         return 32 if self.is_cpu else 1
 
+    @property
+    def most_in_use(self) -> int | None:
+        """Return the most bytes of arrays at the same time that `empty` made here; None on CUDA."""
+        return self._memory.most_in_use if self.is_cpu else None
+
     @cached_property
     def _memory(self) -> HostMemory:
         return HostMemory()

@@ -1,0 +1,4 @@
+# What other folders use of this one; `__init__.py` says what it is for.
+
+from .drawing import draw_figures as draw_figures
+from .style import check_figures as check_figures
