@@ -33,10 +33,10 @@ def draw_deviation(folder: str, name: str, values: Mapping[str, Float64Array]) -
         for number, (method, deviation) in enumerate(values.items()):
             _curve(axes, number, method, np.maximum(deviation, LEAST_DEVIATION))
         axes.set_xlabel("vertices, sorted [%]")
-        axes.set_ylabel("deviation from the isovalue / range of values")
+        axes.set_ylabel("deviation / range of values")
         axes.set_xlim(0, 100)
         axes.set_yscale("log")
-        axes.legend(loc="upper left")
+        axes.legend(loc="best")
 
 
 def _curve(axes: Any, number: int, label: str, values: Float64Array) -> None:
