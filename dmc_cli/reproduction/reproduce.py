@@ -69,7 +69,8 @@ def measure_synthetic(mesh: SyntheticMesh) -> dict[str, float]:
     irregular_triangle = int(np.count_nonzero(triangle_valences != REGULAR_OF_TRIANGLES))
     return {
         "vertices": vertex_count + mesh.unused_vertices,
-        "quads": mesh.mesh.face_count,
+        "quads": mesh.mesh.face_count - mesh.mesh.triangle_count,
+        "triangles": mesh.mesh.triangle_count,
         "mean_deviation": deviation,
         "mean_deviation_1e4": 1e4 * deviation,
         "shape": quality.shape_mean or 0.0,
@@ -151,7 +152,9 @@ def _columns(data: str, mesh: str, quantity: str, paper: str, found: str, differ
 
 
 def _diagonal_ends(mesh: Mesh) -> IntArray:
-    """Return how many diagonals of the MaxMin-angle split end at each vertex."""
+    """Return how many diagonals of the MaxMin-angle split of quads end at each vertex."""
+    if mesh.triangle_count:
+        return np.zeros(mesh.vertex_count, np.int64)
     quads, diagonals = mesh.faces.numpy(), choose_diagonals(mesh).numpy() == 1
     ends = np.concatenate(
         [np.where(diagonals, quads[:, 1], quads[:, 0]), np.where(diagonals, quads[:, 3], quads[:, 2])]

@@ -21,7 +21,16 @@ from dmc_cli.measures import kernel_modules as report_kernels
 from dmc_cli.mesh import Mesh, Placement
 from dmc_cli.processing import kernel_modules as processing_kernels, simplify
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.reproduction.paper_tables import DMC, DMCS, PAPER_VALUES, DataSet, MeshKind
+from dmc_cli.reproduction.paper_tables import (
+    DMC,
+    DMCS,
+    DUAL,
+    MARCHING,
+    PAPER_VALUES,
+    TOPOLOGICAL,
+    DataSet,
+    MeshKind,
+)
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, ReproduceSettings, SurfaceSettings
@@ -31,6 +40,13 @@ WARM_UP = DataSet(field="genus_two", nodes=32)
 """Made first, its times thrown away: the first launches of a process take longer."""
 
 PAPER_RULES = MeshSettings(simplify="all", simplify_rules="paper", project=False)
+
+OTHERS: dict[MeshKind, SurfaceSettings] = {
+    MARCHING: SurfaceSettings(isovalue=0.0, method="mc", triangulation="standard"),
+    TOPOLOGICAL: SurfaceSettings(isovalue=0.0, method="tmc"),
+    DUAL: SurfaceSettings(isovalue=0.0, method="dc", placement="paper"),
+}
+"""The methods that the papers compare with, as they describe them."""
 
 Result = TypeVar("Result")
 
@@ -72,7 +88,9 @@ def measure_data_sets(
         *processing_kernels(simplify=True),
         *report_kernels(intersections=False),
     ]
-    load_kernels(device, modules, progress)
+    for other in OTHERS.values():
+        modules += surface_kernels(other, normals_too=False) + mesh_kernel_modules(other.method)
+    load_kernels(device, list(dict.fromkeys(modules)), progress)
     _measure_data_set(device, WARM_UP, placement)
     found: dict[tuple[str, MeshKind], dict[str, float]] = {}
     for data in data_sets:
@@ -105,7 +123,19 @@ def _measure_data_set(
         "removed_3333": result.removed_3333,
         "simplify_ms": simplify_ms,
     }
-    return {(data.name, DMC): plain, (data.name, DMCS): simplified}
+    others = {(data.name, kind): _measure_other(data, uploaded, other) for kind, other in OTHERS.items()}
+    return {(data.name, DMC): plain, (data.name, DMCS): simplified, **others}
+
+
+def _measure_other(data: DataSet, volume: DeviceVolume, settings: SurfaceSettings) -> dict[str, float]:
+    """Return what was found on the mesh of a method that the papers compare with."""
+    surface, surface_ms = _timed(lambda: extract_surface(volume, settings))
+    counts, active = surface.counts, surface.counts.active_cells
+    surface = connect_faces(surface)
+    found = measure_synthetic(_synthetic(data, surface.mesh, surface.placement, 0))
+    if counts.multi_polygon_cells is not None and active:
+        found["several_branches_percent"] = 100.0 * counts.multi_polygon_cells / active
+    return found | {"surface_ms": surface_ms}
 
 
 def _timed(stage: Callable[[], Result]) -> tuple[Result, float]:
