@@ -18,7 +18,7 @@ SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-gpu cov docs smoke ci clean
+.PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-methods bench-gpu cov docs smoke ci clean
 
 # The Python that was named, or the first that is new enough, whatever it is called
 FIND_PYTHON = for name in $(or $(PYTHON),python3 python python3.13 python3.12 python3.11 python3.10 python3.14); do \
@@ -116,6 +116,9 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 	$(PY) benchmarks/convert.py --out convert
 	$(PY) benchmarks/dicom.py --out dicom
 	$(PY) benchmarks/dicom_study.py --out dicom-study
+
+bench-methods: $(VENV)/.installed-dev ## time all methods of contouring beside other programs
+	$(PY) benchmarks/methods.py --out methods
 
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
 	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda
