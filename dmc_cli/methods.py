@@ -15,6 +15,8 @@ from dmc_cli.errors import SettingsError
 
 METHODS = {
     "dmc": "dmc_cli.contouring.dual_marching_cubes:METHOD",
+    "mc": "dmc_cli.contouring.marching_cubes:METHOD",
+    "tmc": "dmc_cli.contouring.topological_marching_cubes:METHOD",
     "nets": "dmc_cli.contouring.surface_nets:METHOD",
     "dc": "dmc_cli.contouring.dual_contouring:METHOD",
 }
@@ -23,11 +25,12 @@ METHODS = {
 
 @dataclass(frozen=True)
 class Cost:
-    """Bytes of arrays per word of 32 nodes, word near the surface, listed cell, vertex and face.
+    """Bytes of arrays per row, word of 32 nodes, word near the surface, listed cell, vertex and face.
 
     A listed cell is one of which a record is kept.
     """
 
+    row: int = 0
     word: int = 0
     near: int = 0
     cell: int = 0

@@ -21,6 +21,7 @@ SliceOrder = Literal["position", "instance", "location", "filename"]
 Inside = Literal["above", "below"]
 Topology = Literal["manifold", "asymptotic"]
 Border = Literal["open", "closed"]
+Triangulation = Literal["best", "standard"]
 Gradients = Literal["differences", "exact"]
 Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
@@ -34,7 +35,7 @@ VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]
 
-METHOD_OPTIONS = ("topology", "placement", "border", "gradients")
+METHOD_OPTIONS = ("topology", "placement", "triangulation", "border", "gradients")
 """Options of the surface that a method has or has not."""
 
 METHOD_NUMBERS = ("steps", "step_size")
@@ -123,8 +124,9 @@ class SynthSettings:
 class SurfaceSettings:
     """Which surface to extract from a volume; `isovalue` is in the volume's physical values.
 
-    Topology, placement, border and gradients are what the method takes of them: its own default where none is
-    given, None where it has no such option. So are `steps` and `step_size`, of placements that move by steps.
+    Topology, placement, triangulation, border and gradients are what the method takes of them: its own default
+    where none is given, None where it has no such option. So are `steps` and `step_size`, of placements that
+    move by steps.
     """
 
     isovalue: float
@@ -132,6 +134,7 @@ class SurfaceSettings:
     inside: Inside = "above"
     topology: Topology | None = None
     placement: str | None = None
+    triangulation: Triangulation | None = None
     border: Border | None = None
     orientation: Orientation = "outward"
     gradients: Gradients | None = None
@@ -312,12 +315,9 @@ class ConvertSettings:
             name = "remesh" if mesh.remesh else "relax" if mesh.relax else "simplify"
             others = methods_that(lambda other: other.faces == "quads")
             raise self._not_of_method(name, getattr(mesh, name), f"makes {method.faces}", others)
-        if self.needs_colors and method.color is None:
-            name, given = "halfedges", self.output.halfedges or ""
-            if not given:
-                name, given = "simplify_rules", mesh.simplify_rules
+        if mesh.follows_paper and method.color is None:
             others = methods_that(lambda other: other.color is not None)
-            raise self._not_of_method(name, given, "colours no faces", others)
+            raise self._not_of_method("simplify_rules", mesh.simplify_rules, "colours no faces", others)
 
     def _not_of_method(self, name: str, given: object, found: str, others: list[str]) -> SettingsError:
         """Return the error that a setting needs what the method's mesh is not."""
@@ -333,8 +333,9 @@ class ConvertSettings:
 
     @property
     def needs_colors(self) -> bool:
-        """Return whether colours of quads are needed: for the dump, or by the papers' rules."""
-        return self.output.halfedges is not None or self.mesh.follows_paper
+        """Return whether colours are needed: for the dump, if the method has any, or by the papers' rules."""
+        has_colors = method_named(self.surface.method).color is not None
+        return (self.output.halfedges is not None and has_colors) or self.mesh.follows_paper
 
 
 @dataclass(frozen=True, kw_only=True)

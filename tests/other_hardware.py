@@ -12,6 +12,7 @@ from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.contouring.dual_contouring import placement
 from dmc_cli.contouring.dual_grid import active_cells, cell_quads
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
+from dmc_cli.contouring.stages import cell_triangles, edge_ranks, edge_vertices
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh.mesh import COLOR, COLOR24
 from dmc_cli.processing.remeshing import remesh
@@ -68,6 +69,10 @@ VOLUMES = {
     "planes beside holes": (with_holes, {"method": "dc"}),
     "particles": (uneven_slices, {"method": "dc", "placement": "particle", "border": "closed"}),
     "paper's planes": (lambda: white_noise(24), {"method": "dc", "placement": "paper"}),
+    "mc of noise": (long_rows, {"method": "mc"}),
+    "mc of holes": (with_holes, {"method": "mc", "triangulation": "standard"}),
+    "mc of integers": (small_integers, {"method": "mc", "border": "closed", "inside": "below"}),
+    "mc between uneven slices": (uneven_slices, {"method": "mc"}),
 }
 
 REMESHED = ("smooth", "holes")
@@ -128,7 +133,8 @@ def surface_hash(name: str) -> str:
 
 if __name__ == "__main__":
     # what lists bits, compiled with other flags; the hashes of some surfaces
-    for module in (vertices, quads, active_cells, cell_quads, placement):
+    ours = (vertices, quads, active_cells, cell_quads, placement, cell_triangles, edge_ranks, edge_vertices)
+    for module in ours:
         wp.get_module(module.__name__).options["cpu_compiler_flags"] = sys.argv[1]
     for name in sys.argv[2:]:
         print(surface_hash(name))

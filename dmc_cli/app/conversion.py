@@ -301,11 +301,16 @@ def _dump(stages: Stages, normals: Any, unit: OutputUnit) -> HalfedgeDump:
         quads=mesh.faces.numpy(),
         twin=halfedges.twin.numpy(),
         vertex_halfedge=halfedges.vertex_halfedge.numpy(),
-        face_color=mesh.face_values[COLOR].numpy(),
-        face_color24=mesh.face_values[COLOR24].numpy(),
         vertex_color=stages.vertex_color.numpy(),
+        face_color=_host_values(mesh, COLOR),
+        face_color24=_host_values(mesh, COLOR24),
         unit=unit,
     )
+
+
+def _host_values(mesh: Mesh, name: str) -> Any:
+    """Return values of faces on the host; None if the mesh has none of that name."""
+    return mesh.face_values[name].numpy() if name in mesh.face_values else None
 
 
 def _measure(

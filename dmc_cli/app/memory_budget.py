@@ -1,6 +1,6 @@
 """Forecast the memory that a conversion needs, before it is taken.
 
-A stage's arrays are counted in bytes per word of 32 nodes, listed cell, vertex and face (`Cost`); what a
+A stage's arrays are counted in bytes per row, word of 32 nodes, listed cell, vertex and face (`Cost`); what a
 method takes it declares (`methods.py`). The forecast is that of the largest stage. It is held against the
 budget, or against what this process may still take (`memory_limits.py`), as soon as it can be known: the
 nodes before values are read, vertices and faces when the method tells them. Python, Warp and its kernels take
@@ -58,7 +58,7 @@ TEXT_ROW, TEXT_ROWS = 240, 1 << 15
 
 @dataclass(frozen=True)
 class Sizes:
-    """What there is so far: bytes of values, words of nodes, those near the surface, listed cells, ..."""
+    """What there is so far: bytes of values, words of nodes, those near the surface, ..., rows of nodes."""
 
     values: int
     words: int
@@ -66,11 +66,12 @@ class Sizes:
     cells: int = 0
     vertices: int = 0
     faces: int = 0
+    rows: int = 0
 
     def bytes_of(self, cost: Cost) -> int:
         """Return what the values and a stage take together, with the memory that may be kept beside."""
-        counts = (self.words, self.near, self.cells, self.vertices, self.faces)
-        costs = (cost.word, cost.near, cost.cell, cost.vertex, cost.face)
+        counts = (self.rows, self.words, self.near, self.cells, self.vertices, self.faces)
+        costs = (cost.row, cost.word, cost.near, cost.cell, cost.vertex, cost.face)
         arrays = sum(count * size for count, size in zip(counts, costs, strict=True))
         return self.values + arrays + arrays // SPARE_SHARE
 
@@ -127,7 +128,7 @@ def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: Conv
     if settings.output.memory is None and free is not None and value_bytes > free // settings.share.jobs:
         raise _too_much(f"the volume needs {_readable(value_bytes)}", free, settings)
     words = words_of(shape, settings)
-    sizes = Sizes(value_bytes, words, words)
+    sizes = Sizes(value_bytes, words, words, rows=rows_of(shape, settings))
     _reserve({"cells": sizes.bytes_of(_cells_cost(settings))}, 0, settings, "the volume and its cells")
 
 
@@ -160,7 +161,8 @@ class MeshForecast:
             self.near, self.cells = near, cells
         found = sizes_of(self.volume, self.settings)
         pages = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
-        sizes = Sizes(found.values, found.words, min(pages, found.words), self.cells, vertices, faces)
+        near = min(pages, found.words)
+        sizes = replace(found, near=near, cells=self.cells, vertices=vertices, faces=faces)
         is_even = self.volume.slice_positions is None or self.settings.output.space == "voxel"
         stages = forecast(sizes, self.settings, even_slices=is_even)
         bits = replace(_cells_cost(self.settings), cell=0)
@@ -180,7 +182,7 @@ def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:
     if volume.values.dtype.kind in "iu" and volume.values.dtype.itemsize == 8:
         values += volume.values.nbytes // 2
     words = words_of(volume.shape, settings)
-    return Sizes(values, words, words)
+    return Sizes(values, words, words, rows=rows_of(volume.shape, settings))
 
 
 def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
@@ -189,6 +191,12 @@ def words_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
     nx, ny, nz = (n + border for n in shape)
     layer = -(-nx // 32) * ny
     return layer * nz + layer
+
+
+def rows_of(shape: tuple[int, int, int], settings: ConvertSettings) -> int:
+    """Return the rows of a volume's nodes."""
+    border = 2 * (settings.surface.border == "closed")
+    return (shape[1] + border) * (shape[2] + border)
 
 
 def held_bytes(volume: Volume) -> int:

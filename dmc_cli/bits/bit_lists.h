@@ -2,8 +2,8 @@
 //
 // A word has few bits, and how many is as good as random: the end of a loop over them is guessed wrongly
 // nearly each time, which costs as much as what is done for a bit or two. So all bits of a block are listed
-// first, by one instruction a word where the processor has it (AVX-512 VBMI2), and done in one loop. On a GPU
-// there is no list.
+// first, by one instruction a word where the processor has it (AVX-512 VBMI2) or by two, and done in one
+// loop. On a GPU there is no list.
 #pragma once
 #include "builtin.h"
 #include "dmc_cli/runtime/pointers.h"
@@ -22,6 +22,18 @@ static CUDA_CALLABLE codes_t list_bits(unsigned int word, int tag, codes_t to) {
     codes = __builtin_ia32_compresshi512_mask(codes, codes, word);
     __builtin_memcpy(RUN(to, 32), &codes, sizeof(codes));
     to += wp::bit_count(word);
+#elif defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__)
+    typedef int Codes __attribute__((vector_size(64)));
+    typedef short Stored __attribute__((vector_size(32)));
+    Codes codes = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    codes += tag;
+    for (int half = 0; half < 2; ++half, codes += 16, word >>= 16) {
+        unsigned short bits = (unsigned short)word;
+        Stored stored =
+            __builtin_convertvector(__builtin_ia32_compresssi512_mask(codes, codes, bits), Stored);
+        __builtin_memcpy(RUN(to, 16), &stored, sizeof(stored));
+        to += wp::bit_count(bits);
+    }
 #else
     for (; word; word &= word - 1) *to++ = (unsigned short)(tag + wp::bit_count(~word & (word - 1)));
 #endif

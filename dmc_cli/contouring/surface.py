@@ -38,6 +38,7 @@ class SurfaceCounts:
     ambiguous_faces: int | None = None
     flipped_faces: int | None = None
     fallback_vertices: int | None = None
+    tunnel_cells: int | None = None
     no_data_nodes: int
 
 

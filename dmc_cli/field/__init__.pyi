@@ -40,6 +40,7 @@ from .crossings import (
     sum4 as sum4,
 )
 from .field import (
+    FARTHEST as FARTHEST,
     DeviceVolume as DeviceVolume,
     Field as Field,
     VolumeIndex as VolumeIndex,
@@ -48,6 +49,7 @@ from .field import (
     needs_care as needs_care,
     nodata_value as nodata_value,
     node_of_volume as node_of_volume,
+    node_value as node_value,
     padding_range as padding_range,
     stored_isovalue as stored_isovalue,
     stored_value as stored_value,

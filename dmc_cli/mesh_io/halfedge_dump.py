@@ -5,7 +5,8 @@ Everything that follows from a halfedge's number is written out, so that a reade
 four rows, triangles as well: the fourth corner of a triangle in `quads` is -1, and so are origin, next and
 twin in row 4f + 3, which is no halfedge; the next of row 4f + 2 is 4f then. The text has a line
 `name rows columns type` before each table, then a line per row. Where the unit is not mm, a line
-`# UNIT=um` stands before all, or there is an entry `unit`. Entries of the zip archive carry no time, so that
+`# UNIT=um` stands before all, or there is an entry `unit`. Colours of faces are there where the method of
+contouring has any. Entries of the zip archive carry no time, so that
 the same mesh gives the same bytes.
 """
 
@@ -60,9 +61,9 @@ class HalfedgeDump:
         twin: Twin of each halfedge, (4F,) int32, -1 on a boundary and where a triangle has no halfedge.
         vertex_halfedge: A halfedge that starts at each vertex, (V,) int32; on a boundary the one without a
             twin.
-        face_color: Colours 0 to 4, (F,) uint8.
-        face_color24: The grid's colours, (F,) uint8.
         vertex_color: The colours of the vertices' cells, 0 to 7, (V,) uint8.
+        face_color: Colours 0 to 4, (F,) uint8; None if the method of contouring has no colours.
+        face_color24: The grid's colours, (F,) uint8; likewise.
         unit: The unit of the positions.
     """
 
@@ -71,9 +72,9 @@ class HalfedgeDump:
     quads: Int32Array
     twin: Int32Array
     vertex_halfedge: Int32Array
-    face_color: ByteArray
-    face_color24: ByteArray
     vertex_color: ByteArray
+    face_color: ByteArray | None = None
+    face_color24: ByteArray | None = None
     unit: OutputUnit = "mm"
 
     def tables(self) -> Iterator[Table]:
@@ -82,7 +83,9 @@ class HalfedgeDump:
         yield Table("halfedges", (len(self.twin), 4), np.dtype(np.int32), self._halfedges)
         yield self._stored("vertex_halfedge")
         yield Table("face_halfedge", (len(self.quads),), np.dtype(np.int32), _face_halfedges)
-        yield from (self._stored(name) for name in ("face_color", "face_color24", "vertex_color"))
+        if self.face_color is not None:
+            yield from (self._stored(name) for name in ("face_color", "face_color24"))
+        yield self._stored("vertex_color")
 
     def _stored(self, name: str) -> Table:
         """Return a table that lies in memory as it is written."""

@@ -43,12 +43,23 @@ def _literal(value: int) -> str:
 
 @cache
 def _shared(header: Path) -> str:
-    """Return what the functions of a header share, as it may stand in a function's body.
+    """Return what the functions of a header share, as it may stand in a function's body, each header once.
 
     A body can hold no namespace, but a struct of static functions, which are called alike.
     """
+    return "".join(_own(each) for each in _headers(header))
+
+
+@cache
+def _headers(header: Path) -> tuple[Path, ...]:
+    """Return a header behind those that it includes, directly or not."""
+    included = _INCLUDE.findall(header.read_text("utf-8"))
+    return tuple(dict.fromkeys([*(each for path in included for each in _headers(PACKAGE / path)), header]))
+
+
+def _own(header: Path) -> str:
+    """Return what a header itself shares: macros, and namespaces as structs."""
     text = header.read_text("utf-8")
-    included = "".join(_shared(PACKAGE / path) for path in _INCLUDE.findall(text))
     defined = "".join(_DEFINE.findall(text))
     helpers = "".join(f"struct {name} {{\n{body}}};\n" for name, body in _NAMESPACE.findall(text))
-    return included + defined + helpers
+    return defined + helpers

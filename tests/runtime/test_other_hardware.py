@@ -48,7 +48,7 @@ def test_a_warp_that_is_not_known_makes_the_same_mesh(name, monkeypatch):
 @pytest.mark.parametrize("flags", ["", "-DDMC_AS_ON_GPU"], ids=["old-processor", "as-on-gpu"])
 def test_bits_are_listed_alike_without_wide_vectors_and_as_on_a_gpu(flags):
     """No flags are the oldest processor of its kind, whose code this one runs too."""
-    names = ["holes", "integers", "noise", "nets", "planes", "particles"]
+    names = ["holes", "integers", "noise", "nets", "planes", "particles", "mc of noise", "mc of holes"]
     words = [sys.executable, "-m", "tests.other_hardware", flags, *names]
     root = Path(__file__).parents[2]
     run = subprocess.run(words, cwd=root, capture_output=True, encoding="utf-8", check=False, timeout=250)

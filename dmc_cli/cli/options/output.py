@@ -49,7 +49,7 @@ output_options = stack(
         section="Output",
         metavar="FILE",
         shell_complete=complete_files,
-        help="Write the halfedges and colours, too: .npz or .txt.",
+        help="Write the halfedges, and colours if the method has any: .npz or .txt.",
     ),
     setting(
         OutputSettings,

@@ -57,6 +57,9 @@ shape_of_surface_options = stack(
     ),
     method_option("topology", "A 2-manifold always, or the asymptotic decider's own answer."),
     method_option("placement", "Where the vertices lie."),
+    method_option(
+        "triangulation", "How polygons become triangles: of the best shapes, or as the standard table has it."
+    ),
     method_option("gradients", "By differences of the values, or the exact ones of a synthetic field."),
     setting(
         SurfaceSettings,

@@ -11,5 +11,15 @@ numbering         what the stages number, for those that follow
 quad_ranks        the quads' numbers along the grid
 color_words       colours of the quads of whole rows
 coloring          colours of quads
+case_polygons     the polygons of all 256 cases, inside corners separated
+triangulations    which triangles these polygons may have, and which they have in the papers
+edge_rows         the crossed edges of a word
+edge_ranks        numbers of the crossed edges, and counts of triangles, row by row
+edge_vertices     a vertex on each crossed edge
+cell_edges        the vertices on the edges of a cell
+polygon_lists     polygons of a size side by side, each with its best triangles
+cell_triangles    the triangles of cells that the tables of cases serve
+special_list      cells that may have several polygons or a tunnel
 outcome           what every method's surface has beside its mesh
+edge_surface      the stages of a method whose vertices lie on edges
 """

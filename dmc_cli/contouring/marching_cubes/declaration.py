@@ -1,0 +1,20 @@
+"""Declare the method for the registry; imports no Warp."""
+
+from dmc_cli.methods import Cost, Memory, Method, later
+
+CELLS = Cost(word=8, row=60, cell=8 + 3)
+"""Inside bits, and bits of cells where some do not exist; counts of rows, and their sums; where special cells
+are, and what is told of them."""
+
+CROSSINGS = Cost(vertex=4)
+"""How far along its edge each vertex lies."""
+
+METHOD = Method(
+    title="marching cubes",
+    faces="triangles",
+    options={"triangulation": ("best", "standard"), "border": ("open", "closed")},
+    on_surface=frozenset({None}),
+    extract=later(f"{__package__}.extraction:extract"),
+    kernels=later(f"{__package__}.kernels:surface_kernels"),
+    memory=Memory(cells=CELLS, extracting=CROSSINGS),
+)
