@@ -124,9 +124,9 @@ class SynthSettings:
 class SurfaceSettings:
     """Which surface to extract from a volume; `isovalue` is in the volume's physical values.
 
-    Topology, placement, triangulation, border and gradients are what the method takes of them: its own default
-    where none is given, None where it has no such option. So are `steps` and `step_size`, of placements that
-    move by steps.
+    Topology, placement, triangulation, border and gradients are what the method takes of them: its own
+    default where none is given, None where it has no such option. So are `steps` and `step_size`, of
+    placements that move by steps.
     """
 
     isovalue: float
