@@ -189,7 +189,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    every_measure = report_kernels(intersections=True, curvature=True, distance=True)
+    every_measure = report_kernels(intersections=True, curvature=True, distance=True, lists=True)
     return [*launch_kernels(), *every_kernel_module(), *processing, *every_measure]
 
 

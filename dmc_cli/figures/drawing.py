@@ -6,7 +6,7 @@ from dmc_cli.app import Comparison, valences_of_passes
 from dmc_cli.array_types import Float64Array
 from dmc_cli.figures.curves import draw_deviation, draw_quality
 from dmc_cli.figures.valences import draw_valences
-from dmc_cli.measures import list_deviations, list_elements
+from dmc_cli.measures import list_deviation, list_elements
 
 
 def draw_figures(comparison: Comparison, folder: str) -> None:
@@ -30,7 +30,7 @@ def draw_figures(comparison: Comparison, folder: str) -> None:
         triangles[each.method] = elements["mean_ratio"].reshape(-1)
         if np.isfinite(elements["shape"]).any():
             quads[each.method] = elements["shape"]
-        deviations[each.method] = list_deviations(each.placement, comparison.volume) / extent
+        deviations[each.method] = list_deviation(each.placement, comparison.volume) / extent
     draw_quality(folder, "triangle_quality", "mean ratio of the triangles", triangles)
     if quads:
         draw_quality(folder, "quad_quality", "shape quality of the quads", quads)

@@ -7,6 +7,7 @@ shape             areas, angles, how square
 quality           the measures of the papers
 verdict           Verdict's measures of a face
 elements          these of a mesh
+lists             measures of each face and vertex
 predicates        exact signs; whether two triangles meet
 intersections     pairs of faces that intersect
 split_faces       how quads are split into triangles

@@ -5,11 +5,7 @@ from .curvature import (
     list_curvature as list_curvature,
     measure_curvature as measure_curvature,
 )
-from .deviation import (
-    Deviation as Deviation,
-    list_deviations as list_deviations,
-    measure_deviation as measure_deviation,
-)
+from .deviation import Deviation as Deviation, measure_deviation as measure_deviation
 from .distance import (
     MeshDistance as MeshDistance,
     OneWayDistance as OneWayDistance,
@@ -17,7 +13,6 @@ from .distance import (
 )
 from .elements import (
     Elements as Elements,
-    list_elements as list_elements,
     measure_elements as measure_elements,
 )
 from .intersections import (
@@ -25,6 +20,7 @@ from .intersections import (
     find_intersections as find_intersections,
 )
 from .kernels import kernel_modules as kernel_modules
+from .lists import list_deviation as list_deviation, list_elements as list_elements
 from .location import (
     frame_of_volume as frame_of_volume,
     locate_mesh as locate_mesh,

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import Float64Array
 from dmc_cli.field import (
     Field,
     Grid,
@@ -116,36 +115,6 @@ def measure_deviation_kernel(
         sums_out[block, s] = total[s]
     for s in range(PEAKS):
         peaks_out[block, s] = peaks[s]
-
-
-@wp.kernel
-def list_deviations_kernel(
-    first: wp.int32,
-    # In:
-    field: Field,
-    grid: Grid,
-    cells: wp.array[wp.int64],
-    local: wp.array[wp.vec3f],
-    # Out:
-    deviations_out: wp.array[wp.float64],
-) -> None:
-    """List |F| at each vertex. One thread a vertex."""
-    vertex = first + wp.tid()
-    node = cell_node(grid, cells[vertex])
-    f = cell_values(field, grid, node[0], node[1], node[2])
-    p = local[vertex]
-    value = trilinear_value(f, wp.float64(p[0]), wp.float64(p[1]), wp.float64(p[2]))
-    deviations_out[vertex] = wp.abs(value)
-
-
-def list_deviations(placement: Placement, volume: Volume) -> Float64Array:
-    """Return the deviation of each vertex in physical values, (V,) float64; NaN where T has no value."""
-    frame, count = placement.frame, placement.cell.shape[0]
-    found = frame.device.empty(count, wp.float64)
-    inputs = [frame.field, frame.grid.struct(), placement.cell, placement.local]
-    frame.device.launch(list_deviations_kernel, count, inputs, [found])
-    values: Float64Array = abs(volume.slope) * found.numpy()
-    return values
 
 
 def measure_deviation(

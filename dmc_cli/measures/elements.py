@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import Float64Array
 from dmc_cli.measures.quality import point_at
 from dmc_cli.measures.verdict import INFINITE, NAMES, NUMBERS, FaceNumbers, quad_numbers, triangle_numbers
 from dmc_cli.mesh import Mesh, require_mesh
@@ -115,41 +114,6 @@ def sum_elements_kernel(
             highs_out[row, n] = wp.max(highs_out[row, n], found[n])
 
 
-@wp.kernel
-def list_elements_kernel(
-    first: wp.int32,
-    # In:
-    points: wp.array[wp.vec3f],
-    corners: wp.array[wp.int32],
-    origin: wp.vec3d,
-    # Out:
-    numbers_out: wp.array[FaceNumbers],
-) -> None:
-    """List the numbers of a face. One thread per face."""
-    face = first + wp.tid()
-    numbers_out[face] = face_numbers(points, corners, face, origin)
-
-
-def list_elements(mesh: Mesh) -> dict[str, Float64Array]:
-    """Return the measures of each face by name, (F,) or (F, 2) float64; NaN where a triangle has none.
-
-    Names: shape (equation 9 of the paper of 2021), scaled_jacobian, aspect_ratio, skew, taper, stretch,
-    warpage, min_angle and max_angle (degrees); mean_ratio and radius_ratio of both triangles of the split.
-
-    Raises:
-        CallError: It is no mesh, or its faces name vertices that it does not have.
-    """
-    require_mesh(mesh)
-    numbers = mesh.device.empty(mesh.face_count, FaceNumbers)
-    inputs = [mesh.positions, mesh.corners, _origin(mesh)]
-    mesh.device.launch(list_elements_kernel, mesh.face_count, inputs, [numbers])
-    table = numbers.numpy().reshape(-1, NUMBERS)
-    found = {name: table[:, n] for n, name in enumerate(NAMES)}
-    for name in ("mean_ratio", "radius_ratio"):
-        found[name] = np.stack([found[name], found.pop(f"{name}_of_second")], axis=1)
-    return found
-
-
 def measure_elements(mesh: Mesh) -> Elements:
     """Measure the faces of a mesh as finite elements.
 
@@ -159,7 +123,7 @@ def measure_elements(mesh: Mesh) -> Elements:
     require_mesh(mesh)
     blocks = -(-mesh.face_count // int(BLOCK))
     tables = [mesh.device.empty((2 * blocks, NUMBERS), wp.float64) for _ in range(3)]
-    inputs = [mesh.positions, mesh.corners, _origin(mesh)]
+    inputs = [mesh.positions, mesh.corners, mesh_origin(mesh)]
     mesh.device.launch(sum_elements_kernel, blocks, inputs, tables)
     sums, lows, highs = (table.numpy().reshape(-1, 2, NUMBERS) for table in tables)
     kinds = ("quads", "triangles")
@@ -209,7 +173,7 @@ def measure_elements(mesh: Mesh) -> Elements:
     )
 
 
-def _origin(mesh: Mesh) -> Any:
+def mesh_origin(mesh: Mesh) -> Any:
     """Return a point of the mesh, which coordinates are taken from to keep their digits."""
     if not mesh.vertex_count:
         return wp.vec3d()

@@ -4,7 +4,7 @@ from types import ModuleType
 
 
 def kernel_modules(
-    *, intersections: bool, curvature: bool = False, distance: bool = False
+    *, intersections: bool, curvature: bool = False, distance: bool = False, lists: bool = False
 ) -> list[ModuleType]:
     """Return the modules whose kernels a report needs, for loading them ahead of time.
 
@@ -12,6 +12,7 @@ def kernel_modules(
         intersections: Whether they are counted.
         curvature: Whether it is measured.
         distance: Whether that from another mesh is measured.
+        lists: Whether measures are listed face by face and vertex by vertex.
     """
     from dmc_cli.measures import components, deviation, elements, quality, rounding_kernels, vertex_fans
     from dmc_cli.mesh import connecting_kernels, tree_kernels
@@ -35,4 +36,8 @@ def kernel_modules(
         from dmc_cli.measures import nearest, sampling
 
         modules += [sampling, nearest]
+    if lists:
+        from dmc_cli.measures import lists as listing
+
+        modules.append(listing)
     return modules

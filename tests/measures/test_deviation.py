@@ -10,6 +10,7 @@ from dmc_cli.field.field import make_field, upload_volume
 from dmc_cli.field.grid import grid_affine, grid_of
 from dmc_cli.field.slices import slice_depths
 from dmc_cli.measures.deviation import measure_deviation
+from dmc_cli.measures.lists import list_deviation
 from dmc_cli.mesh.placement import Placement, SurfaceFrame
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
@@ -21,8 +22,8 @@ def make_volume(values, affine=None, slope=1.0, intercept=0.0):
     return Volume(values=values, affine=affine, space="none", slope=slope, intercept=intercept)
 
 
-def deviation_of(volume, isovalue, indices, local, device="cpu", border="open", threads=2):
-    """Deviation of vertices in cells with these lowest nodes (i, j, k) of the grid."""
+def placed(volume, isovalue, indices, local, device="cpu", border="open", threads=2):
+    """Vertices in cells with these lowest nodes (i, j, k) of the grid."""
     on_device = Device(device, threads)
     uploaded = upload_volume(volume, on_device)
     settings = SurfaceSettings(isovalue=isovalue, border=border)
@@ -32,11 +33,16 @@ def deviation_of(volume, isovalue, indices, local, device="cpu", border="open", 
     depths = slice_depths(volume, grid, on_device)
     affine = grid_affine(volume.affine, grid)
     frame = SurfaceFrame(make_field(uploaded, settings), grid, affine, depths, 1.0, on_device)
-    placement = Placement(
+    return Placement(
         wp.array(cells, dtype=wp.int64, device=device),
         wp.array(np.asarray(local).reshape(-1, 3), dtype=wp.vec3f, device=device),
         frame,
     )
+
+
+def deviation_of(volume, isovalue, indices, local, device="cpu", border="open", threads=2):
+    """Deviation of vertices in cells with these lowest nodes (i, j, k) of the grid."""
+    placement = placed(volume, isovalue, indices, local, device, border, threads)
     return measure_deviation(placement, volume, volume.value_range())
 
 
@@ -170,3 +176,24 @@ def test_a_vertex_on_the_surface_is_no_distance_away_though_there_is_no_gradient
     flat[:, :, 2] = 7.0
     found = deviation_of(make_volume(flat), 5.0, [[0, 0, 0], [1, 0, 0]], [[0.5, 0.5, 0.5], [0.5, 0, 0]])
     assert (found.mean, found.mean_mm, found.max_mm) == (0.5, 0.25, 0.5)
+
+
+@pytest.mark.parametrize("slope", [1.0, -0.5])
+def test_the_list_has_the_deviation_of_each_vertex(device, slope):
+    _, indices, local = random_case(9)
+    values = 200 * np.random.default_rng(9).random((5, 6, 7))
+    at = (indices + local.astype(float))[:, ::-1].T
+    expected = np.abs(slope * (map_coordinates(values, at, order=1) - 100.3))
+    volume = make_volume(values, slope=slope)
+    placement = placed(volume, slope * 100.3, indices, local, device)
+    found = list_deviation(placement, volume)
+    assert found == pytest.approx(expected, abs=1e-10)
+    assert found.max() == pytest.approx(measure_deviation(placement, volume, volume.value_range()).max)
+
+
+def test_the_list_has_no_number_beside_a_node_without_data():
+    values = np.array([[[0.0, 4.0, np.nan]] * 2] * 2)
+    volume = make_volume(values)
+    found = list_deviation(placed(volume, 1.0, [[0, 0, 0], [1, 0, 0]], [[0.5, 0.5, 0.5]] * 2), volume)
+    assert found[0] == 1.0
+    assert np.isnan(found[1])

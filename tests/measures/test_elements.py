@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from dmc_cli.measures.elements import list_elements, measure_elements
+from dmc_cli.measures.elements import measure_elements
+from dmc_cli.measures.lists import list_elements
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.runtime.device import Device
 from tests import shapes
