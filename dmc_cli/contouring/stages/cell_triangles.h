@@ -61,7 +61,11 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
             unsigned short codes[32 * cell_edges::BLOCK + 32];
             POINTER(unsigned short) to = codes;
             int count = 0;
-            for (int w = begin; w < words && w < begin + cell_edges::BLOCK; ++w, cell_edges::pass(word)) {
+            const int left = words - begin;
+            unsigned int near = edge_rows::crossed_words(lines, ahead + row * words + begin);
+            near &= left < cell_edges::BLOCK ? (1u << left) - 1u : 0xffffu;
+            for (; near; near &= near - 1, cell_edges::pass(word)) {  // others have no edges to pass
+                const int w = begin + (int)wp::bit_count(~near & (near - 1));
                 const unsigned int crossed = cell_edges::load(word, lines, ahead + row * words + w, w);
                 if (crossed == 0) continue;
                 cells[w - begin] = cell_edges::spread(word);

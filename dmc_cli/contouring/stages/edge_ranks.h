@@ -48,23 +48,6 @@ static CUDA_CALLABLE Masks find_masks(const edge_rows::Lines& lines, int ny, int
     return masks;
 }
 
-// Return whether a cell of sixteen words has corners that differ
-static CUDA_CALLABLE bool has_crossed(const edge_rows::Lines& lines, int n) {
-    POINTER(const unsigned int) a = lines.inside + n;
-    POINTER(const unsigned int) b = a + lines.row;
-    POINTER(const unsigned int) c = a + lines.layer;
-    POINTER(const unsigned int) d = c + lines.row;
-    unsigned int crossed = 0;
-    for (int lane = 0; lane < LANES; ++lane) {
-        unsigned int some = a[lane] | b[lane] | c[lane] | d[lane];
-        unsigned int every = a[lane] & b[lane] & c[lane] & d[lane];
-        unsigned int next_some = a[lane + 1] | b[lane + 1] | c[lane + 1] | d[lane + 1];
-        unsigned int next_every = a[lane + 1] & b[lane + 1] & c[lane + 1] & d[lane + 1];
-        crossed |= (some | next_some << 31 | some >> 1) & ~(every & (every >> 1 | next_every << 31));
-    }
-    return crossed != 0;
-}
-
 // Count in each of sixteen words from n of the lines on
 static CUDA_CALLABLE void count_words(const edge_rows::Lines& lines, int n, const Masks& masks,
                                       Counts& counts) {
@@ -155,7 +138,7 @@ inline void count_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
     const int count = (end - row) * words;
     for (int done = 0; done < count; done += edge_counts::LANES) {
         const int n = ahead + row * words + done;
-        if (!edge_counts::has_crossed(lines, n)) continue;
+        if (!edge_rows::crossed_words(lines, n)) continue;
         const int first = row + done / words, k = first / nodes[1], left = count - done;
         const int lanes = left < edge_counts::LANES ? left : edge_counts::LANES;
         int w = done % words;

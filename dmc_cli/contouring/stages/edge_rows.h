@@ -24,6 +24,26 @@ static CUDA_CALLABLE unsigned int next(POINTER(const unsigned int) line, int n) 
     return line[n] >> 1 | line[n + 1] << 31;
 }
 
+// Return a bit for each of sixteen words from n on: whether corners of a cell at one of its nodes differ, so
+// that there may be crossed edges; ends of rows are not looked at
+static CUDA_CALLABLE unsigned int crossed_words(const Lines& lines, int n) {
+    POINTER(const unsigned int) a = lines.inside + n;
+    POINTER(const unsigned int) b = a + lines.row;
+    POINTER(const unsigned int) c = a + lines.layer;
+    POINTER(const unsigned int) d = c + lines.row;
+    unsigned int words = 0;
+    for (int lane = 0; lane < 16; ++lane) {
+        unsigned int some = a[lane] | b[lane] | c[lane] | d[lane];
+        unsigned int every = a[lane] & b[lane] & c[lane] & d[lane];
+        unsigned int next_some = a[lane + 1] | b[lane + 1] | c[lane + 1] | d[lane + 1];
+        unsigned int next_every = a[lane + 1] & b[lane + 1] & c[lane + 1] & d[lane + 1];
+        unsigned int crossed =
+            (some | some >> 1 | next_some << 31) & ~(every & (every >> 1 | next_every << 31));
+        words |= (unsigned int)(crossed != 0) << lane;
+    }
+    return words;
+}
+
 // Return the bits of the nodes with a cell at them or one before, in either of two rows
 static CUDA_CALLABLE unsigned int cells_round(const Lines& lines, int n, int other) {
     POINTER(const unsigned int) cells = lines.exists;

@@ -8,7 +8,7 @@
 
 namespace crossings {
 
-enum { LANES = 16, WORDS = 4, ROOM = LANES + 32 * WORDS + LANES };
+enum { LANES = 16, WORDS = 16, ROOM = LANES + 32 * WORDS + LANES };
 
 // Edges of several rows and axes, in the order of their vertices: the lower node, the axis, and whether the
 // vertex's cell is one before along y and z; the node in the volume and the step to the other; the cell, as
@@ -160,6 +160,7 @@ inline void place_rows(wp::array_t<wp::uint8> values, wp::int32 kind, wp::float6
             const int k = number / ny, j = number - k * ny, n = ahead + number * words;
             const int row_y = nearest(j, size[1]), row_z = nearest(k, size[2]);
             const long long node = ((long long)row_z * size[1] + row_y) * size[0];
+            unsigned int crossed = edge_rows::crossed_words(lines, n);  // of a short row
             for (int axis = 0; axis < 3; ++axis) {
                 if ((axis == 1 && j == ny - 1) || (axis == 2 && k == nz - 1)) continue;
                 crossings::Row row{j, k, axis, axis != 1 && j == ny - 1, axis != 2 && k == nz - 1, border};
@@ -171,18 +172,22 @@ inline void place_rows(wp::array_t<wp::uint8> values, wp::int32 kind, wp::float6
                            : row_z < size[2] - 1 ? (long long)size[0] * size[1]
                                                  : 0;
                 row.cell = ((long long)(k - row.back_z) * ny + (j - row.back_y)) * nx;
-                for (int word = 0; word < words; word += WORDS) {
+                for (int begin = 0; begin < words; begin += WORDS) {
+                    if (words > WORDS) crossed = edge_rows::crossed_words(lines, n + begin);
                     unsigned short codes[32 * WORDS + 32];
                     POINTER(unsigned short) to = codes;
                     int listed = 0;
-                    for (int m = word; m < words && m < word + WORDS; ++m) {
+                    const int left = words - begin;
+                    unsigned int near = crossed & (left < WORDS ? (1u << left) - 1u : 0xffffu);
+                    for (; near; near &= near - 1) {
+                        const int m = begin + (int)wp::bit_count(~near & (near - 1));
                         unsigned int bits = axis == 0   ? edge_rows::along_x(lines, n + m, m)
                                             : axis == 1 ? edge_rows::along_y(lines, n + m)
                                                         : edge_rows::along_z(lines, n + m);
                         listed += wp::bit_count(bits);
-                        if (bits) to = bit_lists::list_bits(bits, 32 * (m - word), to);
+                        to = bit_lists::list_bits(bits, 32 * (m - begin), to);
                     }
-                    crossings::append(edges, count, codes, listed, 32 * word, row);
+                    crossings::append(edges, count, codes, listed, 32 * begin, row);
                     count += listed;
                     int done = 0;
                     for (; done + LANES <= count; done += LANES) place(done, LANES);

@@ -178,6 +178,9 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
             }
         }
     }
+    const unsigned long long all = ~0ull >> (64 - row_count(size));
+    unsigned long long allowed = all;
+    for (int lane = 0; lane < LANES; ++lane) allowed &= tables.allowed[lists.kind[chosen[lane]]];
     numbers best = -2.0f;
     integers found = 0;
     POINTER(const unsigned char) member = tables.members + MEMBERS * first_row(size);
@@ -185,7 +188,7 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
         numbers worst = quality[member[0]];
         for (int n = 1; n < size - 2; ++n) worst = least(worst, quality[member[n]]);
         integers better = is_more(worst, best);
-        if (size > 5) {  // others have no diagonal in a face
+        if (size > 5 && allowed != all) {  // smaller polygons have no diagonal in a face
             int is_allowed[LANES];
             for (int lane = 0; lane < LANES; ++lane)
                 is_allowed[lane] = (int)(tables.allowed[lists.kind[chosen[lane]]] >> row & 1);
