@@ -14,7 +14,7 @@ from .box_tree import (
 )
 from .check import check_mesh as check_mesh
 from .compaction import copy_values as copy_values, fill_gaps as fill_gaps, pack as pack
-from .connectivity import connect as connect
+from .connectivity import connect as connect, connect_by as connect_by
 from .defects import with_defects as with_defects
 from .halfedges import (
     Halfedges as Halfedges,

@@ -1,6 +1,7 @@
 """Connect the faces of any mesh: twins by vertices, and a halfedge and the valence of each vertex."""
 
 from dataclasses import replace
+from typing import Any
 
 import warp as wp
 
@@ -28,8 +29,12 @@ def connect(mesh: Mesh) -> Mesh:
     """
     if require_mesh(mesh).halfedges is not None:
         return mesh
+    return connect_by(mesh, find_twins(mesh.device, mesh.faces, mesh.vertex_count))
+
+
+def connect_by(mesh: Mesh, twin: Any) -> Mesh:
+    """Return the mesh with halfedges by their twins, int32 (4F,), -1 where there is none."""
     device = mesh.device
-    twin = find_twins(device, mesh.faces, mesh.vertex_count)
     valence = device.zeros(mesh.vertex_count, wp.int32)
     lowest = wp.full(mesh.vertex_count, NOWHERE, dtype=wp.uint32, device=device.name)
     inputs = [mesh.corners, twin]

@@ -1,6 +1,6 @@
 """Declare the method for the registry; imports no Warp."""
 
-from dmc_cli.contouring.dual_grid import CELLS
+from dmc_cli.contouring.dual_grid import DUAL
 from dmc_cli.methods import Method, Number, later
 
 PARTICLE = frozenset({"particle"})
@@ -28,7 +28,8 @@ METHOD = Method(
     on_surface=frozenset(),
     extract=later(f"{__package__}.extraction:extract"),
     kernels=later(f"{__package__}.extraction:surface_kernels"),
-    color=later("dmc_cli.contouring.dual_grid:color_cells"),
-    mesh_kernels=later("dmc_cli.contouring.dual_grid:color_kernels"),
-    memory=CELLS,
+    connect=later("dmc_cli.contouring.dual_grid:connect_dual"),
+    color=later("dmc_cli.contouring.stages.coloring:color"),
+    mesh_kernels=later("dmc_cli.contouring.dual_grid:connecting_dual_kernels"),
+    memory=DUAL,
 )

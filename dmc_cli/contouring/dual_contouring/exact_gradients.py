@@ -33,8 +33,8 @@ from dmc_cli.field import (
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-CELLS_AT_ONCE = 1 << 15
-"""Cells whose crossings are on the host together: some ten megabytes."""
+CELLS_AT_ONCE = 1 << 12
+"""Cells whose crossings are on the host together: with all that comes of them, some ten megabytes."""
 
 QEF, PAPER, PARTICLE = range(3)
 

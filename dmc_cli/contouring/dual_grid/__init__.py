@@ -6,7 +6,7 @@ those that it needs.
 active_cells  active cells, and their vertices' numbers
 cell_quads    one quad a crossed edge
 extraction    the stages in order, with a method's own way to place vertices
-cell_colors   colours of the quads
+cell_twins    halfedges, from the grid
 costs         what it all takes
 kernels       the modules with kernels that a run needs
 """

@@ -12,10 +12,15 @@ def dual_kernels() -> list[ModuleType]:
     return [active_cells, classification, cell_quads, *slice_kernels()]
 
 
-def color_kernels(*, colors: bool) -> list[ModuleType]:
-    """Return the modules whose kernels colours need, if they are wanted."""
-    if not colors:
-        return []
-    from dmc_cli.contouring.stages import coloring, quad_ranks
+def connecting_dual_kernels(*, colors: bool) -> list[ModuleType]:
+    """Return the modules whose kernels halfedges need, and those of colours if they are wanted."""
+    from dmc_cli.contouring.dual_grid import cell_twins
+    from dmc_cli.contouring.stages import quad_ranks
+    from dmc_cli.mesh import connecting_kernels
 
-    return [quad_ranks, coloring]
+    modules = [cell_twins, quad_ranks, *connecting_kernels()]
+    if colors:
+        from dmc_cli.contouring.stages import coloring
+
+        modules.append(coloring)
+    return modules

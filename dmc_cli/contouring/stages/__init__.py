@@ -9,6 +9,8 @@ face_decisions    how the surface crosses an ambiguous face
 plain_quads       quads where every cell has one vertex
 numbering         what the stages number, for those that follow
 quad_ranks        the quads' numbers along the grid
+plain_twins       twins through faces that are not ambiguous
+face_twins        neighbours of quads through any cell face
 color_words       colours of the quads of whole rows
 coloring          colours of quads
 case_polygons     the polygons of all 256 cases, inside corners separated

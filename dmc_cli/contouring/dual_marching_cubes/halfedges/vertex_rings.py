@@ -12,10 +12,10 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.bits import ALL_BITS, LANES, VECTOR_FLAGS, bit_index
-from dmc_cli.contouring.dual_marching_cubes.halfedges.grid_twins import is_inside, one_step
 from dmc_cli.contouring.dual_marching_cubes.halfedges.plain_rings import store_plain_rings
 from dmc_cli.contouring.dual_marching_cubes.special_cells import SpecialCells
 from dmc_cli.contouring.stages.cell_words import CellBits
+from dmc_cli.contouring.stages.face_twins import is_inside, one_step
 from dmc_cli.contouring.stages.quad_ranks import QuadWord, quad_round
 from dmc_cli.contouring.stages.tracing import EDGE_HIGH, EDGE_LOW, edges_owned
 from dmc_cli.contouring.surface import Surface
