@@ -125,7 +125,6 @@ def test_the_option_of_a_method_is_heeded(toys, tmp_path):
         ("toy", {"surface": {"border": "open"}}, "leave it out, or choose a method that has it: dmc"),
         ("toy", {"surface": {"placement": "exact"}}, "'exact'; expected one of middle, low"),
         ("cut", {"surface": {"placement": "exact"}}, "has it: dmc, .*toy"),
-        ("toy", {"halfedges": "h.npz"}, "halfedges is 'h.npz', but the method toy colours no faces.*: dmc"),
         ("toy", {"mesh": {"simplify": "all", "simplify_rules": "paper"}}, "simplify_rules is 'paper', but"),
         (
             "cut",

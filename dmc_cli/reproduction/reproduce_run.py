@@ -43,7 +43,7 @@ PAPER_RULES = MeshSettings(simplify="all", simplify_rules="paper", project=False
 
 OTHERS: dict[MeshKind, SurfaceSettings] = {
     MARCHING: SurfaceSettings(isovalue=0.0, method="mc", triangulation="standard"),
-    TOPOLOGICAL: SurfaceSettings(isovalue=0.0, method="tmc"),
+    TOPOLOGICAL: SurfaceSettings(isovalue=0.0, method="tmc", triangulation="standard"),
     DUAL: SurfaceSettings(isovalue=0.0, method="dc", placement="paper"),
 }
 """The methods that the papers compare with, as they describe them."""
