@@ -32,7 +32,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     files          outputs that are complete or not there at all
     mesh_io        meshes in files, one file or folder per format
     reproduction   the papers' tables, made again
-    figures          the papers' figures of a comparison
+    figures        the papers' figures of a comparison
     app            what a command does: convert, batch, measure
     cli            the command line, the only place that knows click
 

@@ -86,6 +86,23 @@ def test_qualities_are_the_printed_ones(name, mesh):
     assert printed(8, name, mesh, "irregular_percent") == table_8["irregular_percent"][mesh]
 
 
+@pytest.mark.parametrize("name", ["iwp_512", "genus_two_64", "genus_two_128", "genus_two_256"])
+@pytest.mark.parametrize("mesh", ["mc", "tmc", "dc"])
+def test_triangles_of_other_methods_are_the_printed_ones(name, mesh):
+    table_7 = PRINTED["table_7_triangle_quality_mean_ratio"][name]["paper"]
+    assert printed(7, name, mesh, "mean_ratio") == table_7[mesh]
+    if mesh == "dc":
+        assert printed(8, name, mesh, "shape") == PRINTED["table_8_quads"][name]["paper"]["quality"]["dc"]
+
+
+@pytest.mark.parametrize("name", ["iwp_512", "genus_two_256"])
+def test_counts_of_marching_cubes_are_the_printed_ones(name):
+    counts = PRINTED["table_3_counts"][name]["paper"]
+    assert printed(3, name, "mc", "vertices") == counts["mc_vertices"]
+    assert printed(3, name, "mc", "triangles") == counts["mc_triangles"]
+    assert printed(2, name, "mc", "surface_ms") == PRINTED["table_2_ms_rtx_2080_ti"]["mc"][name]
+
+
 @pytest.mark.parametrize("name", ["kummer_256", "neovius_256", "steiner_512"])
 def test_table_9_is_the_printed_one(name):
     counts = PRINTED["table_9_counts"][name]["paper"]
@@ -146,6 +163,8 @@ def test_tables_and_sizes_are_chosen():
     assert all(row.found is not None for row in rows)
     assert mismatches(rows) == []
     for row in rows:
+        if row.value.expectation == "misprint":
+            continue
         tolerance = 0.4 if row.value.quantity == "irregular_triangle_percent" else 0.0051
         assert row.found == pytest.approx(row.value.printed, abs=tolerance)
 
