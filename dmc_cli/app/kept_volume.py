@@ -19,13 +19,13 @@ class KeptVolume:
 
     def __init__(self, items: Sequence[ConvertSettings]) -> None:
         self._uses = Counter(_source_of(item) for item in items)
-        self._source: Source | None = None
+        self._kept: Source | None = None
         self._volume: DeviceVolume | None = None
 
     def at_hand(self, settings: ConvertSettings) -> DeviceVolume | None:
         """Return the volume of an item if the last one had the same; else let go of what there is."""
-        if self._source != _source_of(settings):
-            self._source = self._volume = None
+        if self._kept != _source_of(settings):
+            self._kept = self._volume = None
         return self._volume
 
     def keep(self, settings: ConvertSettings, volume: Volume, device: Device) -> DeviceVolume:
@@ -33,7 +33,7 @@ class KeptVolume:
         is_shared = self.is_shared(settings)
         found = upload_volume(volume, device, indexed=is_shared)
         if is_shared:
-            self._source, self._volume = _source_of(settings), found
+            self._kept, self._volume = _source_of(settings), found
         return found
 
     def is_shared(self, settings: ConvertSettings) -> bool:

@@ -1,11 +1,10 @@
 """Name what an input becomes at each of several isovalues: one conversion each."""
 
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from dmc_cli.cli.options import gather
+from dmc_cli.cli.options import gather, isovalues_of
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
 from dmc_cli.volume_io import exists
@@ -15,11 +14,6 @@ _COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
 
 _PATHS = ("output", "halfedges", "report")
 """Options that are templates of paths."""
-
-
-def isovalues_of(values: dict[str, Any]) -> list[float]:
-    """Return the isovalues of an option that may be given several times, each a number or several."""
-    return list(chain.from_iterable(values.get("isovalue") or ()))
 
 
 def conversions_of(

@@ -1,13 +1,11 @@
 """Convert a volume to a mesh: `dmc convert`."""
 
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import click
 
 from dmc_cli.cli import options
-from dmc_cli.cli.conversions import conversion_of, conversions_of, isovalues_of
 from dmc_cli.cli.isovalue import missing_isovalue
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
@@ -42,8 +40,10 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
       dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
       dmc convert sample_data/nrrd/tooth.nrrd 'tooth_{isovalue}.ply' -i 500:900:200
     """
+    from dmc_cli.cli.conversions import conversion_of
+
     read = options.gather(ReadSettings, values)
-    isovalues = isovalues_of(values)
+    isovalues = options.isovalues_of(values)
     if not isovalues:
         raise missing_isovalue(input, read)
     if len(isovalues) == 1 and "{isovalue" not in path:
@@ -72,9 +72,12 @@ def _several(
     Raises:
         SettingsError: Their files cannot be told apart.
     """
-    from dmc_cli.app import refuse_overlaps
+    from pathlib import Path
 
-    counts = Counter(isovalues_of(values))
+    from dmc_cli.app import refuse_overlaps
+    from dmc_cli.cli.conversions import conversions_of
+
+    counts = Counter(options.isovalues_of(values))
     for isovalue, count in counts.items():
         if count > 1:
             raise SettingsError(

@@ -5,7 +5,6 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
-from dmc_cli.cli.conversions import isovalues_of
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.cli.summary import info_lines
@@ -43,7 +42,7 @@ def info(input: str, lists_isovalues: bool, as_json: bool, quiet: bool, verbose:
     from dmc_cli.cli.description import describe
 
     settings = options.gather(ReadSettings, values)
-    isovalues = isovalues_of(values)
+    isovalues = options.isovalues_of(values)
     if isovalues and not lists_isovalues:
         raise SettingsError("isovalues were given, but nothing to list of them; expected --isovalues, too")
     with shown_progress(quiet=quiet, verbose=verbose) as progress:

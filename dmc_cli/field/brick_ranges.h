@@ -9,7 +9,7 @@ inline void widen_ranges(wp::array_t<wp::uint8> values, int kind, wp::int64 at, 
     auto read = [&](auto nodes) {
         POINTER(double) lows = ROW(double, low, row);
         POINTER(double) highs = ROW(double, high, row);
-        const double infinity = __builtin_huge_val();
+        const double infinity = INFINITY;
         for (int begin = 0; begin < count; begin += 32) {
             const int length = count - begin < 32 ? count - begin : 32;
             auto least = nodes[begin];

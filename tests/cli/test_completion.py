@@ -12,12 +12,12 @@ import pytest
 from dmc_cli.cli import dmc
 
 SHELLS = ("bash", "zsh", "fish")
-NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges"}
+NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges", "figures"}
 """Parameters that are files or folders."""
 
 CASES = [
     ("dmc ", sorted(dmc.commands)),
-    ("dmc comp", ["completion"]),
+    ("dmc comp", ["compare", "completion"]),
     ("dmc convert s", ["scans"]),
     ("dmc convert scans/", ["scans/a.nrrd", "scans/b c.nrrd"]),
     ("dmc convert 'scans/b ", ["scans/b c.nrrd"]),

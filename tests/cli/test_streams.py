@@ -74,7 +74,7 @@ def test_an_error_that_is_a_bug_of_ours_keeps_its_traceback():
 
 
 def test_a_bug_in_a_batch_tells_its_traceback(tmp_path, monkeypatch):
-    def broken(*_):
+    def broken(*_, **__):
         raise errors.MeshInvariantError("vertex 3 is in no quad")
 
     monkeypatch.setattr("dmc_cli.app.conversion.convert", broken)

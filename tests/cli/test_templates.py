@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dmc_cli.cli.batch_plan import _name, _stem
+from dmc_cli.cli.conversions import _name, _stem
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.errors import SettingsError
 

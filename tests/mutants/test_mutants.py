@@ -157,7 +157,7 @@ def test_headers_are_of_the_areas_and_reach_what_launches_their_kernels():
         "processing/patterns/masks.py::word_3x3y",
         "processing/patterns/masks.py::word_3333",
     }
-    assert "contouring/dual_marching_cubes/vertices.h::store_cells" in used["bits/bit_lists.h::list_bits"]
+    assert "field/cell_lists.h::store_cells" in used["bits/bit_lists.h::list_bits"]
 
 
 def recorded(name, seconds, function):

@@ -142,5 +142,5 @@ def test_a_function_that_is_not_there_is_named(header):
 
 
 def test_another_header_of_the_package_is_shared():
-    module = str(PACKAGE / "contouring" / "dual_marching_cubes" / "vertices.py")
+    module = str(PACKAGE / "field" / "cell_lists.py")
     assert "struct bit_lists {" in native(module, "store_cells")

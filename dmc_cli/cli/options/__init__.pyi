@@ -21,6 +21,7 @@ from .run import (
     verbosity_options as verbosity_options,
 )
 from .surface import (
+    isovalues_of as isovalues_of,
     isovalues_option as isovalues_option,
     shape_of_surface_options as shape_of_surface_options,
     surface_options as surface_options,

@@ -1,5 +1,8 @@
 """Offer the options of the surface: its level, the method of contouring, what methods have of their own."""
 
+from itertools import chain
+from typing import Any
+
 import click
 
 from dmc_cli.cli.options.from_settings import Decorator, default_of, setting, stack
@@ -42,6 +45,12 @@ isovalues_option = setting(
     multiple=True,
     help=f"{_ISOVALUE_HELP} Several: give it again, or first:last:step.",
 )
+
+
+def isovalues_of(values: dict[str, Any]) -> list[float]:
+    """Return the isovalues of an option that may be given several times, each a number or several."""
+    return list(chain.from_iterable(values.get("isovalue") or ()))
+
 
 shape_of_surface_options = stack(
     setting(

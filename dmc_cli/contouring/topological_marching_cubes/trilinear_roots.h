@@ -53,11 +53,11 @@ static CUDA_CALLABLE double discriminant(double a, double b, double c) {
     return (square - product) + (square_rest - product_rest);
 }
 
-// The determinant p s - q r of a cut across an axis as a quadratic: a u^2 + b u + c, each with what lifting
-// all values by an infinitesimal adds; and its value at u = 1
+// The determinant p s - q r of a cut across an axis as a quadratic: a u^2 + b u + start, each with what
+// lifting all values by an infinitesimal adds; and its value at u = 1
 struct Quadratic {
     double a;
-    Near b, c, end;
+    Near b, start, end;
 };
 
 static CUDA_CALLABLE Quadratic quadratic(const double* f, int axis) {
@@ -71,19 +71,19 @@ static CUDA_CALLABLE Quadratic quadratic(const double* f, int axis) {
     }
     Quadratic found;
     found.a = rise[0] * rise[3] - rise[1] * rise[2];
-    found.c.at = low[0] * low[3] - low[1] * low[2];
-    found.c.more = (low[0] + low[3]) - (low[1] + low[2]);
+    found.start.at = low[0] * low[3] - low[1] * low[2];
+    found.start.more = (low[0] + low[3]) - (low[1] + low[2]);
     found.end.at = high[0] * high[3] - high[1] * high[2];
     found.end.more = (high[0] + high[3]) - (high[1] + high[2]);
-    found.b.at = (found.end.at - found.c.at) - found.a;
-    found.b.more = found.end.more - found.c.more;
+    found.b.at = (found.end.at - found.start.at) - found.a;
+    found.b.more = found.end.more - found.start.more;
     return found;
 }
 
 // Return which roots lie in the open interval, by signs alone; [0]: where the quadratic grows
 static CUDA_CALLABLE void find_inside(const Quadratic& p, bool has_roots, bool* inside) {
     const Near slope_end = {2.0 * p.a + p.b.at, p.b.more};
-    int start = sign(p.c), end = sign(p.end);
+    int start = sign(p.start), end = sign(p.end);
     if (start == 0) start = sign(p.b) != 0 ? sign(p.b) : sign(p.a);  // just behind the root at 0
     if (end == 0) end = sign(slope_end) != 0 ? -sign(slope_end) : sign(p.a);
     inside[0] = inside[1] = false;
@@ -96,7 +96,7 @@ static CUDA_CALLABLE void find_inside(const Quadratic& p, bool has_roots, bool* 
 
 // Return a root of the quadratic, where it grows or falls, in [0, 1]
 static CUDA_CALLABLE double find_root(const Quadratic& p, double wide, bool grows, double infinitesimal) {
-    const double b = p.b.at + infinitesimal * p.b.more, c = p.c.at + infinitesimal * p.c.more;
+    const double b = p.b.at + infinitesimal * p.b.more, c = p.start.at + infinitesimal * p.start.more;
     const double signed_root = grows ? wide : -wide;
     double found;
     if ((b <= 0.0) == grows)
@@ -112,13 +112,13 @@ static CUDA_CALLABLE Lines find_lines(const double* f) {
     bool is_tied = false;
     for (int axis = 0; axis < 3; ++axis) {
         of[axis] = quadratic(f, axis);
-        is_tied = is_tied || of[axis].c.at == 0.0 || of[axis].end.at == 0.0 || of[axis].b.at == 0.0 ||
+        is_tied = is_tied || of[axis].start.at == 0.0 || of[axis].end.at == 0.0 || of[axis].b.at == 0.0 ||
                   2.0 * of[axis].a + of[axis].b.at == 0.0;
     }
     // the discriminants of all axes are the same number
     const Quadratic& p = of[0];
-    const double wide = discriminant(p.a, p.b.at, p.c.at);
-    const double more = 2.0 * p.b.at * p.b.more - 4.0 * p.a * p.c.more, most = p.b.more * p.b.more;
+    const double wide = discriminant(p.a, p.b.at, p.start.at);
+    const double more = 2.0 * p.b.at * p.b.more - 4.0 * p.a * p.start.more, most = p.b.more * p.b.more;
     const bool has_roots = wide != 0.0 ? wide > 0.0 : more != 0.0 ? more > 0.0 : most > 0.0;
     Lines lines;
     lines.infinitesimal = is_tied || wide == 0.0 ? 1.0 / (1ull << 40) : 0.0;
