@@ -68,11 +68,7 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
     yield f"topology  {_topology_line(topology)}, Euler characteristic {topology['euler_characteristic']}"
     histogram = ", ".join(f"{count} of {valence}" for valence, count in topology["valence_histogram"].items())
     yield f"valences  {histogram}; {topology['irregular_percent']:.2f} % irregular"
-    yield (
-        f"shape     mean {_number(quality['shape_mean'], 4)}, least {_number(quality['shape_min'])};"
-        f" mean ratio {_number(quality['mean_ratio_mean'], 4)};"
-        f" scaled Jacobian at least {_number(quality['scaled_jacobian_min'])}"
-    )
+    yield f"shape     {_shape_line(mesh, quality)}"
     yield f"angles    {_number(quality['min_angle'], 4)} to {_number(quality['max_angle'], 4)} degrees"
     yield f"elements  {_elements_line(mesh, quality)}"
     yield f"faces     {_intersections(quality)}"
@@ -220,6 +216,17 @@ def _topology_line(topology: dict[str, Any]) -> str:
     if topology.get("genus") is not None:
         parts.append(f"genus {topology['genus']:g}")
     return ", ".join(parts)
+
+
+def _shape_line(mesh: dict[str, Any], quality: dict[str, Any]) -> str:
+    """Tell the papers' two measures of shape and the scaled Jacobian, those of quads where there are any."""
+    mean_ratio = f"mean ratio {_number(quality['mean_ratio_mean'], 4)}"
+    if not mesh["quads"]:
+        jacobian = _number(quality["triangle_scaled_jacobian_min"])
+        return f"{mean_ratio}; scaled Jacobian of triangles at least {jacobian}"
+    mean, least = _number(quality["shape_mean"], 4), _number(quality["shape_min"])
+    jacobian = _number(quality["scaled_jacobian_min"])
+    return f"mean {mean}, least {least}; {mean_ratio}; scaled Jacobian at least {jacobian}"
 
 
 def _elements_line(mesh: dict[str, Any], quality: dict[str, Any]) -> str:

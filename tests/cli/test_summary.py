@@ -110,6 +110,7 @@ def measured(**changes):
     quality = {"shape_mean": 0.123456, "shape_min": 0.123456, "mean_ratio_mean": 0.87654}
     quality |= {"scaled_jacobian_min": None, "min_angle": 41.16789, "max_angle": 142.8}
     quality |= {"aspect_ratio_max": 2.3456, "skew_max": 0.51234, "taper_max": None, "stretch_min": 0.2345}
+    quality |= {"triangle_scaled_jacobian_min": 0.34567}
     quality |= {"radius_ratio_mean": 0.81234, "radius_ratio_min": 0.012345, "self_intersections": 0}
     made = {
         "warnings": [],
@@ -141,6 +142,7 @@ def test_a_mesh_file():
     assert lines[:2] == ["warning   one (W-ONE)", "mesh      12 vertices, 0 quads, 20 triangles"]
     told = "deviation mean 0.00018, at most 0.0023 in values, 1.8e-06 of their range, 8.1e-06 mm"
     assert lines[-1] == told
+    assert lines[4] == "shape     mean ratio 0.8765; scaled Jacobian of triangles at least 0.35"
     assert lines[-3] == "elements  radius ratio of triangles mean 0.8123, least 0.012"
 
 
