@@ -4,6 +4,7 @@ read_ahead     the input is read while kernels are loaded
 memory_budget  the forecast that is held against a budget
 file_keys, overlaps  no output is an input or another output
 kept_volume    a volume that several conversions share
+no_surface     why there is no surface, and where there are some
 conversion     the table of contents: one call per stage
 writing        what is written of it
 several        one input at several isovalues

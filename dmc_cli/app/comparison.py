@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.contouring import (
     connect_faces,
@@ -17,7 +18,6 @@ from dmc_cli.contouring import (
     kernel_modules as surface_kernels,
     mesh_kernel_modules,
 )
-from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.measures import kernel_modules as report_kernels, measure_topology
 from dmc_cli.mesh import Mesh, Placement, connect
@@ -133,10 +133,7 @@ def _compared(method: str, volume: Volume, settings: CompareSettings, device: De
     mesh, placement = _made(method, uploaded, settings)
     most, least = own.most_in_use, float("inf")
     if not mesh.face_count:
-        raise EmptySurfaceError(
-            f"there is no surface at isovalue {settings.isovalue:g}; choose one in the range that `dmc info`"
-            " tells"
-        )
+        raise no_surface(volume, settings.isovalue)
     for _ in range(settings.repeats):
         del mesh, placement
         start = time.perf_counter()

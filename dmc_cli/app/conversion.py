@@ -16,6 +16,7 @@ from typing import Any
 
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
+from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.app.writing import Made, check_outputs, finish
@@ -30,7 +31,7 @@ from dmc_cli.contouring import (
     kernel_modules as surface_kernels,
     mesh_kernel_modules,
 )
-from dmc_cli.errors import DeviceError, EmptySurfaceError, VolumeError
+from dmc_cli.errors import DeviceError
 from dmc_cli.field import DeviceVolume
 from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
 from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, file_of_mesh, refuse_lost
@@ -140,7 +141,9 @@ def _stages(
             even_slices=output.space == "voxel",
             reserve=forecast.hold,
         )
-    _refuse_empty(surface, volume, settings)
+    if not surface.mesh.face_count and not output.allow_empty:
+        otherwise = ", or allow an empty mesh with --allow-empty"
+        raise no_surface(volume, settings.surface.isovalue, otherwise=otherwise)
     if settings.needs_halfedges:
         surface = _connect(surface, settings, watch)
     stages = Stages(surface.mesh, surface.placement, surface.counts)
@@ -206,26 +209,6 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         output = settings.output
         modules += report_kernels(intersections=output.finds_intersections, curvature=output.curvature)
     return modules
-
-
-def _refuse_empty(surface: Surface, volume: Volume, settings: ConvertSettings) -> None:
-    """Raise on a surface without a face, unless that is allowed."""
-    if surface.mesh.face_count or settings.output.allow_empty:
-        return
-    ends = volume.value_range()
-    if ends is None:
-        raise VolumeError(
-            f"{settings.input} holds no value that is data: all are NaN, infinite or padding; expected a"
-            " volume with finite values"
-        )
-    isovalue = settings.surface.isovalue
-    if ends[0] == ends[1]:
-        found = f"every value is {ends[0]:g}"
-        advice = "a constant volume has no surface; check that the right file was read"
-    else:
-        found = f"the values run from {ends[0]:g} to {ends[1]:g}"
-        advice = "choose an isovalue inside that range with -i, or allow an empty mesh with --allow-empty"
-    raise EmptySurfaceError(f"there is no surface at isovalue {isovalue:g}: {found}; {advice}")
 
 
 def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> Surface:

@@ -6,6 +6,7 @@ import click
 
 from dmc_cli.cli import options
 from dmc_cli.cli.comparison_table import csv_table, markdown_table, text_table
+from dmc_cli.cli.isovalue import missing_isovalue
 from dmc_cli.cli.parameters import NameList, complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
@@ -24,7 +25,6 @@ from dmc_cli.settings import CompareSettings, ReadSettings
     "--isovalue",
     section="Comparison",
     type=float,
-    required=True,
     help="The level of the surface, in the volume's physical values (HU for CT).",
 )
 @options.setting(
@@ -75,7 +75,9 @@ from dmc_cli.settings import CompareSettings, ReadSettings
 @options.device_option
 @options.threads_option
 @options.verbosity_options
-def compare(table_format: str, figures: str | None, quiet: bool, verbose: int, **values: Any) -> None:
+def compare(
+    input: str, table_format: str, figures: str | None, quiet: bool, verbose: int, **values: Any
+) -> None:
     """Compare methods of contouring on the volume INPUT: counts, time, memory, shape, topology.
 
     A method is a name, behind a colon the value of one of its options, and +simplify for its quads without
@@ -88,7 +90,9 @@ def compare(table_format: str, figures: str | None, quiet: bool, verbose: int, *
       dmc compare synth:genus_two:64 -i 0.001 --methods dmc,dmc:centroid --format markdown
     """
     read = options.gather(ReadSettings, values)
-    settings = options.gather(CompareSettings, values, read=read)
+    if values["isovalue"] is None:
+        raise missing_isovalue(input, read)
+    settings = options.gather(CompareSettings, values, input=input, read=read)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
             from dmc_cli.app import compare_methods

@@ -17,7 +17,13 @@ _PATHS = ("output", "halfedges", "report")
 
 
 def conversions_of(
-    source: str, values: dict[str, Any], read: ReadSettings, *, base: Path, index: int = 1
+    source: str,
+    values: dict[str, Any],
+    read: ReadSettings,
+    *,
+    base: Path,
+    index: int = 1,
+    one_mesh: bool = False,
 ) -> Iterator[ConvertSettings]:
     """Yield the conversions of one input, one for each isovalue.
 
@@ -27,11 +33,13 @@ def conversions_of(
         read: How the input is read.
         base: The folder that outputs are named from.
         index: The number of the input.
+        one_mesh: All meshes go to one file, `output`, whose name is no template then.
 
     Raises:
         SettingsError: A template or a setting is wrong.
     """
     templates = {name: values[name] for name in _PATHS if values.get(name) is not None}
+    shared = {"output": templates.pop("output")} if one_mesh else {}
     named = {
         "stem": name_part(_stem(source)),
         "name": name_part(_name(source)),
@@ -39,7 +47,7 @@ def conversions_of(
     }
     for isovalue in isovalues_of(values):
         fields = named | {"isovalue": isovalue, "index": index}
-        paths = {name: fill_template(name, template, fields, base) for name, template in templates.items()}
+        paths = shared | {name: fill_template(name, form, fields, base) for name, form in templates.items()}
         files = {name: paths.get(name) for name in ("halfedges", "report")}
         yield conversion_of(source, values | files, read, isovalue, paths["output"])
 

@@ -85,7 +85,7 @@ def _several(
                 " others out"
             )
     is_grouped = "{isovalue" not in path
-    items = list(conversions_of(input, values | {"output": path}, read, base=Path()))
+    items = list(conversions_of(input, values | {"output": path}, read, base=Path(), one_mesh=is_grouped))
     if is_grouped:
         _check_groups(items[0], len(items))
     refuse_overlaps(items, one_mesh=is_grouped)

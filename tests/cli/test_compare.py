@@ -40,6 +40,19 @@ def test_figures_are_those_of_the_reports_of_convert(run, tmp_path):
         assert row["irregular_percent"] == report["topology"]["irregular_percent"]
 
 
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        ([], 2, "no isovalue was given; synth:torus:24 has values from -1.03"),
+        (["-i", 99], 5, "there is no surface at isovalue 99: the values run from -1.03"),
+    ],
+)
+def test_an_isovalue_that_is_missing_or_outside_is_answered_with_the_range(run, words, status, message):
+    result = run("compare", "synth:torus:24", *words)
+    assert result.exit_code == status
+    assert message in " ".join(result.stderr.split())
+
+
 def test_memory_is_at_least_that_of_the_mesh(run):
     (row,) = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc").stdout)
     assert row["memory_bytes"] >= 12 * row["vertices"] + 16 * row["quads"]

@@ -85,12 +85,21 @@ def test_obj_has_a_group_for_each_isovalue(run, tmp_path):
     np.testing.assert_array_equal(mesh.faces, np.concatenate(faces))
 
 
+def test_groups_go_to_standard_output_as_well(run, run_process, tmp_path):
+    words = [*TORUS[1:], "-i", "0", "-i", "0.05"]
+    assert run(TORUS[0], words[0], tmp_path / "all.obj", *words[1:]).exit_code == 0
+    result = run_process("convert", words[0], "-", "--output-format", "obj", *words[1:])
+    assert result.returncode == 0
+    assert result.stdout == (tmp_path / "all.obj").read_text()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["{}/a.ply"], "a format that has groups (obj)"),
         (["{}/a_{{index}}.ply"], "a format that has groups (obj)"),
-        (["-", "--output-format", "obj"], "standard output is one file"),
+        (["-", "--output-format", "ply"], "a format that has groups (obj)"),
+        (["-", "--output-format", "obj", "--report", "-"], "report is -"),
         (["{}/a_{{isovalue}}.ply", "--report", "{}/r.json"], "expected one file an item"),
         (["{}/a_{{isovalue}}.ply", "--report", "-"], "report is -"),
         (["{}/a_{{isovalue}}_{{nothing}}.ply"], "cannot be filled in"),
