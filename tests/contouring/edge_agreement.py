@@ -11,10 +11,12 @@ from tests.oracle.cube import face_edges
 from tests.oracle.edge_mesh import (
     crossings,
     edge_of_cell,
+    edges_with_two_fans,
     numbered_edges,
     ordered_edges,
     separated_polygons,
 )
+from tests.oracle.edges import pinched_vertices
 from tests.oracle.grid import Grid, cut_grid
 
 
@@ -32,18 +34,38 @@ def assert_vertices(surface: Surface, grid: Grid) -> dict:
     return numbered_edges(grid)
 
 
+def without_copies(surface: Surface, grid: Grid, numbers: dict) -> np.ndarray:
+    """The triangles with the vertices that a second fan has for itself named as the first fan's.
+
+    Fails unless the last vertices are these copies, each of another edge that has two fans.
+    """
+    triangles, count = surface.mesh.faces.numpy()[:, :3], len(surface.placement.cell)
+    expected = {numbers[edge] for edge in edges_with_two_fans(grid)}
+    first = count - len(expected)
+    cell, local = surface.placement.cell.numpy(), surface.placement.local.numpy()
+    places = {(cell[v], local[v].tobytes()): v for v in sorted(expected)}
+    named = np.arange(count)
+    named[first:] = [places.get((cell[v], local[v].tobytes()), -1) for v in range(first, count)]
+    assert set(named[first:].tolist()) == expected
+    positions = surface.mesh.positions.numpy()
+    assert (positions == positions[named]).all()
+    assert not pinched_vertices(triangles, count).any()
+    assert len(np.unique(triangles)) == count, "a vertex belongs to no triangle"
+    return named[triangles]
+
+
 def assert_marching_cubes(surface: Surface, volume: Volume, chosen: SurfaceSettings) -> None:
     """Fail unless the mesh is that of marching cubes, inside corners separated."""
     grid = cut_grid(volume, chosen)
     numbers = assert_vertices(surface, grid)
-    assert len(numbers) == len(surface.placement.cell)
-    triangles = surface.mesh.faces.numpy()
-    assert (triangles[:, 3] == -1).all()
+    assert (surface.mesh.faces.numpy()[:, 3] == -1).all()
+    triangles = without_copies(surface, grid, numbers)
+    assert len(surface.placement.cell) == len(numbers) + len(edges_with_two_fans(grid))
     assert surface.mesh.triangle_count == len(triangles)
     determinant = float(np.linalg.det(volume.affine[:3, :3]))
     start = 0
     for cell, polygon in separated_polygons(grid, chosen, determinant):
-        found = triangles[start : start + len(polygon) - 2, :3]
+        found = triangles[start : start + len(polygon) - 2]
         start += len(found)
         names = {numbers[edge_of_cell(cell, edge)]: edge for edge in polygon}
         assert_triangulated(polygon, [[names[v] for v in triangle] for triangle in found.tolist()])

@@ -37,6 +37,20 @@ def ordered_edges(grid: Grid) -> np.ndarray:
     return edges[np.lexsort((edges[:, 1], edges[:, 0], edges[:, 2], edges[:, 3]))]
 
 
+def edges_with_two_fans(grid: Grid) -> set[GridEdge]:
+    """The crossed edges at which only two cells exist, opposite each other: their polygons share no side."""
+    cells = np.pad(grid.existing_cells(), 1)
+    found = set()
+    for edge in ordered_edges(grid).tolist():
+        axis, (i, j, k) = edge[0], edge[1:]
+        a, b = (np.eye(3, dtype=int)[n] for n in range(3) if n != axis)
+        at = np.array([i, j, k]) + 1
+        exists = [bool(cells[tuple((at - back)[::-1])]) for back in (0 * a, a, a + b, b)]
+        if exists in ([True, False, True, False], [False, True, False, True]):
+            found.add(tuple(edge))
+    return found
+
+
 def numbered_edges(grid: Grid) -> dict[GridEdge, int]:
     """The number of each edge in the order of `ordered_edges`."""
     return {tuple(edge): number for number, edge in enumerate(ordered_edges(grid).tolist())}

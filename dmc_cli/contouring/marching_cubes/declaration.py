@@ -14,6 +14,7 @@ METHOD = Method(
     faces="triangles",
     options={"triangulation": ("best", "standard"), "border": ("open", "closed")},
     on_surface=frozenset({None}),
+    manifold=frozenset({None}),
     extract=later(f"{__package__}.extraction:extract"),
     kernels=later(f"{__package__}.kernels:surface_kernels"),
     memory=Memory(cells=CELLS, extracting=CROSSINGS),

@@ -22,7 +22,7 @@ def extract(
     stages = find_edges(volume, settings, affine, even_slices, serves_special=True)
     ranks, polygon_count = stages.ranks, stages.tables.polygon_count
     if reserve is not None:
-        reserve(ranks.vertex_count, ranks.triangle_count, cells=ranks.special_count)
+        reserve(stages.vertex_count, ranks.triangle_count, cells=ranks.special_count)
     vertices = stages.place_vertices()
     polygons, several, ambiguous = count_special(
         ranks, stages.special, polygon_count, stages.grid, stages.device

@@ -12,8 +12,17 @@ def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
         classification,
         edge_ranks,
         edge_vertices,
+        second_fans,
         special_list,
     )
     from dmc_cli.field import slice_kernels
 
-    return [cell_triangles, edge_vertices, classification, edge_ranks, special_list, *slice_kernels()]
+    return [
+        cell_triangles,
+        edge_vertices,
+        classification,
+        edge_ranks,
+        special_list,
+        second_fans,
+        *slice_kernels(),
+    ]

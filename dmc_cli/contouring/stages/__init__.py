@@ -22,6 +22,7 @@ cell_edges        the vertices on the edges of a cell
 polygon_lists     polygons of a size side by side, each with its best triangles
 cell_triangles    the triangles of cells that the tables of cases serve
 special_list      cells that may have several polygons or a tunnel
+second_fans       vertices of their own for fans of faces beside missing cells
 outcome           what every method's surface has beside its mesh
 edge_surface      the stages of a method whose vertices lie on edges
 """

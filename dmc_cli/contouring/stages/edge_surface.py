@@ -3,12 +3,20 @@
 from dataclasses import dataclass
 from typing import Any
 
+import warp as wp
+
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.stages.cell_triangles import connect_triangles, make_tables
 from dmc_cli.contouring.stages.classification import find_inside
 from dmc_cli.contouring.stages.edge_ranks import EdgeRanks, rank_edges
 from dmc_cli.contouring.stages.edge_vertices import EdgeVertices, place_edge_vertices
 from dmc_cli.contouring.stages.outcome import faces_reversed, field_of, refuse_infinite
+from dmc_cli.contouring.stages.second_fans import (
+    RowFaces,
+    SecondFans,
+    find_second_fans,
+    separate_fans,
+)
 from dmc_cli.contouring.stages.special_list import SpecialList, list_special
 from dmc_cli.contouring.surface import Surface, SurfaceCounts
 from dmc_cli.field import (
@@ -22,7 +30,7 @@ from dmc_cli.field import (
     slice_depths,
 )
 from dmc_cli.mesh import Mesh, Placement, SurfaceFrame
-from dmc_cli.runtime import Device
+from dmc_cli.runtime import Device, mesh_size
 from dmc_cli.settings import SurfaceSettings
 
 
@@ -37,6 +45,7 @@ class EdgeStages:
         tables: The kernels' `Tables` of cases.
         ranks: The crossed edges' numbers.
         special: The special cells.
+        fans: The vertices that two fans of faces name, beside missing cells.
         affine: Shape (4, 4): the grid's node index, slices even, to the output space.
         depths: Depths of uneven slices in the output space, else empty.
         true_depths: Those of the volume itself, by which triangles are judged.
@@ -51,6 +60,7 @@ class EdgeStages:
     tables: Any
     ranks: EdgeRanks
     special: SpecialList
+    fans: SecondFans
     affine: Float64Array
     depths: Any
     true_depths: Any
@@ -68,8 +78,18 @@ class EdgeStages:
         """Return whether polygons get the triangles of the best shapes."""
         return self.settings.triangulation == "best"
 
+    @property
+    def vertex_count(self) -> int:
+        """Return how many vertices there are on edges, second fans' own included.
+
+        Raises:
+            DeviceError: More than 32-bit mesh indices can number.
+        """
+        return mesh_size(self.ranks.vertex_count + self.fans.count)
+
     def place_vertices(self, others: int = 0) -> EdgeVertices:
-        """Place the vertices on edges, with room for others."""
+        """Place the vertices on edges, with room for others and, behind these, for those of second fans."""
+        others += self.fans.count
         return place_edge_vertices(self.ranks, self.field, self.grid, self.matrix, self.device, others=others)
 
     def connect(self, vertices: EdgeVertices, others: int = 0) -> Any:
@@ -86,12 +106,23 @@ class EdgeStages:
             others=others,
         )
 
-    def finished(self, vertices: EdgeVertices, faces: Any, counts: SurfaceCounts) -> Surface:
+    def finished(
+        self, vertices: EdgeVertices, faces: Any, counts: SurfaceCounts, others: RowFaces | None = None
+    ) -> Surface:
         """Return the surface of these vertices and faces; the last launch may be begun only.
+
+        Args:
+            vertices: The vertices; those of second fans are still to be copied.
+            faces: The triangles, int32 vec4.
+            counts: What the report tells.
+            others: Where the triangles are that the tables of cases do not give.
 
         Raises:
             VolumeError: A position is beyond float32.
         """
+        served = RowFaces(self.ranks.triangle_starts, self.device.empty(0, wp.int64))
+        points = (vertices.position, vertices.cell, vertices.local)
+        separate_fans(self.fans, points, faces, [served, *([others] if others else [])], self.device)
         position, device = vertices.position, self.device
         if self.depths.shape[0]:
             position = map_vertices(
@@ -136,6 +167,7 @@ def find_edges(
         tables=tables,
         ranks=ranks,
         special=list_special(ranks, grid, device),
+        fans=find_second_fans(ranks, grid, device),
         affine=grid_affine(target, grid),
         depths=depths,
         true_depths=slice_depths(volume.volume, grid, device) if even_slices else depths,

@@ -1,7 +1,7 @@
 """Extract vertices and triangles: the shared stages for most cells, this folder's for special ones.
 
-Vertices on edges come first, then inner ones in grid order of their cells; triangles of cells that the tables
-of cases serve, then those of special cells, in grid order each.
+Vertices on edges come first, then inner ones in grid order of their cells, at last those of second fans.
+Triangles of cells that the tables of cases serve come first, then those of special cells, in grid order each.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import warp as wp
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.stages.edge_surface import EdgeStages, find_edges
 from dmc_cli.contouring.stages.edge_vertices import EdgeVertices
+from dmc_cli.contouring.stages.second_fans import RowFaces
 from dmc_cli.contouring.surface import Reserve, Surface, SurfaceCounts
 from dmc_cli.contouring.topological_marching_cubes.trilinear_cells import (
     TALLIES,
@@ -59,7 +60,7 @@ def extract(
     stages = find_edges(volume, settings, affine, even_slices, serves_special=False)
     ranks = stages.ranks
     special = _count(stages)
-    vertex_count = mesh_size(ranks.vertex_count + special.inner)
+    vertex_count = mesh_size(stages.vertex_count + special.inner)
     triangle_count = mesh_size(ranks.triangle_count + special.triangles)
     if reserve is not None:
         reserve(vertex_count, triangle_count, cells=ranks.special_count)
@@ -76,7 +77,8 @@ def extract(
         tunnel_cells=tunnels,
         no_data_nodes=stages.no_data_nodes,
     )
-    return stages.finished(vertices, faces, counts)
+    rows = RowFaces(ranks.special_starts, special.triangle_starts, ranks.triangle_count)
+    return stages.finished(vertices, faces, counts, rows if ranks.special_count else None)
 
 
 def _inputs(stages: EdgeStages) -> list[Any]:

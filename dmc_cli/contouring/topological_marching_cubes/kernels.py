@@ -12,10 +12,11 @@ def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
         classification,
         edge_ranks,
         edge_vertices,
+        second_fans,
         special_list,
     )
     from dmc_cli.contouring.topological_marching_cubes import trilinear_cells
     from dmc_cli.field import slice_kernels
 
-    shared = [edge_vertices, classification, edge_ranks, special_list, *slice_kernels()]
+    shared = [edge_vertices, classification, edge_ranks, special_list, second_fans, *slice_kernels()]
     return [cell_triangles, trilinear_cells, *shared]

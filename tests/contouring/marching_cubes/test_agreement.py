@@ -9,6 +9,8 @@ from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.contouring.dual_marching_cubes.test_agreement import packed_cells
 from tests.contouring.edge_agreement import assert_marching_cubes
 from tests.fields import one_inside_node, plane, smooth_noise, touching_nodes, volume_of, white_noise
+from tests.oracle.edge_mesh import edges_with_two_fans
+from tests.oracle.grid import cut_grid
 from tests.strategies import FLOAT_TYPES, INTEGER_TYPES, LEVELS, noise_volumes, volumes
 
 EXAMPLES = 3 * settings.default.max_examples
@@ -75,3 +77,23 @@ def test_holes_agree(extract, inside, border):
     values = smooth_noise(12).values.copy()
     values[np.random.default_rng(2).random(values.shape) < 0.04] = np.nan
     assert_agrees(extract, volume_of(values), border=border, inside=inside)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("is_far", [True, False])
+def test_two_fans_at_an_edge_have_a_vertex_each(extract, axis, is_far, triangulation):
+    """Of the four cells at the edge in the middle only two exist, opposite each other."""
+    values = np.full((3, 3, 3), -1.0, np.float32)
+    values[1, 1, 1] = 1.0
+    a, b = (n for n in range(3) if n != axis)
+    for side, other in [(0, 2), (2, 0)] if is_far else [(0, 0), (2, 2)]:
+        hole = [1, 1, 1]
+        hole[2 - a], hole[2 - b] = side, other
+        hole[2 - axis] = slice(None)
+        values[tuple(hole)] = np.nan
+    volume = volume_of(values)
+    grid = cut_grid(volume, SurfaceSettings(isovalue=0.0, method="mc"))
+    assert len(edges_with_two_fans(grid)) == 2
+    surface = extract(volume, method="mc", triangulation=triangulation)
+    assert_agrees(extract, volume, triangulation=triangulation)
+    assert len(surface.placement.cell) == surface.counts.crossed_edges + 2
