@@ -315,6 +315,7 @@ def _measure(
             volume,
             intersections=output.finds_intersections and (is_last or output.report is not None),
             curvature=is_last and output.curvature,
+            components=is_last and output.report is not None,
         )
 
 

@@ -17,6 +17,7 @@ from dmc_cli.measures import (
     file_rounding,
     frame_of_volume,
     kernel_modules,
+    list_components,
     locate_points,
     measure_curvature,
     measure_deviation,
@@ -31,7 +32,14 @@ from dmc_cli.mesh import Mesh, connect, mesh_of_file
 from dmc_cli.mesh_io import MeshFile, read_mesh
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.report import SCHEMA, collect_versions, extent_section, quality_section, topology_section
+from dmc_cli.report import (
+    SCHEMA,
+    collect_versions,
+    components_section,
+    extent_section,
+    quality_section,
+    topology_section,
+)
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
 from dmc_cli.volume import UNIT_LENGTHS, Volume, intact
@@ -97,7 +105,8 @@ def measure_mesh(
 ) -> dict[str, Any]:
     """Return the report on a mesh file.
 
-    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, distance, versions.
+    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, components, distance,
+    versions.
 
     Args:
         device: Where to work.
@@ -140,6 +149,7 @@ def measure_mesh(
         "quality": plain(quality_section(quality, measure_elements(found), count_intersections(found))),
         "deviation": plain(asdict(deviation)) if deviation else None,
         "curvature": plain(asdict(measure_curvature(found))) if curvature else None,
+        "components": plain(components_section(list_components(found))),
         "distance": distance,
         "versions": collect_versions(device.name),
     }

@@ -2,6 +2,7 @@
 
 topology          Euler characteristic, boundaries, manifoldness
 components        connected components
+component_list    faces, area, volume and bounds of each
 vertex_fans       the fans of faces round vertices
 shape             areas, angles, how square
 quality           the measures of the papers

@@ -1,5 +1,6 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
+from .component_list import Component as Component, list_components as list_components
 from .curvature import (
     Curvature as Curvature,
     list_curvature as list_curvature,

@@ -14,10 +14,19 @@ def kernel_modules(
         distance: Whether that from another mesh is measured.
         lists: Whether measures are listed face by face and vertex by vertex.
     """
-    from dmc_cli.measures import components, deviation, elements, quality, rounding_kernels, vertex_fans
+    from dmc_cli.measures import (
+        component_list,
+        components,
+        deviation,
+        elements,
+        quality,
+        rounding_kernels,
+        vertex_fans,
+    )
     from dmc_cli.mesh import connecting_kernels, tree_kernels
 
     modules = [components, deviation, rounding_kernels, quality, elements, *connecting_kernels(), vertex_fans]
+    modules.append(component_list)
     if intersections or distance:
         modules += tree_kernels()
     if intersections or curvature or distance:

@@ -7,6 +7,7 @@ from .report import (
     Measures as Measures,
     RunFacts as RunFacts,
     build_report as build_report,
+    components_section as components_section,
     extent_section as extent_section,
     measured_sections as measured_sections,
     quality_section as quality_section,

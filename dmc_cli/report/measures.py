@@ -7,6 +7,7 @@ import numpy as np
 from dmc_cli.measures import (
     Deviation,
     count_intersections,
+    list_components,
     locate_points,
     measure_curvature,
     measure_deviation,
@@ -21,7 +22,13 @@ from dmc_cli.volume import Volume
 
 
 def measure_surface(
-    mesh: Mesh, placement: Placement, volume: Volume, *, intersections: bool, curvature: bool = False
+    mesh: Mesh,
+    placement: Placement,
+    volume: Volume,
+    *,
+    intersections: bool,
+    curvature: bool = False,
+    components: bool = False,
 ) -> Measures:
     """Measure a mesh against itself, with what is asked for besides, and against the volume it comes from."""
     return Measures(
@@ -31,6 +38,7 @@ def measure_surface(
         self_intersections=count_intersections(mesh) if intersections else None,
         deviation=_deviation(mesh, placement, volume),
         curvature=measure_curvature(mesh) if curvature else None,
+        components=list_components(mesh) if components else None,
     )
 
 

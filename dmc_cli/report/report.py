@@ -17,7 +17,7 @@ from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.measures import Curvature, Deviation, Elements, Quality, Topology
+    from dmc_cli.measures import Component, Curvature, Deviation, Elements, Quality, Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -36,6 +36,7 @@ class Measures:
     self_intersections: int | None
     deviation: "Deviation"
     curvature: "Curvature | None" = None
+    components: "list[Component] | None" = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +88,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "mesh": _mesh_section(facts),
         **measured_sections(measures),
         "curvature": asdict(measures.curvature) if measures and measures.curvature else None,
+        "components": components_section(measures.components if measures else None),
         "simplification": facts.simplification,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
         "memory": facts.memory,
@@ -112,6 +114,11 @@ def measured_sections(measures: Measures | None) -> dict[str, Any]:
         "quality": quality_section(measures.quality, measures.elements, measures.self_intersections),
         "deviation": asdict(measures.deviation),
     }
+
+
+def components_section(components: "list[Component] | None") -> list[dict[str, Any]] | None:
+    """Return the section `components`, None where they are not listed."""
+    return None if components is None else [asdict(component) for component in components]
 
 
 def topology_section(topology: "Topology") -> dict[str, Any]:
