@@ -98,6 +98,10 @@ class Method:
         connect: From that surface to one whose mesh has halfedges; None if any mesh's way serves.
         color: From a connected surface to one whose faces are coloured; None if they have no colours.
         mesh_kernels: The modules that `connect` needs and, with `colors=True`, `color`; None without either.
+        list_tunnels: From a volume on a device and `SurfaceSettings` to the cells in which the trilinear
+            surface has a tunnel, int64 (n, 3); None if the method does not form them.
+        list_flips: From the same to the faces that it decides otherwise, to be a manifold, int64 (n, 4): a
+            cell, and the axis of its high face; None if it leaves all as they are.
         memory: What its arrays take.
     """
 
@@ -110,6 +114,8 @@ class Method:
     connect: Callable[[Any], Any] | None = None
     color: Callable[[Any], Any] | None = None
     mesh_kernels: Callable[..., list[ModuleType]] | None = None
+    list_tunnels: Callable[..., Any] | None = None
+    list_flips: Callable[..., Any] | None = None
     memory: Memory = field(default_factory=Memory)
     manifold: frozenset[str | None] = frozenset()
     numbers: Mapping[str, Number] = field(default_factory=dict)

@@ -9,6 +9,7 @@ conversion     the table of contents: one call per stage
 writing        what is written of it
 several        one input at several isovalues
 measurement    a mesh file measured
+closed_tunnels  tunnels of the trilinear surface that a mesh does not have
 comparison     methods beside each other
 spectrum       what surfaces a volume has, over the range of its values
 batch          many conversions, side by side

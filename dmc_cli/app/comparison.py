@@ -10,6 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import warp as wp
+
+from dmc_cli.app.closed_tunnels import ClosedTunnels, find_closed_tunnels
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.contouring import (
@@ -54,6 +57,7 @@ class Compared:
             milliseconds.
         memory_bytes: The most that arrays took at the same time while it was extracted, the mesh with them
             and the volume not; None on CUDA.
+        closed: Tunnels of the trilinear surface that the mesh does not have; None if not known.
     """
 
     method: str
@@ -62,6 +66,7 @@ class Compared:
     measures: Measures
     surface_ms: float
     memory_bytes: int | None
+    closed: ClosedTunnels | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +90,12 @@ class Comparison:
         fastest = min(each.surface_ms for each in self.methods)
         return [_row(each, fastest, self.exact_euler) for each in self.methods]
 
+    def tunnels(self) -> dict[str, list[dict[str, Any]]]:
+        """Return where each method closes tunnels of the trilinear surface, if that is known of it."""
+        return {
+            each.method: each.closed.places(self.volume) for each in self.methods if each.closed is not None
+        }
+
 
 def compare_methods(settings: CompareSettings, progress: Progress = SILENT) -> Comparison:
     """Extract and measure the surface of a volume by each method.
@@ -105,13 +116,34 @@ def compare_methods(settings: CompareSettings, progress: Progress = SILENT) -> C
     with progress.stage("reading"):
         volume = ahead.result(progress)
     with intact(volume.values, settings.input):
+        times = _least_times(volume, settings, device, progress)
         compared = []
         for number, method in enumerate(settings.methods):
-            with progress.stage(f"comparing {method}"):
-                compared.append(_compared(method, volume, settings, device))
+            with progress.stage(f"measuring {method}"):
+                compared.append(_compared(method, volume, settings, device, times[method]))
             progress.advance((number + 1) / len(settings.methods))
         euler = _exact_euler(compared, volume, exact, device)
     return Comparison(volume=volume, settings=settings, methods=tuple(compared), exact_euler=euler)
+
+
+def _least_times(
+    volume: Volume, settings: CompareSettings, device: Device, progress: Progress
+) -> dict[str, float]:
+    """Return the least milliseconds of each method, which take turns, so that all meet the same load."""
+    uploaded = upload_volume(volume, device)
+    least = dict.fromkeys(settings.methods, float("inf"))
+    for number in range(settings.repeats + 1):  # the first one warms up
+        for method in settings.methods:
+            with progress.stage(f"timing {method}"):
+                start = time.perf_counter()
+                mesh, _ = _made(method, uploaded, settings)
+                wp.synchronize()
+                elapsed = 1e3 * (time.perf_counter() - start)
+            if not mesh.face_count:
+                raise no_surface(volume, settings.isovalue)
+            if number:
+                least[method] = min(least[method], elapsed)
+    return least
 
 
 def _reading(settings: CompareSettings) -> ConvertSettings:
@@ -126,23 +158,23 @@ def _reading(settings: CompareSettings) -> ConvertSettings:
     )
 
 
-def _compared(method: str, volume: Volume, settings: CompareSettings, device: Device) -> Compared:
-    """Make a method's mesh several times, then measure it."""
+def _compared(
+    method: str, volume: Volume, settings: CompareSettings, device: Device, surface_ms: float
+) -> Compared:
+    """Make a method's mesh and measure it."""
     own = replace(device)  # which counts its own arrays
     uploaded = upload_volume(volume, own)
     mesh, placement = _made(method, uploaded, settings)
-    most, least = own.most_in_use, float("inf")
-    if not mesh.face_count:
-        raise no_surface(volume, settings.isovalue)
-    for _ in range(settings.repeats):
-        del mesh, placement
-        start = time.perf_counter()
-        mesh, placement = _made(method, uploaded, settings)
-        least = min(least, 1e3 * (time.perf_counter() - start))
+    most = own.most_in_use
     mesh = connect(mesh)
-    measures = measure_surface(mesh, placement, volume, intersections=True)
     return Compared(
-        method=method, mesh=mesh, placement=placement, measures=measures, surface_ms=least, memory_bytes=most
+        method=method,
+        mesh=mesh,
+        placement=placement,
+        measures=measure_surface(mesh, placement, volume, intersections=True),
+        surface_ms=surface_ms,
+        memory_bytes=most,
+        closed=find_closed_tunnels(uploaded, settings.surface_of(method)),
     )
 
 
@@ -193,6 +225,7 @@ def _exact_euler(
 def _row(each: Compared, fastest: float, exact_euler: int | None) -> dict[str, Any]:
     """Return what the table has of a method."""
     mesh, topology = each.mesh, each.measures.topology
+    closed = each.closed
     quality, elements, deviation = each.measures.quality, each.measures.elements, each.measures.deviation
     return {
         "method": each.method,
@@ -219,4 +252,6 @@ def _row(each: Compared, fastest: float, exact_euler: int | None) -> dict[str, A
         "components": topology.components,
         "euler_characteristic": topology.euler_characteristic,
         "euler_difference": None if exact_euler is None else topology.euler_characteristic - exact_euler,
+        "tunnels_closed": None if closed is None else len(closed.cells),
+        "flipped_faces": None if closed is None else len(closed.faces),
     }

@@ -82,7 +82,8 @@ def compare(
 
     A method is a name, behind a colon the value of one of its options, and +simplify for its quads without
     the papers' patterns. Times are of extraction alone, from values in memory to a mesh in memory; memory is
-    what arrays take beside the volume.
+    what arrays take beside the volume. Dual marching cubes forms no tunnels inside a cell: how many the
+    trilinear surface has, and where, is told.
 
     \b
     Examples:
@@ -105,10 +106,10 @@ def compare(
         if figures is not None:
             with progress.stage("drawing"):
                 draw_figures(comparison, figures)
-    rows = comparison.rows()
+    rows, tunnels = comparison.rows(), comparison.tunnels()
     if table_format == "json":
-        click.echo(json_text(rows, indent=2))
+        click.echo(json_text([row | {"tunnels": tunnels.get(row["method"])} for row in rows], indent=2))
     elif table_format == "csv":
         click.echo(csv_table(rows), nl=False)
     else:
-        echo_lines(text_table(rows) if table_format == "text" else markdown_table(rows))
+        echo_lines((text_table if table_format == "text" else markdown_table)(rows, tunnels))

@@ -4,6 +4,8 @@ from .extraction import (
     color_faces as color_faces,
     connect_faces as connect_faces,
     extract_surface as extract_surface,
+    list_flips as list_flips,
+    list_tunnels as list_tunnels,
 )
 from .kernels import (
     every_kernel_module as every_kernel_module,

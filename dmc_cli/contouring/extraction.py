@@ -1,14 +1,20 @@
 """Extract the surface of a volume, connect its faces and colour them, by whichever method."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
-from dmc_cli.array_types import Float64Array
+import numpy as np
+
+from dmc_cli.array_types import Float64Array, IntArray
 from dmc_cli.contouring.surface import Reserve, Surface
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.field import DeviceVolume
 from dmc_cli.methods import method_named, methods_that
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import intact
+
+Result = TypeVar("Result")
 
 
 def extract_surface(
@@ -38,16 +44,8 @@ def extract_surface(
             f"a {type(volume).__name__} was found; expected a volume on a device; call"
             " upload_volume(volume, device) first"
         )
-    device = volume.device
-    device.wake()
     extract = method_named(settings.method).extract
-    with intact(volume.volume.values, volume.volume.path):
-        try:
-            surface: Surface = extract(volume, settings, affine, even_slices, reserve)
-        except BaseException:
-            device.drop()
-            raise
-        device.finish()
+    surface: Surface = _finished(volume, lambda: extract(volume, settings, affine, even_slices, reserve))
     return surface
 
 
@@ -84,6 +82,52 @@ def color_faces(surface: Surface) -> Surface:
         )
     colored: Surface = color(surface)
     return colored
+
+
+def list_tunnels(volume: DeviceVolume, settings: SurfaceSettings) -> IntArray:
+    """Return the cells in which the trilinear surface has a tunnel, int64 (n, 3): lowest nodes i j k.
+
+    Indices are the volume's: -1 is the layer that a closed border adds.
+
+    Raises:
+        SettingsError: The method does not form tunnels.
+    """
+    find = method_named(settings.method).list_tunnels
+    if find is None:
+        known = methods_that(lambda method: method.list_tunnels is not None)
+        raise SettingsError(
+            f"the method {settings.method} forms no tunnels inside cells; expected one that does:"
+            f" {', '.join(known)}"
+        )
+    tunnels: IntArray = _finished(volume, lambda: find(volume, settings))
+    return tunnels
+
+
+def list_flips(volume: DeviceVolume, settings: SurfaceSettings) -> IntArray:
+    """Return the faces that the method decides otherwise to be manifold, int64 (n, 4): cell, axis.
+
+    A face is the high one of the cell. Each closes a tunnel through two cells or, seen from the other side,
+    cuts a bridge. There are none where the method leaves all decisions as they are.
+    """
+    find = method_named(settings.method).list_flips
+    if find is None:
+        return np.empty((0, 4), np.int64)
+    flips: IntArray = _finished(volume, lambda: find(volume, settings))
+    return flips
+
+
+def _finished(volume: DeviceVolume, work: Callable[[], Result]) -> Result:
+    """Return what some work returns, all launches that it began ended."""
+    device = volume.device
+    device.wake()
+    with intact(volume.volume.values, volume.volume.path):
+        try:
+            result = work()
+        except BaseException:
+            device.drop()
+            raise
+        device.finish()
+    return result
 
 
 def _require_surface(surface: Surface) -> None:

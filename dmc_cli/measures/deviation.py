@@ -3,8 +3,9 @@
 The deviation of a vertex is |T - stored isovalue| in physical values, T the trilinear interpolant of the
 stored values at the vertex's cell-local coordinates, in double precision. The rounding of the file's
 coordinates has a part in it only where it counts (`rounding.py`). Divided by the length of T's gradient it
-is, to first order, a distance in millimetres; vertices off the surface without a gradient have none. Where T
-has no value, beside a node without data, there is nothing to measure.
+is, to first order, a distance in millimetres; vertices off the surface without a gradient have none. In a
+cell that the surface crosses it is no longer than the cell's longest diagonal, whatever the quotient near a
+saddle. Where T has no value, beside a node without data, there is nothing to measure.
 """
 
 import math
@@ -77,14 +78,16 @@ def measure_deviation_kernel(
     cells: wp.array[wp.int64],
     local: wp.array[wp.vec3f],
     unit: wp.float64,
+    reach: wp.float64,
     # Out:
     sums_out: wp.array2d[wp.float64],
     peaks_out: wp.array2d[wp.float64],
 ) -> None:
     """Sum the deviations of a block of vertices, in a unit of stored values. One thread a block.
 
-    `to_world` turns a gradient by local coordinates into one by millimetres. Sums: deviation, its square,
-    its distance, vertices with a distance, vertices. Peaks: deviation, distance.
+    `to_world` turns a gradient by local coordinates into one by millimetres, `reach` is how far apart two
+    points of a cell are at most. Sums: deviation, its square, its distance, vertices with a distance,
+    vertices. Peaks: deviation, distance.
     """
     block = first + wp.tid()
     total = Sums()
@@ -108,6 +111,8 @@ def measure_deviation_kernel(
         gradient = wp.length(to_world * slope)
         if gradient > wp.float64(0.0) or deviation == wp.float64(0.0):
             distance = wp.where(gradient > wp.float64(0.0), deviation / gradient, wp.float64(0.0))
+            if wp.min(f) <= wp.float64(0.0) and wp.max(f) >= wp.float64(0.0):
+                distance = wp.min(distance, reach)
             total[2] += distance
             total[3] += wp.float64(1.0)
             peaks[1] = wp.max(peaks[1], distance)
@@ -138,7 +143,7 @@ def measure_deviation(
     extent = value_range[1] - value_range[0] if value_range else 0.0
     power = _unit(volume, value_range, field.isovalue)
     inputs = [field, grid.struct(), to_world, slice_depths(volume, grid, device)]
-    inputs += [placement.cell, placement.local, power]
+    inputs += [placement.cell, placement.local, power, _longest_diagonal(volume)]
     device.launch(measure_deviation_kernel, blocks, inputs=inputs, outputs=[sums, peaks])
     total, squares, distance, distances, count = sums.numpy().sum(axis=0).tolist()
     if not count:
@@ -153,6 +158,15 @@ def measure_deviation(
         mean_mm=distance / distances if distances else None,
         max_mm=farthest if distances else None,
     )
+
+
+def _longest_diagonal(volume: Volume) -> float:
+    """Return the length of the longest diagonal of a cell, in millimetres."""
+    steps = np.array(volume.affine[:3, :3], np.float64)
+    if volume.slice_positions is not None:
+        steps[:, 2] *= np.abs(np.diff(volume.slice_positions)).max() / volume.spacing[2]
+    signs = np.array([[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1]])
+    return float(np.linalg.norm(steps @ signs, axis=0).max())
 
 
 def _unit(volume: Volume, value_range: tuple[float, float] | None, isovalue: float) -> float:

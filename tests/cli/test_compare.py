@@ -5,11 +5,15 @@ import io
 import json
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 from PIL import Image
 
+from dmc_cli.app.closed_tunnels import ClosedTunnels
+from dmc_cli.cli import comparison_table
 from dmc_cli.figures import style
 from dmc_cli.methods import METHODS
+from dmc_cli.volume.volume import Volume
 
 TORUS = ["compare", "synth:torus:24", "-i", 0.01, "--repeats", 1]
 
@@ -61,7 +65,7 @@ def test_memory_is_at_least_that_of_the_mesh(run):
 def test_tables_are_text_csv_and_markdown(run):
     words = [*TORUS, "--methods", "dmc,dmc+simplify"]
     text = run(*words).stdout
-    assert all(len(line) <= 130 for line in text.splitlines())
+    assert all(len(line) <= 80 for line in text.splitlines())
     assert "dmc+simplify" in text
     rows = list(csv.DictReader(io.StringIO(run(*words, "--format", "csv").stdout)))
     assert [row["method"] for row in rows] == ["dmc", "dmc+simplify"]
@@ -69,6 +73,76 @@ def test_tables_are_text_csv_and_markdown(run):
     lines = run(*words, "--format", "markdown").stdout.splitlines()
     assert lines[0].startswith("| method | vertices |")
     assert len({line.count("|") for line in lines[:4]}) == 1
+
+
+NOISE = ["compare", "synth:noise:14", "-i", 0.01, "--border", "closed", "--repeats", 1]
+
+
+def test_the_tunnels_that_dual_marching_cubes_closes_are_counted_and_placed(run):
+    words = [*NOISE, "--methods", "dmc,dmc+simplify,dmc:asymptotic,tmc,mc", "--format", "json"]
+    rows = {row["method"]: row for row in json.loads(run(*words).stdout)}
+    dmc = rows["dmc"]
+    assert dmc["tunnels_closed"] > 10
+    assert dmc["flipped_faces"] > 10
+    assert dmc["euler_difference"] == 2 * (dmc["tunnels_closed"] + dmc["flipped_faces"])
+    inside = [place for place in dmc["tunnels"] if place["face"] is None]
+    through = [place for place in dmc["tunnels"] if place["face"] is not None]
+    assert (len(inside), len(through)) == (dmc["tunnels_closed"], dmc["flipped_faces"])
+    for place in inside:
+        assert place["position"] == pytest.approx([2 / 13 * (index + 0.5) - 1 for index in place["cell"]])
+    for place in through:
+        shift = [1.0 if axis == place["face"] else 0.5 for axis in "xyz"]
+        expected = [2 / 13 * (index + own) - 1 for index, own in zip(place["cell"], shift, strict=True)]
+        assert place["position"] == pytest.approx(expected)
+    assert rows["dmc+simplify"]["tunnels"] == dmc["tunnels"]
+    asymptotic = rows["dmc:asymptotic"]
+    assert (asymptotic["tunnels_closed"], asymptotic["flipped_faces"]) == (len(inside), 0)
+    assert (rows["tmc"]["tunnels_closed"], rows["tmc"]["tunnels"]) == (0, [])
+    assert (rows["mc"]["tunnels_closed"], rows["mc"]["tunnels"]) == (None, None)
+
+
+def test_the_tables_tell_where_the_first_tunnels_are(run):
+    words = [*NOISE, "--methods", "dmc"]
+    (row,) = json.loads(run(*words, "--format", "json").stdout)
+    text, markdown = run(*words).stdout, run(*words, "--format", "markdown").stdout
+    i, j, k = row["tunnels"][0]["cell"]
+    more = row["tunnels_closed"] + row["flipped_faces"] - 8
+    for table in (text, markdown):
+        assert (
+            f"dmc closes {row['tunnels_closed']} tunnels inside a cell and has {row['flipped_faces']}"
+            in table
+        )
+        assert f" cell {i}, {j}, {k}, at " in table
+        assert f"and {more} more" in table
+    assert "closes" not in run(*TORUS, "--methods", "dmc").stdout
+
+
+def test_places_of_tunnels_follow_uneven_slices():
+    affine = np.diag([1.0, 1.0, 2.0, 1.0])
+    affine[:3, 3] = [10, 20, 30]
+    values, positions = np.zeros((3, 3, 3)), np.array([0.0, 2.0, 8.0])
+    volume = Volume(values=values, affine=affine, space="none", slice_positions=positions)
+    closed = ClosedTunnels(np.array([[0, 1, 1], [0, 0, -1]]), np.array([[0, 0, 0, 2]]))
+    assert [place["position"] for place in closed.places(volume)] == [
+        [10.5, 21.5, 35.0],
+        [10.5, 20.5, 29.0],
+        [10.5, 20.5, 32.0],
+    ]
+    assert [place["face"] for place in closed.places(volume)] == [None, None, "z"]
+
+
+def test_lines_break_where_a_column_would_not_fit():
+    rows = [dict.fromkeys(["method"], "a" * 60) | {"vertices": 10**9, "quads": 10**9}]
+    (row,) = rows
+    for part in comparison_table.PARTS:
+        row |= {key: row.get(key) for _, key, _ in part}
+    row["memory_bytes"] = None
+    lines = list(comparison_table.text_table(rows, {}))
+    assert all(len(line) <= 80 for line in lines)
+    headings = [word for line in lines if line.startswith("method") for word in line.split()[1:]]
+    assert headings == [
+        word for part in comparison_table.PARTS for name, _, _ in part for word in name.split()
+    ]
 
 
 @pytest.mark.parametrize("border", ["open", "closed"])

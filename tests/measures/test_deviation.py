@@ -197,3 +197,18 @@ def test_the_list_has_no_number_beside_a_node_without_data():
     found = list_deviation(placed(volume, 1.0, [[0, 0, 0], [1, 0, 0]], [[0.5, 0.5, 0.5]] * 2), volume)
     assert found[0] == 1.0
     assert np.isnan(found[1])
+
+
+def test_in_a_crossed_cell_the_surface_is_no_farther_than_the_cells_diagonal(device):
+    """Near a saddle the quotient grows beyond any bound; where the surface is elsewhere it stays."""
+    saddle = np.array([[1.1, -0.9], [-0.9, 1.1]])
+    near = [0.5, 0.5 + 1e-4, 0.5]
+    affine = np.diag([1.0, 2.0, 2.0, 1.0])
+    crossed = make_volume(np.stack([saddle, saddle]), affine)
+    assert deviation_of(crossed, 0.0, [0, 0, 0], near, device).max_mm == pytest.approx(3.0)
+    slices = Volume(
+        values=np.stack([saddle] * 3), affine=affine, space="none", slice_positions=np.array([0.0, 2.0, 8.0])
+    )
+    assert deviation_of(slices, 0.0, [0, 0, 1], near, device).max_mm == pytest.approx(np.sqrt(1 + 4 + 36))
+    apart = make_volume(np.stack([saddle, saddle]) + 2, affine)
+    assert deviation_of(apart, 0.0, [0, 0, 0], near, device).max_mm > 1000

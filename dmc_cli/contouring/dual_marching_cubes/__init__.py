@@ -10,6 +10,7 @@ placement/        one vertex per polygon, on the surface or as the papers have i
 vertices          vertices of all cells
 quads             one quad a crossed edge
 numbering         what the stages number, for those that follow
+flips             where a face was flipped
 extraction        the stages in order
 halfedges/        the halfedge structure, from the grid
 kernels           the modules with kernels that a run needs

@@ -26,5 +26,6 @@ METHOD = Method(
     connect=later(f"{__package__}.halfedges.connect:connect"),
     color=later("dmc_cli.contouring.stages.coloring:color"),
     mesh_kernels=later(f"{__package__}.kernels:mesh_kernels"),
+    list_flips=later(f"{__package__}.flips:list_flips"),
     memory=Memory(cells=CELLS, extracting=TRACING, connecting=CELLS + RANKS),
 )

@@ -50,10 +50,12 @@ class Tallies:
     Attributes:
         cells: uint8 (`TALLIES`, special_count), what `special_cells` names, of each special cell.
         flipped_faces: Faces whose decision was flipped.
+        suspects: uint8 (special_count,), the `suspect_faces` of each special cell, and which were flipped.
     """
 
     cells: Any
     flipped_faces: int
+    suspects: Any
 
 
 def trace_polygons(
@@ -84,7 +86,7 @@ def trace_polygons(
         flipped_faces = flip_faces(inputs, traced, suspects, device)
     special.first_vertex, vertex_count = device.starts(vertex_counts)
     vertex_count = mesh_size(cells.ordinary_count + vertex_count)
-    return Polygons(special, count, vertex_count), Tallies(tallies, flipped_faces)
+    return Polygons(special, count, vertex_count), Tallies(tallies, flipped_faces, suspects)
 
 
 @wp.kernel

@@ -17,5 +17,6 @@ METHOD = Method(
     manifold=frozenset({None}),
     extract=later(f"{__package__}.extraction:extract"),
     kernels=later(f"{__package__}.kernels:surface_kernels"),
+    list_tunnels=later(f"{__package__}.tunnels:list_tunnels"),
     memory=Memory(cells=CELLS, extracting=CROSSINGS),
 )

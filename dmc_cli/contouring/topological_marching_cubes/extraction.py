@@ -88,16 +88,25 @@ def _inputs(stages: EdgeStages) -> list[Any]:
     return [*grid, special.row, special.i, stages.tables, stages.true_depths, int(stages.is_best)]
 
 
-def _count(stages: EdgeStages) -> SpecialCounts:
-    """Count what the special cells have."""
+def tally_cells(stages: EdgeStages) -> tuple[Any, Any]:
+    """Return triangles and inner vertices of special cells, int64 (2, n), and their tallies, uint8 (4, n)."""
     device, count = stages.device, stages.ranks.special_count
     counts = device.empty((2, count), wp.int64)
     tallies = device.empty((TALLIES, count), wp.uint8)
-    if count == 0:
+    if count:
+        none = [device.empty(0, wp.vec4i), device.empty(0, wp.vec3)]
+        inputs = [*_inputs(stages), *none]
+        device.launch(count_cells_kernel, count, inputs, [counts, tallies], ITEMS_A_CHUNK)
+    return counts, tallies
+
+
+def _count(stages: EdgeStages) -> SpecialCounts:
+    """Count what the special cells have."""
+    device = stages.device
+    counts, tallies = tally_cells(stages)
+    if stages.ranks.special_count == 0:
         nothing = device.empty(0, wp.int64)
         return SpecialCounts(nothing, nothing, 0, 0, [0] * TALLIES)
-    none = [device.empty(0, wp.vec4i), device.empty(0, wp.vec3)]
-    device.launch(count_cells_kernel, count, [*_inputs(stages), *none], [counts, tallies], ITEMS_A_CHUNK)
     (triangle_starts, triangles), (inner_starts, inner) = device.starts_of_rows(counts)
     return SpecialCounts(triangle_starts, inner_starts, triangles, inner, device.totals(tallies))
 
