@@ -19,6 +19,7 @@ METHODS = {
     "tmc": "dmc_cli.contouring.topological_marching_cubes:METHOD",
     "nets": "dmc_cli.contouring.surface_nets:METHOD",
     "dc": "dmc_cli.contouring.dual_contouring:METHOD",
+    "macet": "dmc_cli.contouring.macet:METHOD",
 }
 """Each method by its name, as `--method` takes it: where it is declared."""
 

@@ -12,6 +12,7 @@ from dmc_cli.contouring import compute_normals, extract_surface
 from dmc_cli.contouring.dual_contouring import placement
 from dmc_cli.contouring.dual_grid import active_cells, cell_quads
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
+from dmc_cli.contouring.macet import moved_triangles, surface_steps
 from dmc_cli.contouring.stages import cell_triangles, edge_ranks, edge_vertices
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh.mesh import COLOR, COLOR24
@@ -73,6 +74,10 @@ VOLUMES = {
     "mc of holes": (with_holes, {"method": "mc", "triangulation": "standard"}),
     "mc of integers": (small_integers, {"method": "mc", "border": "closed", "inside": "below"}),
     "mc between uneven slices": (uneven_slices, {"method": "mc"}),
+    "macet of noise": (long_rows, {"method": "macet"}),
+    "macet of holes": (with_holes, {"method": "macet"}),
+    "macet of integers": (small_integers, {"method": "macet", "border": "closed", "inside": "below"}),
+    "macet between uneven slices": (uneven_slices, {"method": "macet"}),
 }
 
 REMESHED = ("smooth", "holes")
@@ -133,7 +138,8 @@ def surface_hash(name: str) -> str:
 
 if __name__ == "__main__":
     # what lists bits, compiled with other flags; the hashes of some surfaces
-    ours = (vertices, quads, active_cells, cell_quads, placement, cell_triangles, edge_ranks, edge_vertices)
+    ours = [vertices, quads, active_cells, cell_quads, placement, cell_triangles, edge_ranks, edge_vertices]
+    ours += [moved_triangles, surface_steps]
     for module in ours:
         wp.get_module(module.__name__).options["cpu_compiler_flags"] = sys.argv[1]
     for name in sys.argv[2:]:

@@ -62,6 +62,12 @@ RUNS = [
     *[f"{name}.npy a.ply -i {level} --method dc" for name, level in [("uint8", 100), ("int32", 7)]],
     "uneven a.ply -i 150 --method dc --simplify all",
     *[f"synth:noise:20 a.ply -i 0.3 --method {m} --halfedges h.npz" for m in ("nets", "dc")],
+    *[f"{HEAD} a.ply -i 30 --method macet --border {border} --inside below" for border in ("open", "closed")],
+    f"{HEAD} a.ply -i 30 --method macet --orientation gradient",
+    "holes.npy a.ply -i 0 --method macet --halfedges h.npz",
+    *[f"{name}.npy a.ply -i {level} --method macet" for name, level in [("uint8", 100), ("float64", 0)]],
+    "uneven a.ply -i 150 --method macet",
+    *[f"synth:noise:20 a.ply -i 0.3 --method macet --threads {threads}" for threads in (1, 3)],
     # what becomes of it
     *[f"{HEAD} a.ply -i 30 --simplify {pattern}" for pattern in ("3x3y", "3333", "all")],
     f"{HEAD} a.ply -i 30 --simplify all --no-project",

@@ -4,6 +4,7 @@ surface               what a method returns
 stages/               what several methods have: inside bits, polygons of a cell, decisions on faces
 marching_cubes/       triangles, their vertices on the grid's edges (Lorensen & Cline 1987)
 topological_marching_cubes/  the same with the trilinear interpolant's topology (Grosso 2016, 2017)
+macet/                marching cubes with vertices moved along the surface (after Dietrich et al. 2009)
 dual_grid/            a vertex in each active cell, a quad round each crossed edge
 dual_marching_cubes/  quads only, one vertex per polygon (Grosso & Zint 2021)
 dual_contouring/      the dual of the grid, vertices by planes through their crossings

@@ -7,12 +7,14 @@
 #include "dmc_cli/contouring/stages/polygon_lists.h"
 #include "dmc_cli/runtime/pointers.h"
 
+// Places have WIDTH numbers: see polygon_lists.h
+template <int WIDTH>
 inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
                          wp::array_t<wp::vec_t<16, wp::uint32>> exists, wp::int32 is_marked,
                          wp::vec_t<3, wp::int32> nodes, wp::int32 words, wp::int32 ahead, wp::int32 start,
                          wp::int32 end, wp::array_t<wp::int64> edge_starts, wp::array_t<wp::int32> along_x,
                          wp::array_t<wp::int32> along_y, wp::array_t<wp::int64> triangle_starts,
-                         wp::array_t<wp::float64> depths, wp::array_t<wp::float32> crossing,
+                         wp::array_t<wp::float64> depths, wp::array_t<wp::float32> place,
                          wp::array_t<wp::float32> frame, wp::array_t<wp::uint8> polygon_count,
                          wp::array_t<wp::int32> first_polygon, wp::array_t<wp::uint8> edges,
                          wp::array_t<wp::uint8> standard, wp::array_t<wp::uint64> allowed,
@@ -35,13 +37,13 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
     POINTER(const unsigned char) counts = ITEMS(const unsigned char, polygon_count);
     POINTER(const int) firsts = ITEMS(const int, first_polygon);
     POINTER(const double) depth = ITEMS(const double, depths);
-    POINTER(const float) places = ITEMS(const float, crossing);
+    POINTER(const float) places = ITEMS(const float, place);
     POINTER(int) faces = ITEMS(int, faces_out);
     polygon_lists::Lists lists;
     polygon_lists::Points points;
     polygon_lists::clear(lists);
     cell_edges::Word word;
-    auto store = [&] { polygon_lists::store_all(lists, tables, points, places, is_best != 0, faces); };
+    auto store = [&] { polygon_lists::store_all(lists, tables, points, places, WIDTH, is_best != 0, faces); };
     for (int row = start, layer = -1; row < end; ++row) {
         if (triangles[row] == triangles[row + 1]) continue;
         int slot = (int)triangles[row];

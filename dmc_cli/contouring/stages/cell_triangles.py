@@ -32,7 +32,7 @@ class Tables:
     Attributes:
         polygon_count: Polygons of each case, uint8; 0 where other kernels make its triangles.
         case_triangles: Triangles of each case, likewise.
-        frame: Where the points of a cell's edges lie, float32 (4, 3, 16): each edge's start, and what a step
+        frame: Where the points of a cell's edges lie, float32 (4, 3, 16): each edge's origin, and what a step
             between slices adds to it; the same of its direction.
     """
 
@@ -47,18 +47,21 @@ class Tables:
     frame: wp.array(dtype=wp.float32)
 
 
-def make_tables(affine: Float64Array, device: Device, *, serves_special: bool) -> Any:
+def make_tables(
+    affine: Float64Array, device: Device, *, serves_special: bool, from_middles: bool = False
+) -> Any:
     """Return the kernels' `Tables`.
 
     Args:
         affine: Shape (4, 4): node index, slices even, to the world in which triangles are judged.
         device: Where to work.
         serves_special: Serve cases that may have several polygons or a tunnel, too.
+        from_middles: Places of vertices count from the middles of edges, not from their lower nodes.
     """
     tables = Tables()
     for name, array in _device_tables(device.name, serves_special).items():
         setattr(tables, name, array)
-    tables.frame = wp.array(_edge_frame(affine[:3, :3]), device=device.name)
+    tables.frame = wp.array(_edge_frame(affine[:3, :3], 0.5 if from_middles else 0.0), device=device.name)
     return tables
 
 
@@ -82,12 +85,12 @@ _ALONG = np.array([CORNERS[high] for _, high in EDGES] + [(0, 0, 0)] * 4, np.flo
 """Where each edge of a cell starts, and its direction, in a row of sixteen."""
 
 
-def _edge_frame(linear: Float64Array) -> FloatArray:
-    """Return `Tables.frame`, in units of the longest step to a neighbour."""
+def _edge_frame(linear: Float64Array, origin: float) -> FloatArray:
+    """Return `Tables.frame`, in units of the longest step to a neighbour; `origin` is how far along edges."""
     scaled = linear / np.abs(linear).max()
     parts = [
         scaled[:, axes] @ vectors[:, axes].T
-        for vectors in (_STARTS, _ALONG)
+        for vectors in (_STARTS + origin * _ALONG, _ALONG)
         for axes in (slice(0, 2), slice(2, 3))
     ]
     return np.stack(parts).astype(np.float32).ravel()
@@ -125,7 +128,7 @@ def connect_triangles(
     return faces
 
 
-@wp.func_native(native(__file__, "connect_rows"))
+@wp.func_native(native(__file__, "connect_rows", WIDTH=1))
 def connect_rows(
     inside: wp.array(dtype=Words),
     exists: wp.array(dtype=Words),
@@ -140,7 +143,7 @@ def connect_rows(
     along_y: wp.array(dtype=wp.int32),
     triangle_starts: wp.array(dtype=wp.int64),
     depths: wp.array(dtype=wp.float64),
-    crossing: wp.array(dtype=wp.float32),
+    place: wp.array(dtype=wp.float32),
     frame: wp.array(dtype=wp.float32),
     polygon_count: wp.array(dtype=wp.uint8),
     first_polygon: wp.array(dtype=wp.int32),

@@ -16,11 +16,15 @@ struct Tables {
     POINTER(const unsigned char) members;
 };
 
-// The points of a cell's edges, by axis: base + crossing * along
+// The points of a cell's edges, by axis: base + place * along, a place being how far along its edge a vertex
+// lies. Vertices that have left their edges have places of three numbers: steps along the grid's axes, from
+// the base in cells
 struct Points {
     float base[3][EDGES];
     float along[3][EDGES];
 };
+
+enum { EDGE_X = 0, EDGE_Y = 1, EDGE_Z = 8 };  // one edge along each axis
 
 #if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
 // Sixteen polygons side by side
@@ -141,24 +145,29 @@ static CUDA_CALLABLE void store(const int* vertices, POINTER(const unsigned char
 }
 
 // Return the triangulation of each of the polygons `chosen` whose worst triangle is the best; a triangle's
-// quality is twice the radius of its inner circle by that of its outer one
+// quality is twice the radius of its inner circle by that of its outer one; a place has `width` numbers
 static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables, const Points& points,
-                                        POINTER(const float) crossing, int size, const int* chosen) {
+                                        POINTER(const float) places, int width, int size, const int* chosen) {
     int edge[LONGEST][LANES];
-    float along[LONGEST][LANES];
+    float along[3][LONGEST][LANES];
     for (int lane = 0; lane < LANES; ++lane) {
         POINTER(const unsigned char) edges = tables.edges + EDGES * lists.kind[chosen[lane]];
         const int* vertices = lists.vertices[chosen[lane]];
         for (int v = 0; v < size; ++v) {
             edge[v][lane] = edges[v];
-            along[v][lane] = crossing[vertices[v]];
+            for (int n = 0; n < width; ++n) along[n][v][lane] = places[(size_t)width * vertices[v] + n];
         }
     }
     numbers x[LONGEST][3];
     for (int v = 0; v < size; ++v) {
         for (int axis = 0; axis < 3; ++axis) {
             numbers base = looked_up(points.base[axis], edge[v]);
-            x[v][axis] = base + load(along[v]) * looked_up(points.along[axis], edge[v]);
+            if (width == 1)
+                x[v][axis] = base + load(along[0][v]) * looked_up(points.along[axis], edge[v]);
+            else
+                x[v][axis] = base + ((load(along[0][v]) * points.along[axis][EDGE_X] +
+                                      load(along[1][v]) * points.along[axis][EDGE_Y]) +
+                                     load(along[2][v]) * points.along[axis][EDGE_Z]);
         }
     }
     numbers length[LONGEST][LONGEST];
@@ -202,7 +211,7 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
 
 // Store the triangles of all listed polygons of a size
 static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const Points& points,
-                                     POINTER(const float) crossing, bool is_best, int size,
+                                     POINTER(const float) places, int width, bool is_best, int size,
                                      POINTER(int) faces) {
     for (int start = 0; start < lists.listed_count[size]; start += LANES) {
         int used = lists.listed_count[size] - start, chosen[LANES], rows[LANES];
@@ -210,7 +219,7 @@ static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const P
         for (int lane = 0; lane < LANES; ++lane)
             chosen[lane] = lists.listed[size][start + (lane < used ? lane : used - 1)];
         if (is_best && size > 3) {
-            spill(find_best(lists, tables, points, crossing, size, chosen), rows);
+            spill(find_best(lists, tables, points, places, width, size, chosen), rows);
         } else {
             for (int lane = 0; lane < LANES; ++lane) rows[lane] = tables.standard[lists.kind[chosen[lane]]];
         }
@@ -222,15 +231,16 @@ static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const P
     }
 }
 
-// Store the triangles of all listed polygons, and clear the lists
+// Store the triangles of all listed polygons, and clear the lists; a place has `width` numbers
 static CUDA_CALLABLE void store_all(Lists& lists, const Tables& tables, const Points& points,
-                                    POINTER(const float) crossing, bool is_best, POINTER(int) faces) {
+                                    POINTER(const float) places, int width, bool is_best,
+                                    POINTER(int) faces) {
     // by constants, so that loops over a polygon's edges are unrolled
-    store_size(lists, tables, points, crossing, is_best, 3, faces);
-    store_size(lists, tables, points, crossing, is_best, 4, faces);
-    store_size(lists, tables, points, crossing, is_best, 5, faces);
-    store_size(lists, tables, points, crossing, is_best, 6, faces);
-    store_size(lists, tables, points, crossing, is_best, 7, faces);
+    store_size(lists, tables, points, places, width, is_best, 3, faces);
+    store_size(lists, tables, points, places, width, is_best, 4, faces);
+    store_size(lists, tables, points, places, width, is_best, 5, faces);
+    store_size(lists, tables, points, places, width, is_best, 6, faces);
+    store_size(lists, tables, points, places, width, is_best, 7, faces);
     clear(lists);
 }
 

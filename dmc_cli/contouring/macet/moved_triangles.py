@@ -1,0 +1,105 @@
+"""Connect the triangles of polygons whose vertices have left their edges, as well as can be.
+
+This is what `stages/cell_triangles.py` does, compiled for places of three numbers: steps from the middles of
+the edges.
+"""
+
+import warp as wp
+
+from dmc_cli.bits import VECTOR_FLAGS, Words
+from dmc_cli.contouring.macet.triangle_ranges import has_changed
+from dmc_cli.contouring.stages import cell_triangles
+from dmc_cli.contouring.stages.cell_triangles import Tables
+from dmc_cli.contouring.stages.edge_ranks import EdgeBits
+from dmc_cli.field import Grid, before_line
+from dmc_cli.runtime import native
+
+wp.set_module_options(
+    {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
+)
+
+
+@wp.func_native(native(cell_triangles.__file__, "connect_rows", WIDTH=3))
+def connect_moved(
+    inside: wp.array(dtype=Words),
+    exists: wp.array(dtype=Words),
+    is_marked: wp.int32,
+    nodes: wp.vec3i,
+    words: wp.int32,
+    ahead: wp.int32,
+    start: wp.int32,
+    end: wp.int32,
+    edge_starts: wp.array(dtype=wp.int64),
+    along_x: wp.array(dtype=wp.int32),
+    along_y: wp.array(dtype=wp.int32),
+    triangle_starts: wp.array(dtype=wp.int64),
+    depths: wp.array(dtype=wp.float64),
+    place: wp.array(dtype=wp.float32),
+    frame: wp.array(dtype=wp.float32),
+    polygon_count: wp.array(dtype=wp.uint8),
+    first_polygon: wp.array(dtype=wp.int32),
+    edges: wp.array(dtype=wp.uint8),
+    standard: wp.array(dtype=wp.uint8),
+    allowed: wp.array(dtype=wp.uint64),
+    corners: wp.array(dtype=wp.uint8),
+    members: wp.array(dtype=wp.uint8),
+    is_best: wp.int32,
+    is_reversed: wp.int32,
+    faces_out: wp.array(dtype=wp.vec4i),
+) -> None:
+    """Connect the triangles of rows `start` to `end` - 1; `ahead` words lie before the lines."""
+    ...
+
+
+@wp.kernel
+def connect_moved_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    bits: EdgeBits,
+    triangle_starts: wp.array(dtype=wp.int64),
+    depths: wp.array(dtype=wp.float64),
+    steps: wp.array(dtype=wp.float32),
+    tables: Tables,
+    is_reversed: wp.int32,
+    changed: wp.array(dtype=wp.uint8),
+    rows: wp.int32,
+    span: wp.int32,
+    # Out:
+    faces_out: wp.array(dtype=wp.vec4i),
+) -> None:
+    """Connect the triangles of some rows, as far as vertices have moved. One thread per `span` rows."""
+    start = (first + wp.tid()) * span
+    end = wp.min(start + span, rows)
+    low = int(start)
+    for row in range(start, end + 1):
+        if row == end or not has_changed(grid, triangle_starts, changed, row):
+            if triangle_starts[low] < triangle_starts[row]:
+                connect_moved(
+                    bits.inside,
+                    bits.exists,
+                    bits.is_marked,
+                    wp.vec3i(grid.nx, grid.ny, grid.nz),
+                    grid.words,
+                    before_line(grid),
+                    low,
+                    row,
+                    bits.starts,
+                    bits.along_x,
+                    bits.along_y,
+                    triangle_starts,
+                    depths,
+                    steps,
+                    tables.frame,
+                    tables.polygon_count,
+                    tables.first_polygon,
+                    tables.edges,
+                    tables.standard,
+                    tables.allowed,
+                    tables.corners,
+                    tables.members,
+                    1,
+                    is_reversed,
+                    faces_out,
+                )
+            low = row + 1
