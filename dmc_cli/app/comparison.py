@@ -27,7 +27,7 @@ from dmc_cli.mesh import Mesh, Placement, connect
 from dmc_cli.methods import METHODS
 from dmc_cli.processing import kernel_modules as processing_kernels, simplify
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.report import Measures, measure_surface
+from dmc_cli.report import Measures, measure_surface, measured_sections
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import (
     SIMPLIFIED,
@@ -89,6 +89,10 @@ class Comparison:
         """Return a table: a dict of plain values for each method."""
         fastest = min(each.surface_ms for each in self.methods)
         return [_row(each, fastest, self.exact_euler) for each in self.methods]
+
+    def sections(self) -> list[dict[str, Any]]:
+        """Return what a report has of each method's mesh: `topology`, `quality` and `deviation`."""
+        return [measured_sections(each.measures) for each in self.methods]
 
     def tunnels(self) -> dict[str, list[dict[str, Any]]]:
         """Return where each method closes tunnels of the trilinear surface, if that is known of it."""

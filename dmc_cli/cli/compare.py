@@ -83,7 +83,7 @@ def compare(
     A method is a name, behind a colon the value of one of its options, and +simplify for its quads without
     the papers' patterns. Times are of extraction alone, from values in memory to a mesh in memory; memory is
     what arrays take beside the volume. Dual marching cubes forms no tunnels inside a cell: how many the
-    trilinear surface has, and where, is told.
+    trilinear surface has, and where, is told. JSON has all that a report has of each mesh besides.
 
     \b
     Examples:
@@ -108,7 +108,9 @@ def compare(
                 draw_figures(comparison, figures)
     rows, tunnels = comparison.rows(), comparison.tunnels()
     if table_format == "json":
-        click.echo(json_text([row | {"tunnels": tunnels.get(row["method"])} for row in rows], indent=2))
+        whole = zip(rows, comparison.sections(), strict=True)
+        told = [row | {"tunnels": tunnels.get(row["method"])} | sections for row, sections in whole]
+        click.echo(json_text(told, indent=2))
     elif table_format == "csv":
         click.echo(csv_table(rows), nl=False)
     else:

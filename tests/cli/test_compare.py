@@ -42,6 +42,9 @@ def test_figures_are_those_of_the_reports_of_convert(run, tmp_path):
         assert row["deviation_mean_mm"] == report["deviation"]["mean_mm"]
         assert row["shape_mean"] == report["quality"]["shape_mean"]
         assert row["irregular_percent"] == report["topology"]["irregular_percent"]
+        assert {name: row[name] for name in ("topology", "quality", "deviation")} == {
+            name: report[name] for name in ("topology", "quality", "deviation")
+        }
 
 
 @pytest.mark.parametrize(
