@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.volume import Volume
+from dmc_cli.volume_io import read_volume
 from tests.contouring.dual_marching_cubes.real import REAL_VOLUMES, read_real_volume
 from tests.fields import PAPER_FIELDS, paper_field
 from tests.reference import table
@@ -11,6 +13,7 @@ REAL_NAMES = {
     "tooth": "nrrd_tooth/tooth.nhdr",
     "bone": "raw_microct_bone",
     "engine": "raw_engine",
+    "engine128": "nifti_engine",
     "skull": "nrrd_skull_mask/Skull.nrrd",
     "bonsai": "nifti_bonsai/bonsai.nii.gz",
     "fetal": "nrrd_fetal_t2/template_T2.nrrd",
@@ -36,5 +39,7 @@ def volume_of_row(row: dict[str, str], shared_data: Path | None = None) -> Volum
     if row["volume"] in PAPER_FIELDS:
         make = paper_field if int(row["nodes"]) <= 128 else paper_field.__wrapped__
         return make(row["volume"], int(row["nodes"]))
-    assert REAL_NAMES[row["volume"]] in REAL_VOLUMES
-    return read_real_volume(shared_data, REAL_NAMES[row["volume"]])
+    name = REAL_NAMES[row["volume"]]
+    if name in REAL_VOLUMES:
+        return read_real_volume(shared_data, name)
+    return read_volume(str(next((shared_data / name).glob("*.nii.gz"))), ReadSettings())
