@@ -1,4 +1,4 @@
-"""Seventy runs of `dmc convert` and the hashes of what they write.
+"""A hundred runs of `dmc convert` and the hashes of what they write.
 
 `python -m tests.same_bytes` writes the hashes down anew; `git diff` then shows which runs changed.
 """
@@ -20,6 +20,8 @@ RAW = "sample_data/raw/trabecular_crop_128x128x128_uint8.raw"
 RAW_OPTIONS = "--shape 128,128,128 --dtype uint8"
 TOOTH = "sample_data/nrrd/tooth.nrrd"
 HEAD = "sample_data/metaimage/head_mr_small.mha"
+
+TRIANGLES = ("mc", "tmc")
 
 RUNS = [
     # what is there by default, from each kind of file
@@ -68,6 +70,17 @@ RUNS = [
     *[f"{name}.npy a.ply -i {level} --method macet" for name, level in [("uint8", 100), ("float64", 0)]],
     "uneven a.ply -i 150 --method macet",
     *[f"synth:noise:20 a.ply -i 0.3 --method macet --threads {threads}" for threads in (1, 3)],
+    # triangles
+    *[f"{HEAD} a.ply -i 30 --method {method} --border closed" for method in TRIANGLES],
+    f"{HEAD} a.ply -i 30 --method mc --triangulation standard --inside below --orientation gradient",
+    *[f"synth:noise:20 a.ply -i 0.3 --method {m} --halfedges h.npz --threads 3" for m in TRIANGLES],
+    "synth:noise:16 a.obj -i 0.3 --method tmc --halfedges h.txt --threads 1",
+    "synth:noise:16 a.off -i 0.3 --method tmc --triangulation standard --inside below",
+    *[f"holes.npy a.ply -i 0 --method {method}" for method in TRIANGLES],
+    *[f"holes.npy a.ply -i 0 --method {m} --border closed --inside below" for m in TRIANGLES],
+    *[f"{name}.npy a.ply -i {level} --method tmc" for name, level in [("uint8", 100), ("int32", 7)]],
+    *[f"uneven a.ply -i 150 --method {method}" for method in TRIANGLES],
+    "uneven a.ply -i 150 --method mc --space voxel",
     # what becomes of it
     *[f"{HEAD} a.ply -i 30 --simplify {pattern}" for pattern in ("3x3y", "3333", "all")],
     f"{HEAD} a.ply -i 30 --simplify all --no-project",

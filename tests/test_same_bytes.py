@@ -1,4 +1,4 @@
-"""Seventy runs write what they have always written, byte for byte."""
+"""A hundred runs write what they have always written, byte for byte."""
 
 import json
 import platform
