@@ -61,7 +61,10 @@ def _closed(report: Section) -> str | None:
 
 def _all_quads(report: Section) -> str | None:
     triangles = report["mesh"].get("triangles", 0)
-    return f"all-quads: {triangles} triangles were found; expected none" if triangles else None
+    if not triangles:
+        return None
+    methods = " or ".join(methods_that(lambda method: method.faces == "quads"))
+    return f"all-quads: {triangles} triangles were found; expected none (--method {methods})"
 
 
 def _on_surface(report: Section) -> str | None:
