@@ -14,6 +14,7 @@ from dmc_cli.contouring.dual_grid import active_cells, cell_quads
 from dmc_cli.contouring.dual_marching_cubes import quads, vertices
 from dmc_cli.contouring.macet import moved_triangles, surface_steps
 from dmc_cli.contouring.stages import cell_triangles, edge_ranks, edge_vertices
+from dmc_cli.contouring.topological_marching_cubes import trilinear_cells
 from dmc_cli.field import upload_volume
 from dmc_cli.mesh.mesh import COLOR, COLOR24
 from dmc_cli.processing.remeshing import remesh
@@ -52,6 +53,11 @@ def small_integers() -> Volume:
     return volume_of(np.clip(noise, -100, 100).astype(np.int16), space="LPS", affine=np.diag([-1.0, 2, 3, 1]))
 
 
+def ties() -> Volume:
+    """Half of the ambiguous faces have equal products."""
+    return volume_of(np.random.default_rng(8).integers(-2, 3, (13, 14, 40)).astype(np.float32))
+
+
 def long_rows() -> Volume:
     """Many special cells, more than are flipped by one thread, and lists that NumPy does not go through."""
     return white_noise(34)
@@ -78,6 +84,10 @@ VOLUMES = {
     "macet of holes": (with_holes, {"method": "macet"}),
     "macet of integers": (small_integers, {"method": "macet", "border": "closed", "inside": "below"}),
     "macet between uneven slices": (uneven_slices, {"method": "macet"}),
+    "tmc of noise": (long_rows, {"method": "tmc"}),
+    "tmc of holes": (with_holes, {"method": "tmc"}),
+    "tmc of ties": (ties, {"method": "tmc", "border": "closed", "triangulation": "standard"}),
+    "tmc between uneven slices": (uneven_slices, {"method": "tmc", "inside": "below"}),
 }
 
 REMESHED = ("smooth", "holes")
@@ -139,7 +149,7 @@ def surface_hash(name: str) -> str:
 if __name__ == "__main__":
     # what lists bits, compiled with other flags; the hashes of some surfaces
     ours = [vertices, quads, active_cells, cell_quads, placement, cell_triangles, edge_ranks, edge_vertices]
-    ours += [moved_triangles, surface_steps]
+    ours += [moved_triangles, surface_steps, trilinear_cells]
     for module in ours:
         wp.get_module(module.__name__).options["cpu_compiler_flags"] = sys.argv[1]
     for name in sys.argv[2:]:

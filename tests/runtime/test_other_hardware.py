@@ -49,7 +49,7 @@ def test_a_warp_that_is_not_known_makes_the_same_mesh(name, monkeypatch):
 def test_bits_are_listed_alike_without_wide_vectors_and_as_on_a_gpu(flags):
     """No flags are the oldest processor of its kind, whose code this one runs too."""
     names = ["holes", "integers", "noise", "nets", "planes", "particles", "mc of noise", "mc of holes"]
-    names += ["macet of noise", "macet of holes"]
+    names += ["macet of noise", "macet of holes", "tmc of noise", "tmc of ties"]
     words = [sys.executable, "-m", "tests.other_hardware", flags, *names]
     root = Path(__file__).parents[2]
     run = subprocess.run(words, cwd=root, capture_output=True, encoding="utf-8", check=False, timeout=250)
