@@ -33,7 +33,7 @@ def json_text(value: Any, indent: int | None = None) -> str:
     import json
 
     text = json.dumps(value, indent=indent, ensure_ascii=False, allow_nan=False)
-    if text.isprintable():
+    if text.replace("\n", "").isprintable():
         return text
     return "".join(
         letter if letter == "\n" or _is_printed(letter) else json.dumps(letter)[1:-1] for letter in text
