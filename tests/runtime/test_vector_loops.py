@@ -9,7 +9,8 @@ import pytest
 
 from tests.conftest import ROOT
 
-METHOD = "dmc_cli.contouring.dual_marching_cubes"
+CONTOURING = "dmc_cli.contouring"
+METHOD = f"{CONTOURING}.dual_marching_cubes"
 
 LOOPS = {
     f"{METHOD}.placement.exact_simd": {
@@ -21,6 +22,26 @@ LOOPS = {
     },
     f"{METHOD}.cells": {"find_candidates": 16},
     f"{METHOD}.quads": {"quad_edges": 16, "surely_ordinary": 16},
+    f"{CONTOURING}.stages.edge_ranks": {"count_rows": 16},
+    f"{CONTOURING}.stages.edge_vertices": {"edge_words": 16, "place_rows": 16},
+    f"{CONTOURING}.stages.cell_triangles": {"connect_rows": 16},
+    f"{CONTOURING}.dual_grid.active_cells": {"find_candidates": 16, "quad_edges": 16, "cells_of_edges": 16},
+    f"{CONTOURING}.dual_grid.cell_quads": {"quad_edges": 16, "store_plain_quads": 16},
+    f"{CONTOURING}.surface_nets.mean_crossings": {
+        "gather_corners": 8,
+        "mean_lanes": 16,
+        "world_lanes": 16,
+        "store_points": 16,
+    },
+    f"{CONTOURING}.dual_contouring.placement": {
+        "corner_differences": 8,
+        "crossing_lanes": 16,
+        "mean_lanes": 16,
+        "sum_plane_lanes": 16,
+        "particle_lanes": 16,
+        "least_lanes": 16,
+        "store_points": 16,
+    },
     "dmc_cli.processing.patterns.masks": {"word_3x3y": 16, "word_3333": 16, "flagged": 16},
 }
 """Functions that need a loop of so many lanes at least: eight where they are doubles."""
