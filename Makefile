@@ -18,7 +18,7 @@ SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-methods bench-gpu cov docs smoke ci clean
+.PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-methods bench-volumes bench-gpu cov docs smoke ci clean
 
 # The Python that was named, or the first that is new enough, whatever it is called
 FIND_PYTHON = for name in $(or $(PYTHON),python3 python python3.13 python3.12 python3.11 python3.10 python3.14); do \
@@ -120,6 +120,9 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 bench-methods: $(VENV)/.installed-dev ## time all methods of contouring beside other programs
 	$(PY) benchmarks/methods.py --out methods
 
+bench-volumes: $(VENV)/.installed-dev ## compare all methods on all real volumes of DMC_DATA
+	$(PY) benchmarks/volumes.py --out volumes
+
 bench-gpu: $(VENV)/.installed-dev ## the same on CUDA; fails where there is no device
 	$(PY) benchmarks/surface.py --device cuda:0 --out surface-cuda
 
@@ -129,6 +132,7 @@ cov: $(VENV)/.installed-dev ## coverage of the host code
 docs: $(VENV)/.installed-dev ## refresh what the README shows of outputs and options, and the codes in docs/formats.md
 	$(PY) -m tests.docs.readme
 	$(PY) -m tests.docs.formats
+	$(PY) -m tests.docs.reproduction
 
 smoke: $(VENV)/.installed-dev ## the source archive is complete; the wheel that is made of it works where nothing else is installed
 	rm -rf build/smoke && mkdir -p build/smoke

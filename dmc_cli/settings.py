@@ -32,7 +32,7 @@ SyntheticField = Literal[
     "genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "box", "csg", "noise"
 ]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
-PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9"]
+PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9", "I"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]
 
 METHOD_OPTIONS = ("topology", "placement", "triangulation", "border", "gradients")
@@ -440,10 +440,14 @@ class CompareSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class ReproduceSettings:
-    """Which of the papers' tables to make again, from data sets of at most `up_to` nodes an axis."""
+    """Which of the papers' tables to make again, from data sets of at most `up_to` nodes an axis.
+
+    `scans` says where scans of Schmitz et al. 2009 are, `NAME=FILE` each: engine, bonsai, backpack, stent.
+    """
 
     table: tuple[PaperTable, ...] = ()
     up_to: int = 512
+    scans: tuple[str, ...] = ()
     placement: str = "sampled"
     device: str = "auto"
     threads: int | None = None

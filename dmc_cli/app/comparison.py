@@ -43,6 +43,13 @@ from dmc_cli.volume import Volume, intact
 EXACT = "tmc"
 """The method whose mesh has the topology of the trilinear surface."""
 
+PASSES: tuple[tuple[str, Simplify], ...] = (
+    ("before", "none"),
+    ("after 3-X-3-Y", "3x3y"),
+    ("after 3-3-3-3", "all"),
+)
+"""What is told after each pass of simplification, and which patterns are gone then."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
@@ -204,8 +211,7 @@ def valences_of_passes(comparison: Comparison) -> dict[str, dict[int, int]]:
     device = comparison.methods[0].mesh.device
     volume = upload_volume(comparison.volume, device)
     found: dict[str, dict[int, int]] = {}
-    passes: tuple[tuple[str, Simplify], ...] = (("before", "none"), ("3-X-3-Y", "3x3y"), ("3-3-3-3", "all"))
-    for label, patterns in passes:
+    for label, patterns in PASSES:
         surface = connect_faces(extract_surface(volume, settings.surface_of(method)))
         mesh = surface.mesh
         if patterns != "none":

@@ -105,10 +105,9 @@ def _tunnel_lines(rows: Sequence[Row], tunnels: Tunnels) -> Iterator[str]:
             continue
         inside, flips = row["tunnels_closed"], row["flipped_faces"]
         yield ""
-        yield (
-            f"{row['method']} closes {inside} {_plural('tunnel', inside)} inside a cell and has"
-            f" {flips} flipped {_plural('face', flips)}:"
-        )
+        told = [f"closes {inside} {_plural('tunnel', inside)} inside a cell"] if inside else []
+        told += [f"has {flips} flipped {_plural('face', flips)}"] if flips else []
+        yield f"{row['method']} {' and '.join(told)}:"
         for place in places[:SHOWN]:
             yield f"  {_place(place)}"
         if inside + flips > SHOWN:

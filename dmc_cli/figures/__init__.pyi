@@ -1,4 +1,5 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .drawing import draw_figures as draw_figures
+from .reproduced import draw_reproduction as draw_reproduction
 from .style import check_figures as check_figures

@@ -6,45 +6,49 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import Float64Array
-from dmc_cli.figures.style import COLORS, DASHES, figure
+from dmc_cli.figures.style import figure, legend_above, line_styles
 
 POINTS = 600
 """Points of a curve: more are not seen."""
 
 LEAST_DEVIATION = 1e-12
-"""Share of the range of values below which a deviation is drawn there: the axis has no zero."""
+"""Share of the range of values below which a deviation is not drawn: the axis has no zero."""
 
 
 def draw_quality(folder: str, name: str, label: str, values: Mapping[str, Float64Array]) -> None:
     """Draw the quality of the elements of each method, sorted, over the share of elements."""
     with figure(folder, name) as axes:
-        for number, (method, quality) in enumerate(values.items()):
-            _curve(axes, number, method, quality)
+        _curves(axes, values)
         axes.set_xlabel("elements, sorted [%]")
         axes.set_ylabel(label)
         axes.set_xlim(0, 100)
         axes.set_ylim(0, 1)
-        axes.legend(loc="lower right")
+        legend_above(axes)
 
 
-def draw_deviation(folder: str, name: str, values: Mapping[str, Float64Array]) -> None:
-    """Draw the deviation of the vertices of each method as a share of the range of values, sorted."""
+def draw_deviation(folder: str, name: str, label: str, values: Mapping[str, Float64Array]) -> None:
+    """Draw the deviation of the vertices of each method, sorted, on an axis of powers of ten."""
     with figure(folder, name) as axes:
-        for number, (method, deviation) in enumerate(values.items()):
-            _curve(axes, number, method, np.maximum(deviation, LEAST_DEVIATION))
+        _curves(axes, {key: np.where(own >= LEAST_DEVIATION, own, 0.0) for key, own in values.items()})
         axes.set_xlabel("vertices, sorted [%]")
-        axes.set_ylabel("deviation / range of values")
+        axes.set_ylabel(label)
         axes.set_xlim(0, 100)
         axes.set_yscale("log")
-        axes.legend(loc="best")
+        legend_above(axes)
 
 
-def _curve(axes: Any, number: int, label: str, values: Float64Array) -> None:
-    """Add the sorted values of a method, thinned out to what is seen."""
+def sorted_points(values: Float64Array) -> Float64Array:
+    """Return sorted values, thinned out to what is seen: float64 (n, 2), share in percent and value."""
     ordered = np.sort(values[np.isfinite(values)])
-    if not len(ordered):
-        return
-    places = np.unique(np.linspace(0, len(ordered) - 1, POINTS).round().astype(np.int64))
-    share = 100.0 * (places + 0.5) / len(ordered)
-    style = {"color": COLORS[number % len(COLORS)], "linestyle": DASHES[number % len(DASHES)]}
-    axes.plot(share, ordered[places], label=label, **style)
+    places = np.unique(np.linspace(0, max(len(ordered) - 1, 0), POINTS).round().astype(np.int64))
+    places = places[: len(ordered)]
+    return np.stack([100.0 * (places + 0.5) / max(len(ordered), 1), ordered[places]], axis=1)
+
+
+def _curves(axes: Any, values: Mapping[str, Float64Array]) -> None:
+    """Add a curve for each method; where a value is 0 there is none of a logarithm."""
+    styles = line_styles(values)
+    for method, own in values.items():
+        share, value = sorted_points(own).T
+        if len(share):
+            axes.plot(share, value, label=method, **styles[method])

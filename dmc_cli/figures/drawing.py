@@ -14,7 +14,7 @@ def draw_figures(comparison: Comparison, folder: str) -> None:
 
     triangle_quality  equation 8 of all triangles, quads split by the MaxMin-angle criterion
     quad_quality      equation 9 of all quads, of methods that make them
-    deviation         distance of the vertices from the isovalue
+    deviation         of the vertices from the isovalue, as a share of the range of values
     valences          of the dual marching cubes' mesh before and after each pass of simplification
 
     Raises:
@@ -34,7 +34,7 @@ def draw_figures(comparison: Comparison, folder: str) -> None:
     draw_quality(folder, "triangle_quality", "mean ratio of the triangles", triangles)
     if quads:
         draw_quality(folder, "quad_quality", "shape quality of the quads", quads)
-    draw_deviation(folder, "deviation", deviations)
+    draw_deviation(folder, "deviation", "deviation / range of values", deviations)
     histograms = valences_of_passes(comparison)
     if histograms:
         draw_valences(folder, "valences", histograms)

@@ -4,26 +4,45 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from dmc_cli.figures.style import COLORS, figure
+from dmc_cli.array_types import Float64Array
+from dmc_cli.figures.style import COLORS, HATCHES, figure, legend_above
 
 LARGEST = 9
 """Valences from here on are drawn together."""
 
+SEEN = 0.05
+"""Percent of the vertices that are seen as a bar; valences beyond the last such are left out."""
+
 
 def draw_valences(folder: str, name: str, histograms: Mapping[str, Mapping[int, int]]) -> None:
-    """Draw histograms beside each other, each the number of vertices by their valence."""
+    """Draw histograms beside each other, each the share of vertices by their valence."""
+    shares = {label: _shares(histogram) for label, histogram in histograms.items()}
+    seen = np.flatnonzero(np.max(list(shares.values()), axis=0) >= SEEN)
+    valences = np.arange(seen.min(initial=3), seen.max(initial=5) + 1)
     with figure(folder, name) as axes:
-        lowest = min((valence for each in histograms.values() for valence in each), default=2)
-        valences = np.arange(min(lowest, 2), LARGEST + 1)
-        width = 0.8 / max(len(histograms), 1)
-        for number, (label, histogram) in enumerate(histograms.items()):
-            total = sum(histogram.values()) or 1
-            shares = [100.0 * histogram.get(int(valence), 0) / total for valence in valences[:-1]]
-            shares.append(100.0 * sum(n for valence, n in histogram.items() if valence >= LARGEST) / total)
-            places = valences + (number - (len(histograms) - 1) / 2) * width
-            axes.bar(places, shares, width, label=label, color=COLORS[number % len(COLORS)])
-        axes.set_xticks(valences, [*map(str, valences[:-1]), f"{LARGEST}+"])
-        axes.set_xlabel("valence")
-        axes.set_ylabel("vertices [%]")
+        width = 0.84 / len(shares)
+        for number, (label, own) in enumerate(shares.items()):
+            axes.bar(
+                valences + (number - (len(shares) - 1) / 2) * width,
+                own[valences],
+                width,
+                label=label,
+                color=COLORS[number % len(COLORS)],
+                hatch=HATCHES[number % len(HATCHES)],
+                edgecolor="white",
+                linewidth=0.4,
+            )
+        axes.set_xticks(valences, [f"{each}+" if each == LARGEST else str(each) for each in valences])
+        axes.set_xlabel("valence of a vertex")
+        axes.set_ylabel("share of the vertices [%]")
         axes.grid(visible=False, axis="x")
-        axes.legend(loc="upper right")
+        legend_above(axes)
+
+
+def _shares(histogram: Mapping[int, int]) -> Float64Array:
+    """Return percent of the vertices by valence, float64 (LARGEST + 1,), those beyond with the last."""
+    counts = np.zeros(LARGEST + 1)
+    for valence, count in histogram.items():
+        counts[min(valence, LARGEST)] += count
+    shares: Float64Array = 100.0 * counts / max(counts.sum(), 1)
+    return shares

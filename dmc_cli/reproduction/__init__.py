@@ -1,8 +1,13 @@
 """Make the papers' tables again.
 
-paper_tables   what the papers print
-reproduce_run  their meshes, made and measured
+paper_values   what a printed figure is
+schmitz_table  what Schmitz et al. 2009 print
+paper_tables   what the papers print, all of it
+diagonals      quads split as the papers do
 reproduce      their tables, ours beside them
+scans          the scans of 2009, where the user has them
+reproduce_run  their meshes, made and measured
+spreads        what their figures show
 """
 
 import lazy_loader

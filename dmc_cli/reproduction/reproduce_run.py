@@ -21,17 +21,18 @@ from dmc_cli.measures import kernel_modules as report_kernels
 from dmc_cli.mesh import Mesh, Placement
 from dmc_cli.processing import kernel_modules as processing_kernels, simplify
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.reproduction.paper_tables import (
+from dmc_cli.reproduction.paper_tables import PAPER_VALUES
+from dmc_cli.reproduction.paper_values import (
     DMC,
     DMCS,
     DUAL,
     MARCHING,
-    PAPER_VALUES,
     TOPOLOGICAL,
     DataSet,
     MeshKind,
 )
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
+from dmc_cli.reproduction.scans import measure_scans, scan_files
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, ReproduceSettings, SurfaceSettings
 from dmc_cli.volume_io import synthetic_volume
@@ -56,15 +57,21 @@ def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -
 
     Raises:
         DeviceError: There is no such device, or not enough memory on it.
+        DmcError: A scan cannot be read, by class.
     """
+    files = scan_files(settings.scans)
     wanted = [
         value
         for value in PAPER_VALUES
         if value.data.nodes <= settings.up_to and (not settings.table or str(value.table) in settings.table)
     ]
     device = select_device(settings.device, settings.threads)
-    data_sets = sorted({value.data for value in wanted}, key=lambda data: (data.nodes, data.field))
-    return compare_tables(measure_data_sets(device, data_sets, settings.placement, progress), wanted)
+    synthetic = {value.data for value in wanted if isinstance(value.data, DataSet)}
+    data_sets = sorted(synthetic, key=lambda data: (data.nodes, data.field))
+    found = measure_data_sets(device, data_sets, settings.placement, progress) if data_sets else {}
+    scans = {value.data.name for value in wanted} & {*files}
+    found |= measure_scans(device, {name: files[name] for name in files if name in scans}, progress)
+    return compare_tables(found, wanted)
 
 
 def measure_data_sets(
@@ -81,7 +88,18 @@ def measure_data_sets(
         placement: Where vertices go; the papers' figures are those of `sampled`, but for counts.
         progress: Who listens.
     """
-    surface = _papers_settings(placement)
+    load_reproduction(device, placement, progress)
+    _measure_data_set(device, WARM_UP, placement)
+    found: dict[tuple[str, MeshKind], dict[str, float]] = {}
+    for data in data_sets:
+        with progress.stage(f"reproducing {data.name}"):
+            found |= _measure_data_set(device, data, placement)
+    return found
+
+
+def load_reproduction(device: Device, placement: str, progress: Progress = SILENT) -> None:
+    """Load the kernels of all methods that the papers of 2020 and 2021 have."""
+    surface = papers_settings(placement)
     modules = [
         *surface_kernels(surface, normals_too=False),
         *mesh_kernel_modules(surface.method, colors=True),
@@ -91,12 +109,6 @@ def measure_data_sets(
     for other in OTHERS.values():
         modules += surface_kernels(other, normals_too=False) + mesh_kernel_modules(other.method)
     load_kernels(device, list(dict.fromkeys(modules)), progress)
-    _measure_data_set(device, WARM_UP, placement)
-    found: dict[tuple[str, MeshKind], dict[str, float]] = {}
-    for data in data_sets:
-        with progress.stage(f"reproducing {data.name}"):
-            found |= _measure_data_set(device, data, placement)
-    return found
 
 
 def _measure_data_set(
@@ -123,18 +135,18 @@ def _measure_data_set(
         "removed_3333": result.removed_3333,
         "simplify_ms": simplify_ms,
     }
+    branches = 100.0 * (surface.counts.multi_polygon_cells or 0) / (surface.counts.active_cells or 1)
     others = {(data.name, kind): _measure_other(data, uploaded, other) for kind, other in OTHERS.items()}
+    others[data.name, DUAL]["several_branches_percent"] = branches
     return {(data.name, DMC): plain, (data.name, DMCS): simplified, **others}
 
 
 def _measure_other(data: DataSet, volume: DeviceVolume, settings: SurfaceSettings) -> dict[str, float]:
     """Return what was found on the mesh of a method that the papers compare with."""
     surface, surface_ms = _timed(lambda: extract_surface(volume, settings))
-    counts, active = surface.counts, surface.counts.active_cells
+    unused = surface.counts.unused_vertices or 0
     surface = connect_faces(surface)
-    found = measure_synthetic(_synthetic(data, surface.mesh, surface.placement, 0))
-    if counts.multi_polygon_cells is not None and active:
-        found["several_branches_percent"] = 100.0 * counts.multi_polygon_cells / active
+    found = measure_synthetic(_synthetic(data, surface.mesh, surface.placement, unused))
     return found | {"surface_ms": surface_ms}
 
 
@@ -150,10 +162,10 @@ def _timed(stage: Callable[[], Result]) -> tuple[Result, float]:
 
 def _extract(volume: DeviceVolume, placement: str) -> Surface:
     """Return the surface as the papers cut it."""
-    return extract_surface(volume, _papers_settings(placement))
+    return extract_surface(volume, papers_settings(placement))
 
 
-def _papers_settings(placement: str) -> SurfaceSettings:
+def papers_settings(placement: str) -> SurfaceSettings:
     """Return the papers' settings: an open border and the asymptotic decider."""
     return SurfaceSettings(isovalue=0.0, topology="asymptotic", placement=placement)
 

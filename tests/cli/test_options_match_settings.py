@@ -31,7 +31,7 @@ REGISTERED = {
 }
 """Choices that no annotation has, but a registry."""
 
-NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json", "isovalue", "lists_isovalues"}
+NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json", "isovalue", "lists_isovalues", "figures"}
 GATHERED = {"read", "surface", "mesh", "output", "share"}  # fields that are settings themselves
 PAIRS = [
     (command, owner, field)
