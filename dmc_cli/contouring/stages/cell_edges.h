@@ -7,105 +7,90 @@
 namespace cell_edges {
 
 // The edges of cells lie in eight runs of words: along x in their row, the next one, that of the next layer
-// and its next; along y in their row and that of the next layer; along z in their row and the next one
-enum { RUNS = 8, LISTED = 16, BLOCK = 16 };
+// and its next; along y in their row and that of the next layer; along z in their row and the next one. A
+// cell's vertices are the first ones of all runs that have not been passed, and those after its own edges
+// there, which are the next node's; these sixteen entries have a -1 where no edge is meant
+enum { RUNS = 8, ENTRIES = 16, BLOCK = 16 };
 
-// A word of cells: the inside bits of its corners, and the edges of each run with the number of the first one
+// A word of cells: the inside bits of its corners, and the edges of each run
 struct Word {
     unsigned int corners[RUNS];
     unsigned int edges[RUNS];
-    int first[RUNS];
 };
+
+// Return where the vertex on an edge of a cell is among the entries
+static CUDA_CALLABLE int entry_of(int edge) {
+    const int entries[12] = {0, 12, 1, 4, 2, 13, 3, 5, 6, 14, 15, 7};
+    return entries[edge];
+}
 
 #if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
 typedef unsigned int runs __attribute__((ext_vector_type(8)));
-typedef unsigned int listed __attribute__((ext_vector_type(16)));
 
-// What the twelve edges of a cell of the word have in common with other cells, edge by edge
-struct Cells {
-    listed edges, first;
-    runs corners;
-};
-
-static CUDA_CALLABLE Cells spread(const Word& word) {
-    Cells cells;
-    runs edges, first;
-    __builtin_memcpy(&edges, word.edges, sizeof(edges));
-    __builtin_memcpy(&first, word.first, sizeof(first));
-    __builtin_memcpy(&cells.corners, word.corners, sizeof(cells.corners));
-    const runs no_edges = 0, no_vertex = ~0u;
-    cells.edges = __builtin_shufflevector(edges, no_edges, 0, 4, 1, 4, 2, 5, 3, 5, 6, 6, 7, 7, 8, 8, 8, 8);
-    cells.first = __builtin_shufflevector(first, no_vertex, 0, 4, 1, 4, 2, 5, 3, 5, 6, 6, 7, 7, 8, 8, 8, 8);
-    return cells;
+static CUDA_CALLABLE runs load(const unsigned int* a) {
+    runs all;
+    __builtin_memcpy(&all, a, sizeof(all));
+    return all;
 }
 
-static CUDA_CALLABLE int case_of(const Cells& cells, int b) {
+static CUDA_CALLABLE int case_of(const Word& word, int b) {
+    const runs corners = load(word.corners);
 #if defined(__AVX__)
     typedef float v8sf __attribute__((vector_size(32)));
-    return __builtin_ia32_movmskps256((v8sf)(cells.corners << (unsigned int)(31 - b)));
+    return __builtin_ia32_movmskps256((v8sf)(corners << (unsigned int)(31 - b)));
 #else
     int found = 0;
-    for (int c = 0; c < RUNS; ++c) found |= (int)(cells.corners[c] >> b & 1) << c;
+    for (int c = 0; c < RUNS; ++c) found |= (int)(corners[c] >> b & 1) << c;
     return found;
 #endif
 }
 
-// Write the vertices on the edges of the cell at bit b, and -1 behind them; edges 1, 5, 9 and 10 are those of
-// the next node
-static CUDA_CALLABLE void find_vertices(const Cells& cells, int b, int* vertices) {
-    const listed next = {0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0};
-    const listed before = (1u << b) - 1u;
-    listed found =
-        cells.first + __builtin_elementwise_popcount(cells.edges & (before | next << (unsigned int)b));
-    __builtin_memcpy(vertices, &found, sizeof(found));
-}
-
-static CUDA_CALLABLE void pass(Word& word) {
-    runs edges, first;
-    __builtin_memcpy(&edges, word.edges, sizeof(edges));
-    __builtin_memcpy(&first, word.first, sizeof(first));
-    first += __builtin_elementwise_popcount(edges);
-    __builtin_memcpy(word.first, &first, sizeof(first));
+// Write the vertices of the cell at bit b, by entry, and pass its edges; all edges before it have been passed
+static CUDA_CALLABLE void pass(unsigned int* first, const Word& word, int b, int* vertices) {
+    typedef unsigned int listed __attribute__((ext_vector_type(16)));
+    const runs before = load(first), no_vertex = {~0u, ~0u, ~0u, ~0u, 0, 0, 0, 0};
+    const runs after = before + (load(word.edges) >> (unsigned int)b & 1u);
+    const listed all = __builtin_shufflevector(before, after | no_vertex, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10,
+                                               11, 12, 13, 14, 15);
+    __builtin_memcpy(vertices, &all, sizeof(all));
+    __builtin_memcpy(first, &after, sizeof(after));
 }
 #else
-typedef Word Cells;
-
-static CUDA_CALLABLE Word spread(const Word& word) { return word; }
-
 static CUDA_CALLABLE int case_of(const Word& word, int b) {
     int found = 0;
     for (int c = 0; c < RUNS; ++c) found |= (int)(word.corners[c] >> b & 1) << c;
     return found;
 }
 
-static CUDA_CALLABLE void find_vertices(const Word& word, int b, int* vertices) {
-    const int run[12] = {0, 4, 1, 4, 2, 5, 3, 5, 6, 6, 7, 7};
-    for (int edge = 0; edge < 12; ++edge) {
-        bool is_next = edge == 1 || edge == 5 || edge == 9 || edge == 10;
-        unsigned int below = (1u << b) - 1u | (is_next ? 1u << b : 0u);
-        vertices[edge] = word.first[run[edge]] + (int)wp::bit_count(word.edges[run[edge]] & below);
+static CUDA_CALLABLE void pass(unsigned int* first, const Word& word, int b, int* vertices) {
+    for (int run = 0; run < RUNS; ++run) {
+        vertices[run] = (int)first[run];
+        first[run] += word.edges[run] >> b & 1;
+        vertices[RUNS + run] = run < 4 ? -1 : (int)first[run];
     }
-    for (int n = 12; n < LISTED; ++n) vertices[n] = -1;
-}
-
-// Go on to the next word: the first edges of each run
-static CUDA_CALLABLE void pass(Word& word) {
-    for (int run = 0; run < RUNS; ++run) word.first[run] += (int)wp::bit_count(word.edges[run]);
 }
 #endif
 
+// Return the bits of the nodes with an edge in any run
+static CUDA_CALLABLE unsigned int any_edge(const Word& word) {
+    unsigned int some = 0;
+    for (int run = 0; run < RUNS; ++run) some |= word.edges[run];
+    return some;
+}
+
 // Begin a row of cells: the first edges of each run
-static CUDA_CALLABLE void begin(Word& word, POINTER(const long long) starts, POINTER(const int) along_x,
-                                POINTER(const int) along_y, int row, int next_layer) {
+static CUDA_CALLABLE void begin(unsigned int* first, POINTER(const long long) starts,
+                                POINTER(const int) along_x, POINTER(const int) along_y, int row,
+                                int next_layer) {
     const int layer = row + next_layer;
-    word.first[0] = (int)starts[row];
-    word.first[1] = (int)starts[row + 1];
-    word.first[2] = (int)starts[layer];
-    word.first[3] = (int)starts[layer + 1];
-    word.first[4] = word.first[0] + along_x[row];
-    word.first[5] = word.first[2] + along_x[layer];
-    word.first[6] = word.first[4] + along_y[row];
-    word.first[7] = word.first[1] + along_x[row + 1] + along_y[row + 1];
+    first[0] = (unsigned int)starts[row];
+    first[1] = (unsigned int)starts[row + 1];
+    first[2] = (unsigned int)starts[layer];
+    first[3] = (unsigned int)starts[layer + 1];
+    first[4] = first[0] + along_x[row];
+    first[5] = first[2] + along_x[layer];
+    first[6] = first[4] + along_y[row];
+    first[7] = first[1] + along_x[row + 1] + along_y[row + 1];
 }
 
 // Load word w of a row, n of the lines; return its crossed cells
@@ -150,16 +135,19 @@ inline wp::vec_t<12, wp::int32> vertices_of_cell(wp::array_t<wp::vec_t<16, wp::u
                                  words,
                                  words * nodes[1],
                                  nodes[0]};
-    cell_edges::Word word;
-    cell_edges::begin(word, ITEMS(const long long, starts), ITEMS(const int, along_x),
+    unsigned int first[cell_edges::RUNS];
+    cell_edges::begin(first, ITEMS(const long long, starts), ITEMS(const int, along_x),
                       ITEMS(const int, along_y), row, nodes[1]);
+    cell_edges::Word word;
     for (int w = 0; w <= i / 32; ++w) {
         cell_edges::load(word, lines, ahead + row * words + w, w);
-        if (w < i / 32) cell_edges::pass(word);
+        const unsigned int before = w < i / 32 ? ~0u : (1u << i % 32) - 1u;
+        for (int run = 0; run < cell_edges::RUNS; ++run)
+            first[run] += wp::bit_count(word.edges[run] & before);
     }
-    int found[cell_edges::LISTED];
-    cell_edges::find_vertices(cell_edges::spread(word), i % 32, found);
+    int entries[cell_edges::ENTRIES];
+    cell_edges::pass(first, word, i % 32, entries);
     wp::vec_t<12, wp::int32> vertices;
-    for (int edge = 0; edge < 12; ++edge) vertices[edge] = found[edge];
+    for (int edge = 0; edge < 12; ++edge) vertices[edge] = entries[cell_edges::entry_of(edge)];
     return vertices;
 }

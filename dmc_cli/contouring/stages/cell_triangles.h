@@ -16,10 +16,11 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
                          wp::array_t<wp::int32> along_y, wp::array_t<wp::int64> triangle_starts,
                          wp::array_t<wp::float64> depths, wp::array_t<wp::float32> place,
                          wp::array_t<wp::float32> frame, wp::array_t<wp::uint8> polygon_count,
-                         wp::array_t<wp::int32> first_polygon, wp::array_t<wp::uint8> edges,
-                         wp::array_t<wp::uint8> standard, wp::array_t<wp::uint64> allowed,
-                         wp::array_t<wp::uint8> corners, wp::array_t<wp::uint8> members, wp::int32 is_best,
-                         wp::int32 is_reversed, wp::array_t<wp::vec_t<4, wp::int32>> faces_out) {
+                         wp::array_t<wp::int32> first_polygon, wp::array_t<wp::uint32> edges,
+                         wp::array_t<wp::uint8> sizes, wp::array_t<wp::uint8> standard,
+                         wp::array_t<wp::uint64> allowed, wp::array_t<wp::uint8> corners,
+                         wp::array_t<wp::uint8> members, wp::int32 is_best, wp::int32 is_reversed,
+                         wp::array_t<wp::vec_t<4, wp::int32>> faces_out) {
     const int ny = nodes[1];
     const edge_rows::Lines lines{ITEMS(const unsigned int, inside),
                                  ITEMS(const unsigned int, exists),
@@ -28,7 +29,9 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
                                  words * ny,
                                  nodes[0]};
     const polygon_lists::Tables tables{
-        ITEMS(const unsigned char, edges), ITEMS(const unsigned char, standard),
+        ITEMS(const unsigned int, edges),
+        ITEMS(const unsigned char, sizes),
+        ITEMS(const unsigned char, standard),
         ITEMS(const unsigned long long, allowed),
         ITEMS(const unsigned char, corners) + (is_reversed ? 64 * polygon_lists::CORNERS : 0),
         ITEMS(const unsigned char, members)};
@@ -42,49 +45,56 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
     polygon_lists::Lists lists;
     polygon_lists::Points points;
     polygon_lists::clear(lists);
-    cell_edges::Word word;
-    auto store = [&] { polygon_lists::store_all(lists, tables, points, places, WIDTH, is_best != 0, faces); };
+    auto store = [&](int of_sizes) __attribute__((noinline)) {
+        polygon_lists::store_sizes(lists, tables, points, places, WIDTH, is_best != 0, of_sizes, faces);
+    };
     for (int row = start, layer = -1; row < end; ++row) {
         if (triangles[row] == triangles[row + 1]) continue;
         int slot = (int)triangles[row];
         if (row / ny != layer && (layer < 0 || depths.shape[0])) {
-            store();  // where slices are uneven, points of another layer lie otherwise
+            store(~0);  // where slices are uneven, points of another layer lie otherwise
             layer = row / ny;
             const float step = depths.shape[0] ? (float)(depth[layer + 1] - depth[layer]) : 1.0f;
-            for (int n = 0; n < 48; ++n) {
-                points.base[n / 16][n % 16] = of_frame[n] + step * of_frame[48 + n];
-                points.along[n / 16][n % 16] = of_frame[96 + n] + step * of_frame[144 + n];
+            for (int n = 0; n < 36; ++n) {
+                const int axis = n / 12, edge = n % 12, entry = cell_edges::entry_of(edge);
+                POINTER(const float) of_edge = of_frame + 16 * axis + edge;
+                points.base[axis][entry] = of_edge[0] + step * of_edge[48];
+                points.along[axis][entry] = of_edge[96] + step * of_edge[144];
             }
         }
-        cell_edges::begin(word, ITEMS(const long long, edge_starts), ITEMS(const int, along_x),
+        unsigned int first[cell_edges::RUNS];
+        cell_edges::begin(first, ITEMS(const long long, edge_starts), ITEMS(const int, along_x),
                           ITEMS(const int, along_y), row, ny);
         for (int begin = 0; begin < words; begin += cell_edges::BLOCK) {
-            cell_edges::Cells cells[cell_edges::BLOCK];
+            cell_edges::Word cells[cell_edges::BLOCK];
+            unsigned int crossed[cell_edges::BLOCK];
             unsigned short codes[32 * cell_edges::BLOCK + 32];
             POINTER(unsigned short) to = codes;
             int count = 0;
             const int left = words - begin;
             unsigned int near = edge_rows::crossed_words(lines, ahead + row * words + begin);
             near &= left < cell_edges::BLOCK ? (1u << left) - 1u : 0xffffu;
-            for (; near; near &= near - 1, cell_edges::pass(word)) {  // others have no edges to pass
-                const int w = begin + (int)wp::bit_count(~near & (near - 1));
-                const unsigned int crossed = cell_edges::load(word, lines, ahead + row * words + w, w);
-                if (crossed == 0) continue;
-                cells[w - begin] = cell_edges::spread(word);
-                count += wp::bit_count(crossed);
-                to = bit_lists::list_bits(crossed, (w - begin) << 5, to);
+            for (; near; near &= near - 1) {
+                const int m = (int)wp::bit_count(~near & (near - 1)), w = begin + m;
+                crossed[m] = cell_edges::load(cells[m], lines, ahead + row * words + w, w);
+                // edges of cells that do not exist are to be passed, too
+                const unsigned int passed = is_marked ? cell_edges::any_edge(cells[m]) : crossed[m];
+                count += wp::bit_count(passed);
+                to = bit_lists::list_bits(passed, m << 5, to);
             }
-            for (int m = 0; m < count; ++m) {
-                const cell_edges::Cells& near = cells[codes[m] >> 5];
-                const int b = codes[m] & 31, found = cell_edges::case_of(near, b), first = firsts[found];
-                const int polygons = counts[found];
-                int vertices[cell_edges::LISTED];
-                cell_edges::find_vertices(near, b, vertices);
-                for (int n = 0; n < polygons; ++n)
-                    slot += polygon_lists::list(lists, tables, first + n, vertices, slot) - 2;
-                if (lists.count > polygon_lists::ROOM - 4) store();
+            for (int n = 0; n < count; ++n) {
+                const int m = codes[n] >> 5, b = codes[n] & 31;
+                int vertices[cell_edges::ENTRIES];
+                cell_edges::pass(first, cells[m], b, vertices);
+                if (is_marked && !(crossed[m] >> b & 1)) continue;
+                const int found = cell_edges::case_of(cells[m], b), polygons = counts[found];
+                for (int polygon = firsts[found]; polygon < firsts[found] + polygons; ++polygon) {
+                    const int size = polygon_lists::list(lists, tables, polygon, vertices, slot);
+                    if (polygon_lists::is_full(lists, size)) store(1 << size);
+                    slot += size - 2;
+                }
             }
         }
     }
-    store();
+    store(~0);
 }

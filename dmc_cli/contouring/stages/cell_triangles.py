@@ -39,7 +39,8 @@ class Tables:
     polygon_count: wp.array(dtype=wp.uint8)
     case_triangles: wp.array(dtype=wp.uint8)
     first_polygon: wp.array(dtype=wp.int32)
-    edges: wp.array(dtype=wp.uint8)
+    edges: wp.array(dtype=wp.uint32)
+    sizes: wp.array(dtype=wp.uint8)
     standard: wp.array(dtype=wp.uint8)
     allowed: wp.array(dtype=wp.uint64)
     corners: wp.array(dtype=wp.uint8)
@@ -73,7 +74,7 @@ def _device_tables(device: str, serves_special: bool) -> dict[str, Any]:
     arrays = {
         "polygon_count": (np.diff(found.first_polygon) * is_served).astype(np.uint8),
         "case_triangles": (found.triangles * is_served).astype(np.uint8),
-        **{name: getattr(found, name) for name in ("first_polygon", "edges", "standard")},
+        **{name: getattr(found, name) for name in ("first_polygon", "edges", "sizes", "standard")},
         **{name: getattr(found, name) for name in ("allowed", "corners", "members")},
     }
     return {name: wp.array(array.ravel(), device=device) for name, array in arrays.items()}
@@ -147,7 +148,8 @@ def connect_rows(
     frame: wp.array(dtype=wp.float32),
     polygon_count: wp.array(dtype=wp.uint8),
     first_polygon: wp.array(dtype=wp.int32),
-    edges: wp.array(dtype=wp.uint8),
+    edges: wp.array(dtype=wp.uint32),
+    sizes: wp.array(dtype=wp.uint8),
     standard: wp.array(dtype=wp.uint8),
     allowed: wp.array(dtype=wp.uint64),
     corners: wp.array(dtype=wp.uint8),
@@ -201,6 +203,7 @@ def connect_rows_kernel(
         tables.polygon_count,
         tables.first_polygon,
         tables.edges,
+        tables.sizes,
         tables.standard,
         tables.allowed,
         tables.corners,

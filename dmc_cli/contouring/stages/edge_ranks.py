@@ -114,7 +114,7 @@ def rank_edges(nodes: InsideBits, grid: GridShape, case_triangles: Any, device: 
     active = device.empty(grid.rows, wp.int32)
     bits.along_x, bits.along_y = device.empty(grid.rows, wp.int32), device.empty(grid.rows, wp.int32)
     bits.starts = device.empty(0, wp.int64)
-    span = max(1, LANES // grid.words)
+    span = max(device.span, LANES // grid.words)
     inputs = [grid.struct(), bits, case_triangles, span]
     outputs = [flat, bits.along_x, bits.along_y, active]
     device.launch(count_rows_kernel, -(-grid.rows // span), inputs, outputs, BITS_A_CHUNK)

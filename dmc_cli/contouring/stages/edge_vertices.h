@@ -8,7 +8,7 @@
 
 namespace crossings {
 
-enum { LANES = 16, WORDS = 16, ROOM = LANES + 32 * WORDS + LANES };
+enum { LANES = 16, WORDS = 16, BATCH = 128, ROOM = BATCH + 32 * WORDS + LANES, AHEAD = 2 };
 
 // Edges of several rows and axes, in the order of their vertices: the lower node, the axis, and whether the
 // vertex's cell is one before along y and z; the node in the volume and the step to the other; the cell, as
@@ -154,8 +154,23 @@ inline void place_rows(wp::array_t<wp::uint8> values, wp::int32 kind, wp::float6
                 store(used);
             vertex += used;
         };
+        // ask for the values in the next layer that a row will take: they lie scattered
+        auto fetch_layer = [&](int number) {
+#if defined(__clang__) && !defined(__CUDA_ARCH__)
+            if (number >= end || first[number] == first[number + 1]) return;
+            const int k = number / ny, n = ahead + number * words;
+            const int row_y = nearest(number - k * ny, size[1]), row_z = nearest(k + 1, size[2]);
+            auto row = stored + (((long long)row_z * size[1] + row_y) * size[0] - border);
+            for (int w = 0; w < words; ++w) {
+                if (!edge_rows::along_z(lines, n + w)) continue;
+                __builtin_prefetch(row + 32 * w);
+                __builtin_prefetch(row + 32 * w + 16);
+            }
+#endif
+        };
         int count = 0;
         for (int number = start; number < end; ++number) {
+            fetch_layer(number + crossings::AHEAD);
             if (first[number] == first[number + 1]) continue;
             const int k = number / ny, j = number - k * ny, n = ahead + number * words;
             const int row_y = nearest(j, size[1]), row_z = nearest(k, size[2]);
@@ -189,17 +204,19 @@ inline void place_rows(wp::array_t<wp::uint8> values, wp::int32 kind, wp::float6
                     }
                     crossings::append(edges, count, codes, listed, 32 * begin, row);
                     count += listed;
+                    if (count < crossings::BATCH) continue;
                     int done = 0;
                     for (; done + LANES <= count; done += LANES) place(done, LANES);
-                    if (done) crossings::keep(edges, done);
+                    crossings::keep(edges, done);
                     count -= done;
                 }
             }
         }
-        if (count) {
-            for (int lane = count; lane < LANES; ++lane) edges.at[lane] = edges.step[lane] = 0;
-            place(0, count);
-        }
+        int done = 0;
+        for (; done + LANES <= count; done += LANES) place(done, LANES);
+        if (done == count) return;
+        for (int n = count; n < done + LANES; ++n) edges.at[n] = edges.step[n] = 0;
+        place(done, count - done);
     };
     RETURN_FROM_NODES(read)
 }

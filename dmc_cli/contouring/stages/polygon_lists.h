@@ -5,11 +5,12 @@
 
 namespace polygon_lists {
 
-enum { LONGEST = 7, EDGES = 16, SIZE = 8, CORNERS = 32, MEMBERS = 5 };
+enum { SHORTEST = 3, LONGEST = 7, SIZES = LONGEST - SHORTEST + 1, ENTRIES = 16, CORNERS = 32, MEMBERS = 5 };
 
 // The tables of cases and triangulations: see triangulations.py
 struct Tables {
-    POINTER(const unsigned char) edges;  // of each polygon, in a row of sixteen with its size
+    POINTER(const unsigned int) edges;  // of each polygon: their entries, four bits each
+    POINTER(const unsigned char) sizes;
     POINTER(const unsigned char) standard;
     POINTER(const unsigned long long) allowed;
     POINTER(const unsigned char) corners;  // of the way round that is wanted
@@ -20,21 +21,27 @@ struct Tables {
 // lies. Vertices that have left their edges have places of three numbers: steps along the grid's axes, from
 // the base in cells
 struct Points {
-    float base[3][EDGES];
-    float along[3][EDGES];
+    float base[3][ENTRIES];
+    float along[3][ENTRIES];
 };
 
-enum { EDGE_X = 0, EDGE_Y = 1, EDGE_Z = 8 };  // one edge along each axis
+enum { EDGE_X = 0, EDGE_Y = 4, EDGE_Z = 6 };  // entries of one edge along each axis
 
 #if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
 // Sixteen polygons side by side
-enum { LANES = 16, ROOM = 200 };
+enum { LANES = 16, ROOM = 64 };
 typedef float numbers __attribute__((ext_vector_type(16)));
 typedef int integers __attribute__((ext_vector_type(16)));
+typedef unsigned int codes __attribute__((ext_vector_type(16)));
 static CUDA_CALLABLE numbers root(numbers a) { return __builtin_elementwise_sqrt(a); }
 static CUDA_CALLABLE numbers least(numbers a, numbers b) { return __builtin_elementwise_min(a, b); }
 static CUDA_CALLABLE numbers ratio(numbers a, numbers b) { return b > 0.0f ? a / b : (numbers)0.0f; }
 static CUDA_CALLABLE integers is_more(numbers a, numbers b) { return a > b; }
+static CUDA_CALLABLE codes load(const unsigned int* a) {
+    codes all;
+    __builtin_memcpy(&all, a, sizeof(all));
+    return all;
+}
 static CUDA_CALLABLE numbers load(const float* a) {
     numbers all;
     __builtin_memcpy(&all, a, sizeof(all));
@@ -47,72 +54,109 @@ static CUDA_CALLABLE integers load(const int* a) {
 }
 static CUDA_CALLABLE void spill(integers all, int* to) { __builtin_memcpy(to, &all, sizeof(all)); }
 static CUDA_CALLABLE integers if_allowed(integers better, integers allowed) { return better & -allowed; }
-static CUDA_CALLABLE numbers looked_up(const float* table, const int* at) {
-#if defined(__AVX512F__)
-    typedef int v16si __attribute__((vector_size(64)));
-    typedef float v16sf __attribute__((vector_size(64)));
-    v16si places;
-    v16sf all;
-    __builtin_memcpy(&places, at, sizeof(places));
-    __builtin_memcpy(&all, table, sizeof(all));
-    return (numbers)__builtin_ia32_permvarsf512(all, places);
 #else
-    numbers found;
-    for (int lane = 0; lane < LANES; ++lane) found[lane] = table[at[lane]];
-    return found;
-#endif
-}
-#else
-enum { LANES = 1, ROOM = 8 };
+enum { LANES = 1, ROOM = 1 };
 typedef float numbers;
 typedef int integers;
+typedef unsigned int codes;
 static CUDA_CALLABLE float root(float a) { return sqrtf(a); }
 static CUDA_CALLABLE float least(float a, float b) { return a < b ? a : b; }
 static CUDA_CALLABLE float ratio(float a, float b) { return b > 0.0f ? a / b : 0.0f; }
 static CUDA_CALLABLE int is_more(float a, float b) { return a > b; }
+static CUDA_CALLABLE unsigned int load(const unsigned int* a) { return *a; }
 static CUDA_CALLABLE float load(const float* a) { return *a; }
 static CUDA_CALLABLE int load(const int* a) { return *a; }
 static CUDA_CALLABLE void spill(int all, int* to) { *to = all; }
 static CUDA_CALLABLE int if_allowed(int better, int allowed) { return better & allowed; }
-static CUDA_CALLABLE float looked_up(const float* table, const int* at) { return table[*at]; }
 #endif
 
-// Polygons in the order in which they came, and which have each size
-struct Lists {
+#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
+typedef int v16si __attribute__((vector_size(64)));
+typedef float v16sf __attribute__((vector_size(64)));
+
+// Return a table's numbers at the lowest four bits of codes
+static CUDA_CALLABLE numbers looked_up(const float* table, codes at) {
+    v16sf all;
+    __builtin_memcpy(&all, table, sizeof(all));
+    return (numbers)__builtin_ia32_permvarsf512(all, (v16si)at);
+}
+
+// Write the vertices of a polygon, whose edges have these entries, and -1 behind
+static CUDA_CALLABLE void pick(const int* vertices, unsigned int code, int* to) {
+    const codes shifts = {0, 4, 8, 12, 16, 20, 24, 28, 0, 0, 0, 0, 0, 0, 0, 0};
+    v16si all;
+    __builtin_memcpy(&all, vertices, sizeof(all));
+    all = __builtin_ia32_permvarsi512(all, (v16si)((codes)code >> shifts));
+    __builtin_memcpy(to, &all, 32);
+}
+
+// Write the corners of the faces of a polygon
+static CUDA_CALLABLE void store(const int* vertices, POINTER(const unsigned char) corners, int size,
+                                POINTER(int) face) {
+    typedef unsigned char bytes __attribute__((ext_vector_type(16)));
+    bytes places;
+    v16si all = {};
+    __builtin_memcpy(&places, RUN(corners, 16), sizeof(places));
+    __builtin_memcpy(&all, vertices, 32);
+    all = __builtin_ia32_permvarsi512(all, (v16si) __builtin_convertvector(places, integers));
+    const int count = size < LONGEST ? size - 2 : LONGEST - 3;
+    __builtin_memcpy(RUN(face, 4 * count), &all, 16 * count);
+    for (int n = 4 * count; n < 4 * (size - 2); ++n) face[n] = vertices[corners[n]];
+}
+#else
+static CUDA_CALLABLE numbers looked_up(const float* table, codes at) {
+#if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
+    numbers found;
+    for (int lane = 0; lane < LANES; ++lane) found[lane] = table[at[lane] & 15];
+    return found;
+#else
+    return table[at & 15];
+#endif
+}
+
+static CUDA_CALLABLE void pick(const int* vertices, unsigned int code, int* to) {
+    for (int n = 0; n < 8; ++n) to[n] = vertices[code >> 4 * n & 15];
+}
+
+static CUDA_CALLABLE void store(const int* vertices, POINTER(const unsigned char) corners, int size,
+                                POINTER(int) face) {
+    for (int n = 0; n < 4 * (size - 2); ++n) face[n] = vertices[corners[n]];
+}
+#endif
+
+// Polygons of a size
+struct List {
     int vertices[ROOM][8];  // of the mesh; -1 behind the last place
     int slot[ROOM];         // the first triangle
     int kind[ROOM];         // which polygon of all cases
+    unsigned int code[ROOM];
     int count;
-    unsigned char listed[LONGEST + 1][ROOM];
-    int listed_count[LONGEST + 1];
+};
+
+struct Lists {
+    List of[SIZES];
 };
 
 static CUDA_CALLABLE void clear(Lists& lists) {
-    lists.count = 0;
-    for (int size = 0; size <= LONGEST; ++size) lists.listed_count[size] = 0;
+    for (int n = 0; n < SIZES; ++n) lists.of[n].count = 0;
 }
 
-// Write down a polygon of a cell, whose edges have these vertices
+// Write down a polygon of a cell, whose edges have these vertices, by entry; return its size
 static CUDA_CALLABLE int list(Lists& lists, const Tables& tables, int kind, const int* vertices, int slot) {
-    POINTER(const unsigned char) edges = tables.edges + EDGES * kind;
-    const int size = edges[SIZE], p = lists.count++;
-    lists.kind[p] = kind;
-    lists.slot[p] = slot;
-    lists.listed[size][lists.listed_count[size]++] = (unsigned char)p;
-#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
-    typedef unsigned char bytes __attribute__((ext_vector_type(16)));
-    typedef int v16si __attribute__((vector_size(64)));
-    bytes places;
-    v16si all;
-    __builtin_memcpy(&places, RUN(edges, 16), sizeof(places));
-    __builtin_memcpy(&all, vertices, sizeof(all));
-    all = __builtin_ia32_permvarsi512(all, (v16si) __builtin_convertvector(places, integers));
-    __builtin_memcpy(lists.vertices[p], &all, 32);
-#else
-    for (int n = 0; n < LONGEST; ++n) lists.vertices[p][n] = vertices[edges[n]];
-    lists.vertices[p][LONGEST] = -1;
-#endif
+    const unsigned int code = tables.edges[kind];
+    const int size = tables.sizes[kind];
+    List& found = lists.of[size - SHORTEST];
+    const int p = found.count++;
+    found.kind[p] = kind;
+    found.slot[p] = slot;
+    found.code[p] = code;
+    pick(vertices, code, found.vertices[p]);
     return size;
+}
+
+// Return whether there is no room for another polygon of a size
+static CUDA_CALLABLE bool is_full(const Lists& lists, int size) {
+    return lists.of[size - SHORTEST].count == ROOM;
 }
 
 // Return the first row of a size among the triangulations of all sizes
@@ -125,49 +169,43 @@ static CUDA_CALLABLE int row_count(int size) {
     return size == 3 ? 1 : size == 4 ? 2 : size == 5 ? 5 : size == 6 ? 14 : 42;
 }
 
-// Store the triangles of a polygon by a row
-static CUDA_CALLABLE void store(const int* vertices, POINTER(const unsigned char) corners, int size,
-                                POINTER(int) face) {
-#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
-    typedef unsigned char bytes __attribute__((ext_vector_type(16)));
-    typedef int v16si __attribute__((vector_size(64)));
-    if (size <= 6) {
-        bytes places;
-        v16si all = {};
-        __builtin_memcpy(&places, RUN(corners, 16), sizeof(places));
-        __builtin_memcpy(&all, vertices, 32);
-        all = __builtin_ia32_permvarsi512(all, (v16si) __builtin_convertvector(places, integers));
-        __builtin_memcpy(RUN(face, 4 * (size - 2)), &all, 16 * (size - 2));
-        return;
+// Return the n-th number of the places of the v-th vertices of the polygons from `start` on
+static CUDA_CALLABLE numbers places_of(const List& list, int start, int v, POINTER(const float) places,
+                                       int width, int n) {
+#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU) && \
+    !defined(DMC_CHECKED)
+    if (width == 1) {
+        const v16si rows = {0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 120};
+        v16si vertex = __builtin_ia32_gathersiv16si((v16si){}, &list.vertices[start][v], rows, -1, 4);
+        return (numbers)__builtin_ia32_gathersiv16sf((v16sf){}, places, vertex, -1, 4);
     }
 #endif
-    for (int n = 0; n < 4 * (size - 2); ++n) face[n] = vertices[corners[n]];
+    float found[LANES];
+    for (int lane = 0; lane < LANES; ++lane)
+        found[lane] = places[(size_t)width * list.vertices[start + lane][v] + n];
+    return load(found);
 }
 
-// Return the triangulation of each of the polygons `chosen` whose worst triangle is the best; a triangle's
-// quality is twice the radius of its inner circle by that of its outer one; a place has `width` numbers
-static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables, const Points& points,
-                                        POINTER(const float) places, int width, int size, const int* chosen) {
-    int edge[LONGEST][LANES];
-    float along[3][LONGEST][LANES];
-    for (int lane = 0; lane < LANES; ++lane) {
-        POINTER(const unsigned char) edges = tables.edges + EDGES * lists.kind[chosen[lane]];
-        const int* vertices = lists.vertices[chosen[lane]];
-        for (int v = 0; v < size; ++v) {
-            edge[v][lane] = edges[v];
-            for (int n = 0; n < width; ++n) along[n][v][lane] = places[(size_t)width * vertices[v] + n];
-        }
-    }
+// Return the triangulation of each of the polygons from `start` on whose worst triangle is the best; a
+// triangle's quality is twice the radius of its inner circle by that of its outer one; a place has `width`
+// numbers
+static CUDA_CALLABLE integers find_best(const List& list, int start, const Tables& tables,
+                                        const Points& points, POINTER(const float) places, int width,
+                                        int size) {
+    const codes code = load(list.code + start);
     numbers x[LONGEST][3];
     for (int v = 0; v < size; ++v) {
+        const codes at = code >> (unsigned int)(4 * v);
+        numbers along[3];
+        for (int n = 0; n < width; ++n) along[n] = places_of(list, start, v, places, width, n);
         for (int axis = 0; axis < 3; ++axis) {
-            numbers base = looked_up(points.base[axis], edge[v]);
+            numbers base = looked_up(points.base[axis], at);
             if (width == 1)
-                x[v][axis] = base + load(along[0][v]) * looked_up(points.along[axis], edge[v]);
+                x[v][axis] = base + along[0] * looked_up(points.along[axis], at);
             else
-                x[v][axis] = base + ((load(along[0][v]) * points.along[axis][EDGE_X] +
-                                      load(along[1][v]) * points.along[axis][EDGE_Y]) +
-                                     load(along[2][v]) * points.along[axis][EDGE_Z]);
+                x[v][axis] =
+                    base + ((along[0] * points.along[axis][EDGE_X] + along[1] * points.along[axis][EDGE_Y]) +
+                            along[2] * points.along[axis][EDGE_Z]);
         }
     }
     numbers length[LONGEST][LONGEST];
@@ -189,7 +227,7 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
     }
     const unsigned long long all = ~0ull >> (64 - row_count(size));
     unsigned long long allowed = all;
-    for (int lane = 0; lane < LANES; ++lane) allowed &= tables.allowed[lists.kind[chosen[lane]]];
+    for (int lane = 0; lane < LANES; ++lane) allowed &= tables.allowed[list.kind[start + lane]];
     numbers best = -2.0f;
     integers found = 0;
     POINTER(const unsigned char) member = tables.members + MEMBERS * first_row(size);
@@ -200,7 +238,7 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
         if (size > 5 && allowed != all) {  // smaller polygons have no diagonal in a face
             int is_allowed[LANES];
             for (int lane = 0; lane < LANES; ++lane)
-                is_allowed[lane] = (int)(tables.allowed[lists.kind[chosen[lane]]] >> row & 1);
+                is_allowed[lane] = (int)(tables.allowed[list.kind[start + lane]] >> row & 1);
             better = if_allowed(better, load(is_allowed));
         }
         best = better ? worst : best;
@@ -209,39 +247,42 @@ static CUDA_CALLABLE integers find_best(const Lists& lists, const Tables& tables
     return found;
 }
 
-// Store the triangles of all listed polygons of a size
+// Store the triangles of the listed polygons of a size, and clear the list; a place has `width` numbers
 static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const Points& points,
                                      POINTER(const float) places, int width, bool is_best, int size,
                                      POINTER(int) faces) {
-    for (int start = 0; start < lists.listed_count[size]; start += LANES) {
-        int used = lists.listed_count[size] - start, chosen[LANES], rows[LANES];
-        used = used < LANES ? used : LANES;
-        for (int lane = 0; lane < LANES; ++lane)
-            chosen[lane] = lists.listed[size][start + (lane < used ? lane : used - 1)];
+    List& list = lists.of[size - SHORTEST];
+    for (int start = 0; start < list.count; start += LANES) {
+        const int used = list.count - start < LANES ? list.count - start : LANES;
+        int rows[LANES];
         if (is_best && size > 3) {
-            spill(find_best(lists, tables, points, places, width, size, chosen), rows);
+            for (int n = start + used; n < start + LANES; ++n) {  // as the last one
+                list.kind[n] = list.kind[n - 1];
+                list.code[n] = list.code[n - 1];
+                for (int v = 0; v < LONGEST; ++v) list.vertices[n][v] = list.vertices[n - 1][v];
+            }
+            spill(find_best(list, start, tables, points, places, width, size), rows);
         } else {
-            for (int lane = 0; lane < LANES; ++lane) rows[lane] = tables.standard[lists.kind[chosen[lane]]];
+            for (int lane = 0; lane < used; ++lane) rows[lane] = tables.standard[list.kind[start + lane]];
         }
-        for (int lane = 0; lane < used; ++lane) {
-            int p = chosen[lane];
-            store(lists.vertices[p], tables.corners + CORNERS * (first_row(size) + rows[lane]), size,
-                  faces + 4 * (size_t)lists.slot[p]);
-        }
+        for (int lane = 0; lane < used; ++lane)
+            store(list.vertices[start + lane], tables.corners + CORNERS * (first_row(size) + rows[lane]),
+                  size, faces + 4 * (size_t)list.slot[start + lane]);
     }
+    list.count = 0;
 }
 
-// Store the triangles of all listed polygons, and clear the lists; a place has `width` numbers
-static CUDA_CALLABLE void store_all(Lists& lists, const Tables& tables, const Points& points,
-                                    POINTER(const float) places, int width, bool is_best,
-                                    POINTER(int) faces) {
+// Store the triangles of the listed polygons whose sizes have a bit, and clear their lists; a place has
+// `width` numbers
+static CUDA_CALLABLE void store_sizes(Lists& lists, const Tables& tables, const Points& points,
+                                      POINTER(const float) places, int width, bool is_best, int sizes,
+                                      POINTER(int) faces) {
     // by constants, so that loops over a polygon's edges are unrolled
-    store_size(lists, tables, points, places, width, is_best, 3, faces);
-    store_size(lists, tables, points, places, width, is_best, 4, faces);
-    store_size(lists, tables, points, places, width, is_best, 5, faces);
-    store_size(lists, tables, points, places, width, is_best, 6, faces);
-    store_size(lists, tables, points, places, width, is_best, 7, faces);
-    clear(lists);
+    if (sizes & 1 << 3) store_size(lists, tables, points, places, width, is_best, 3, faces);
+    if (sizes & 1 << 4) store_size(lists, tables, points, places, width, is_best, 4, faces);
+    if (sizes & 1 << 5) store_size(lists, tables, points, places, width, is_best, 5, faces);
+    if (sizes & 1 << 6) store_size(lists, tables, points, places, width, is_best, 6, faces);
+    if (sizes & 1 << 7) store_size(lists, tables, points, places, width, is_best, 7, faces);
 }
 
 }  // namespace polygon_lists

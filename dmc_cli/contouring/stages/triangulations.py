@@ -37,8 +37,11 @@ ROW = 20
 NO_VERTEX = 7
 """Which vertex of a polygon the fourth corner of a triangle is: none."""
 
-NO_EDGE = 12
-"""Which edge of a cell `NO_VERTEX` is."""
+ENTRIES = (0, 12, 1, 4, 2, 13, 3, 5, 6, 14, 15, 7)
+"""Where kernels have the vertex on each edge of a cell: see `cell_edges.h`."""
+
+NO_ENTRY = 8
+"""Where they have -1 instead."""
 
 TURNED = {
     (1, 3, 8, 9): ((1, 8),),
@@ -131,8 +134,9 @@ class CaseTables:
 
     Attributes:
         first_polygon: The first polygon of each case, and the number of all polygons, int32 (257,).
-        edges: The edges of each polygon, uint8 (P, 16): seven, the first one again behind the last; then
-            `NO_EDGE`, and how many there are.
+        edges: The entries of the edges of each polygon, uint32 (P,): four bits each, the lowest first;
+            `NO_ENTRY` behind the last.
+        sizes: How many edges it has, uint8 (P,).
         standard: Its standard triangulation, uint8 (P,), among those of its size.
         allowed: A bit for each triangulation of its size that is allowed, uint64 (P,).
         corners: Vertices of the polygon at the corners of the faces of each row, uint8 (2, R, 32):
@@ -144,6 +148,7 @@ class CaseTables:
 
     first_polygon: AnyArray
     edges: AnyArray
+    sizes: AnyArray
     standard: AnyArray
     allowed: AnyArray
     corners: AnyArray
@@ -159,7 +164,8 @@ def case_tables() -> CaseTables:
     polygons = [polygon for case in cases for polygon in case]
     return CaseTables(
         first_polygon=np.cumsum([0, *map(len, cases)], dtype=np.int32),
-        edges=np.array([_padded(p) for p in polygons], np.uint8),
+        edges=np.array([_code(p) for p in polygons], np.uint32),
+        sizes=np.array([len(p) for p in polygons], np.uint8),
         standard=np.array([standard(p) for p in polygons], np.uint8),
         allowed=np.array([sum(1 << n for n in allowed(p)) for p in polygons], np.uint64),
         corners=np.array([[_corners(row, turn) for row in _rows()] for turn in (1, -1)], np.uint8),
@@ -169,9 +175,10 @@ def case_tables() -> CaseTables:
     )
 
 
-def _padded(polygon: Polygon) -> Polygon:
-    """Return a row of `CaseTables.edges`."""
-    return (*polygon, *polygon[:1] * (LONGEST - len(polygon)), NO_EDGE, len(polygon), *[NO_EDGE] * 7)
+def _code(polygon: Polygon) -> int:
+    """Return an item of `CaseTables.edges`."""
+    entries = [ENTRIES[edge] for edge in polygon] + [NO_ENTRY] * (NO_VERTEX + 1 - len(polygon))
+    return sum(entry << 4 * n for n, entry in enumerate(entries))
 
 
 def _may_have_several(case: int) -> bool:
