@@ -19,11 +19,8 @@ DASHES: tuple[Any, ...] = (
 )
 """Kinds of lines, one with each colour, for those who print without."""
 
-HATCHES = ("", "///", "..", "xx")
+HATCHES = ("", "////", "....", "xxxx")
 """What bars are filled with, for the same."""
-
-LEGEND_WIDTH = 36
-"""Letters of three names that fit above the axes."""
 
 DRAWN = {"dmc": 0, "mc": 1, "tmc": 2, "dc": 3, "nets": 4, "macet": 5, "dmc+simplify": 7, "dmcs": 7}
 """Methods whose line is the same in every figure, with their places in the lists above."""
@@ -63,11 +60,9 @@ def line_styles(names: Iterable[str]) -> dict[str, dict[str, Any]]:
 
 
 def legend_above(axes: Any) -> None:
-    """Put the legend above the axes, where it hides no curve, as many names beside each other as fit."""
-    names = sorted(map(len, axes.get_legend_handles_labels()[1]), reverse=True)
-    columns = 3 if sum(names[:3]) <= LEGEND_WIDTH else 2
+    """Put the legend above the axes, where it hides no curve."""
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.01), "borderaxespad": 0.0}
-    axes.legend(ncols=columns, handlelength=2.8, columnspacing=1.2, handletextpad=0.5, **place)
+    axes.legend(ncols=3, handlelength=2.8, columnspacing=1.2, handletextpad=0.5, **place)
 
 
 @contextmanager

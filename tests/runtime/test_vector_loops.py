@@ -25,6 +25,8 @@ LOOPS = {
     f"{CONTOURING}.stages.edge_ranks": {"count_rows": 16},
     f"{CONTOURING}.stages.edge_vertices": {"edge_words": 16, "place_rows": 16},
     f"{CONTOURING}.stages.cell_triangles": {"connect_rows": 16},
+    f"{CONTOURING}.macet.surface_steps": {"settle_rows": 16},
+    f"{CONTOURING}.macet.moved_triangles": {"connect_moved": 16},
     f"{CONTOURING}.dual_grid.active_cells": {"find_candidates": 16, "quad_edges": 16, "cells_of_edges": 16},
     f"{CONTOURING}.dual_grid.cell_quads": {"quad_edges": 16, "store_plain_quads": 16},
     f"{CONTOURING}.surface_nets.mean_crossings": {

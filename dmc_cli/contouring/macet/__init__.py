@@ -8,11 +8,13 @@ the surface along the gradient.
 declaration      what the registry tells of the method, without Warp
 extraction       the stages in order
 step_lanes       Newton steps of sixteen vertices side by side
+grid_values      values at the corners of cells, virtual nodes and missing values seen to
+edge_batch       edges sixteen at a time, and where their vertices go
 surface_steps    how vertices go to the surface, near their edges, and towards their neighbours
 moved_triangles  the triangles of polygons whose vertices have left their edges
 smoothing        sums of neighbours, for their means
 edge_guard       back towards the edges where triangles are bad
-placement        from steps to cells and local coordinates
+placement        where a vertex that is drawn back lies
 triangle_ranges  which triangles lie round the vertices of some rows
 kernels          the modules with kernels that a run needs
 """

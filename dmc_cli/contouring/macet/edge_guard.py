@@ -12,13 +12,17 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import Float64Array
+from dmc_cli.contouring.macet.placement import index_of, move_vertex
 from dmc_cli.contouring.macet.surface_steps import AXIS, Steps, unit
-from dmc_cli.contouring.macet.triangle_ranges import has_changed, rows_of_cells
-from dmc_cli.contouring.stages.edge_ranks import EdgeBits, EdgeRanks
-from dmc_cli.field import Grid, GridShape, slice_distance
-from dmc_cli.runtime import Device
+from dmc_cli.contouring.macet.triangle_ranges import rows_of_cells
+from dmc_cli.contouring.stages.edge_ranks import EdgeBits
+from dmc_cli.contouring.stages.edge_surface import EdgeStages
+from dmc_cli.field import Field, Grid, slice_distance
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+ROWS_A_CHUNK = 16
+"""Rows a chunk at least."""
 
 LEAST_SHAPE = wp.constant(0.4)
 """Twice the radius of a triangle's inner circle by that of its outer one, below which it is bad."""
@@ -43,33 +47,54 @@ class EdgeGuard:
     """Finds bad triangles and draws their vertices back, a round at a time.
 
     Attributes:
-        changed: Whether a vertex of each row has moved in the last round, uint8.
+        drawn: How many vertices have been drawn back.
     """
 
-    def __init__(
-        self, ranks: EdgeRanks, affine: Float64Array, depths: Any, grid: GridShape, device: Device
-    ) -> None:
-        """Begin with all triangles; `affine`, (4, 4), and `depths` are those of the world."""
+    def __init__(self, stages: EdgeStages, affine: Float64Array) -> None:
+        """Begin with vertices that are placed; triangles are judged by `affine`, (4, 4)."""
         linear = affine[:3, :3] / np.abs(affine[:3, :3]).max()
-        self.changed = device.empty(0, wp.uint8)
-        self._bad = device.empty(ranks.triangle_count, wp.uint8)
-        self._counts = device.empty(grid.rows, wp.int32)
-        self._shape = [wp.mat33(*linear.ravel().tolist()), depths]
-        self._grid, self._ranks, self._device = grid, ranks, device
+        self._shape = [wp.mat33(*linear.ravel().tolist()), stages.true_depths]
+        self._bad = stages.device.empty(stages.ranks.triangle_count, wp.uint8)
+        self._stages, self._device = stages, stages.device
+        below = stages.grid.ny
+        self._corners = np.array([0, 1, below, below + 1], np.int32)
+        self.drawn = 0
 
-    def draws_back(self, faces: Any, steps: Any) -> bool:
-        """Judge the triangles that have changed, and draw back the vertices of bad ones, if there are any."""
-        device, grid, ranks = self._device, self._grid, self._ranks
-        threads, ends = -(-grid.rows // device.span), [grid.rows, device.span]
-        inputs = [grid.struct(), ranks.triangle_starts, faces, *self._shape, self.changed, *ends, steps]
-        device.launch(judge_kernel, threads, inputs, [self._bad, self._counts], 1)
-        if device.total(self._counts) == 0:
-            return False
-        if not self.changed.shape[0]:
-            self.changed = device.empty(grid.rows, wp.uint8)
-        inputs = [grid.struct(), ranks.bits, ranks.triangle_starts, faces, self._bad, self._counts, *ends]
-        device.launch(draw_back_kernel, threads, inputs, [steps, self.changed], 1)
-        return True
+    def draw_back(self, faces: Any, steps: Any, poor: Any) -> Any:
+        """Draw back the vertices of bad triangles by a third; return the rows of cells beside them, int32.
+
+        Args:
+            faces: The triangles, int32 vec4 (T,).
+            steps: The kernels' `Steps`.
+            poor: Which rows of cells have poor triangles, uint8 (rows,).
+        """
+        stages, device, ranks = self._stages, self._device, self._stages.ranks
+        grid = stages.grid.struct()
+        device.finish()
+        rows = np.flatnonzero(poor.numpy()).astype(np.int32)
+        if not rows.size:
+            return device.empty(0, wp.int32)
+        listed = wp.array(rows, device=device.name)
+        inputs = [grid, ranks.triangle_starts, faces, *self._shape, listed, steps]
+        device.launch(judge_kernel, rows.size, inputs, [self._bad, poor], ROWS_A_CHUNK)
+        rows = rows[poor.numpy()[rows] != 0]
+        nodes = np.unique(rows[:, None] + self._corners)
+        listed, drawn = wp.array(nodes, device=device.name), device.empty(nodes.size, wp.int32)
+        inputs = [
+            grid,
+            stages.field,
+            ranks.bits,
+            stages.matrix,
+            ranks.triangle_starts,
+            faces,
+            self._bad,
+            poor,
+        ]
+        device.launch(draw_back_kernel, nodes.size, [*inputs, listed], [steps, drawn], ROWS_A_CHUNK)
+        counts = drawn.numpy()
+        self.drawn += int(np.maximum(counts, 0).sum())
+        beside = np.unique(nodes[counts >= 0][:, None] - self._corners)
+        return wp.array(beside[beside >= 0], device=device.name)
 
 
 @wp.func
@@ -93,9 +118,9 @@ def step_on_edge(steps: Steps, v: wp.int32) -> wp.vec3:
 
 
 @wp.func
-def position_on_edge(steps: Steps, v: wp.int32) -> wp.vec3:
+def index_on_edge(grid: Grid, steps: Steps, v: wp.int32) -> wp.vec3:
     """Return where that is, in node indices."""
-    return steps.position[v] + (step_on_edge(steps, v) - steps.step[v])
+    return index_of(grid, steps, v) + (step_on_edge(steps, v) - steps.step[v])
 
 
 @wp.func
@@ -105,17 +130,20 @@ def is_on_edge(steps: Steps, v: wp.int32) -> wp.bool:
 
 
 @wp.func
-def is_bad(turn: wp.mat33, steps: Steps, face: wp.vec4i) -> wp.bool:
+def is_bad(grid: Grid, turn: wp.mat33, steps: Steps, face: wp.vec4i) -> wp.bool:
     """Return whether a triangle is bad, and would be better on its edges."""
     a = face[0]
     b = face[1]
     c = face[2]
-    shape = shape_of(turn, steps.position[a], steps.position[b], steps.position[c])
+    shape = shape_of(turn, index_of(grid, steps, a), index_of(grid, steps, b), index_of(grid, steps, c))
     bad = bool(False)
     if not shape >= LEAST_SHAPE:
         if not (is_on_edge(steps, a) and is_on_edge(steps, b) and is_on_edge(steps, c)):
             on_edge = shape_of(
-                turn, position_on_edge(steps, a), position_on_edge(steps, b), position_on_edge(steps, c)
+                turn,
+                index_on_edge(grid, steps, a),
+                index_on_edge(grid, steps, b),
+                index_on_edge(grid, steps, c),
             )
             bad = on_edge > shape + WORTHWHILE
     return bad
@@ -130,33 +158,52 @@ def judge_kernel(
     faces: wp.array(dtype=wp.vec4i),
     linear: wp.mat33,
     depths: wp.array(dtype=wp.float64),
-    changed: wp.array(dtype=wp.uint8),
-    rows: wp.int32,
-    span: wp.int32,
+    listed: wp.array(dtype=wp.int32),
     steps: Steps,
-    # In/out:
-    bad_inout: wp.array(dtype=wp.uint8),
-    counts_inout: wp.array(dtype=wp.int32),
+    # Out:
+    bad_out: wp.array(dtype=wp.uint8),
+    poor_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Find the bad triangles of some rows, as far as they have changed. One thread per `span` rows."""
-    start = (first + wp.tid()) * span
-    for row in range(start, wp.min(start + span, rows)):
-        low = wp.int32(triangle_starts[row])
-        high = wp.int32(triangle_starts[row + 1])
-        if low == high:
-            counts_inout[row] = 0
-        elif has_changed(grid, triangle_starts, changed, row):
-            turn = linear
-            if depths.shape[0] > 0:
-                step = wp.float32(slice_distance(depths, row / grid.ny))
-                for n in range(3):
-                    turn[n, 2] = step * linear[n, 2]
-            count = int(0)
-            for t in range(low, high):
-                bad = wp.where(is_bad(turn, steps, faces[t]), 1, 0)
-                bad_inout[t] = wp.uint8(bad)
-                count += bad
-            counts_inout[row] = count
+    """Find the bad triangles of a row, and tell whether there are any. One thread per listed row."""
+    row = listed[first + wp.tid()]
+    turn = linear
+    if depths.shape[0] > 0:
+        step = wp.float32(slice_distance(depths, row / grid.ny))
+        for n in range(3):
+            turn[n, 2] = step * linear[n, 2]
+    some = wp.uint8(0)
+    for t in range(wp.int32(triangle_starts[row]), wp.int32(triangle_starts[row + 1])):
+        bad = wp.where(is_bad(grid, turn, steps, faces[t]), wp.uint8(1), wp.uint8(0))
+        bad_out[t] = bad
+        some |= bad
+    poor_out[row] = some
+
+
+@wp.func
+def mark_vertices(
+    grid: Grid,
+    triangle_starts: wp.array(dtype=wp.int64),
+    faces: wp.array(dtype=wp.vec4i),
+    bad: wp.array(dtype=wp.uint8),
+    poor: wp.array(dtype=wp.uint8),
+    row: wp.int32,
+    low: wp.int32,
+    high: wp.int32,
+    steps: Steps,
+) -> wp.int32:
+    """Mark the vertices `low` to `high` - 1 of a row that bad triangles have, and return 0."""
+    for part in range(2):
+        near = rows_of_cells(grid, row, row + 1, part)
+        for r in range(near[0], near[1]):
+            if poor[r] != wp.uint8(0):
+                for t in range(wp.int32(triangle_starts[r]), wp.int32(triangle_starts[r + 1])):
+                    if bad[t] != wp.uint8(0):
+                        face = faces[t]
+                        for corner in range(3):
+                            v = face[corner]
+                            if v >= low and v < high:
+                                steps.state[v] = steps.state[v] | MARK
+    return 0
 
 
 @wp.kernel
@@ -164,48 +211,41 @@ def draw_back_kernel(
     # In:
     first: wp.int32,
     grid: Grid,
+    field: Field,
     bits: EdgeBits,
+    matrix: wp.mat44d,
     triangle_starts: wp.array(dtype=wp.int64),
     faces: wp.array(dtype=wp.vec4i),
     bad: wp.array(dtype=wp.uint8),
-    counts: wp.array(dtype=wp.int32),
-    rows: wp.int32,
-    span: wp.int32,
+    poor: wp.array(dtype=wp.uint8),
+    listed: wp.array(dtype=wp.int32),
     # In/out:
     steps: Steps,
     # Out:
-    changed_out: wp.array(dtype=wp.uint8),
+    drawn_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Draw the vertices of bad triangles back by a third, those of some rows. One thread per `span` rows."""
-    start = (first + wp.tid()) * span
-    end = wp.min(start + span, rows)
-    low = wp.int32(bits.starts[start])
-    high = wp.int32(bits.starts[end])
-    for part in range(2):
-        near = rows_of_cells(grid, start, end, part)
-        for row in range(near[0], near[1]):
-            if counts[row] > 0:
-                for t in range(wp.int32(triangle_starts[row]), wp.int32(triangle_starts[row + 1])):
-                    if bad[t] != wp.uint8(0):
-                        face = faces[t]
-                        for corner in range(3):
-                            v = face[corner]
-                            if v >= low and v < high:
-                                steps.state[v] = steps.state[v] | MARK
-    for row in range(start, end):
-        has_moved = wp.uint8(0)
-        for v in range(wp.int32(bits.starts[row]), wp.int32(bits.starts[row + 1])):
-            state = steps.state[v]
-            if state >= MARK:
-                state = state & ~MARK
-                if not (state & ON_EDGE) == ON_EDGE:
-                    done = wp.float32((state & ON_EDGE) >> wp.uint8(2))
-                    goal = step_on_edge(steps, v)
-                    step = steps.step[v]
-                    then = goal + ((2.0 - done) / (3.0 - done)) * (step - goal)
-                    steps.position[v] = steps.position[v] + (then - step)
-                    steps.step[v] = then
-                    state += THIRD
-                    has_moved = wp.uint8(1)
-                steps.state[v] = state
-        changed_out[row] = has_moved
+    """Draw the vertices of bad triangles back by a third, those of a row; one thread per listed row.
+
+    `drawn_out` counts those that were not drawn back before; it is -1 where no vertex has moved.
+    """
+    n = first + wp.tid()
+    row = listed[n]
+    low = wp.int32(bits.starts[row])
+    high = wp.int32(bits.starts[row + 1])
+    mark_vertices(grid, triangle_starts, faces, bad, poor, row, low, high, steps)
+    drawn = int(-1)
+    for v in range(low, high):
+        state = steps.state[v]
+        if state >= MARK:
+            state = state & ~MARK
+            steps.state[v] = state
+            if not is_on_edge(steps, v):
+                done = wp.float32((state & ON_EDGE) >> wp.uint8(2))
+                goal = step_on_edge(steps, v)
+                step = steps.step[v]
+                move_vertex(
+                    field, grid, bits, matrix, steps, v, goal + ((2.0 - done) / (3.0 - done)) * (step - goal)
+                )
+                steps.state[v] = state + THIRD
+                drawn = wp.max(drawn, 0) + wp.where((state & ON_EDGE) == wp.uint8(0), 1, 0)
+    drawn_out[n] = drawn

@@ -7,7 +7,6 @@ import warp as wp
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring.macet.edge_guard import EdgeGuard
 from dmc_cli.contouring.macet.moved_triangles import connect_moved_kernel
-from dmc_cli.contouring.macet.placement import place_steps_kernel
 from dmc_cli.contouring.macet.smoothing import sum_neighbors_kernel
 from dmc_cli.contouring.macet.surface_steps import FAR, NEAR, make_steps, settle_rows_kernel
 from dmc_cli.contouring.stages.cell_triangles import make_tables
@@ -41,8 +40,7 @@ def extract(
     if ranks.vertex_count:
         moves.settle()
         moves.smooth()
-        moves.guard()
-        drawn = moves.place()
+        drawn = moves.guard()
     counts = SurfaceCounts(
         polygons=ranks.active_cells - ranks.special_count + polygons,
         crossed_edges=ranks.vertex_count,
@@ -69,6 +67,7 @@ class Moves:
         self._tables = make_tables(affine, self._device, serves_special=True, from_middles=True)
         self.steps = make_steps(vertices, stages.ranks.vertex_count, self._device)
         self.faces = self._device.empty(stages.ranks.triangle_count, wp.vec4i)
+        self._poor = self._device.empty(stages.grid.rows, wp.uint8)
         self._threads = -(-stages.grid.rows // self._device.span)
         self._ends = [stages.grid.rows, self._device.span]
 
@@ -84,31 +83,24 @@ class Moves:
         self._device.launch(sum_neighbors_kernel, self._threads, inputs, [sums], 1)
         self._settle(FAR, sums)
 
-    def guard(self) -> None:
-        """Draw vertices back from bad triangles, as they lie in the world."""
-        stages = self._stages
-        guard = EdgeGuard(stages.ranks, self._affine, stages.true_depths, stages.grid, self._device)
-        while guard.draws_back(self.faces, self.steps):
-            self._connect(guard.changed)
-
-    def place(self) -> int:
-        """Place the vertices, and return how many the guard has drawn back."""
-        stages = self._stages
-        drawn = self._device.empty(stages.grid.rows, wp.int32)
-        inputs = [stages.grid.struct(), stages.field, stages.ranks.bits, stages.matrix, *self._ends]
-        self._device.launch(place_steps_kernel, self._threads, inputs, [self.steps, drawn], 1)
-        return self._device.total(drawn)
+    def guard(self) -> int:
+        """Draw vertices back from bad triangles, as these lie in the world; return how many."""
+        guard = EdgeGuard(self._stages, self._affine)
+        while (beside := guard.draw_back(self.faces, self.steps, self._poor)).shape[0]:
+            self._connect(beside)
+        return guard.drawn
 
     def _settle(self, reach: float, sums: Any) -> None:
         stages = self._stages
-        inputs = [stages.grid.struct(), stages.field, stages.ranks.bits, *self._ends, reach, sums]
-        self._device.begin(settle_rows_kernel, self._threads, inputs, [self.steps], 1)
-        self._connect(self._device.empty(0, wp.uint8))
+        inputs = [stages.grid.struct(), stages.field, stages.ranks.bits, stages.matrix, *self._ends]
+        self._device.begin(settle_rows_kernel, self._threads, [*inputs, reach, sums], [self.steps], 1)
+        self._connect(self._device.empty(0, wp.int32))
 
-    def _connect(self, changed: Any) -> None:
-        """Begin to triangulate the polygons beside the rows that have changed as well as can be."""
+    def _connect(self, listed: Any) -> None:
+        """Begin to triangulate the polygons of listed rows, or all, as well as can be."""
         stages, ranks = self._stages, self._stages.ranks
         steps = view(self.steps.step, wp.float32, 3 * self.steps.step.shape[0])
         inputs = [stages.grid.struct(), ranks.bits, ranks.triangle_starts, stages.true_depths, steps]
-        inputs += [self._tables, int(stages.is_reversed), changed, *self._ends]
-        self._device.begin(connect_moved_kernel, self._threads, inputs, [self.faces], 1)
+        inputs += [self._tables, int(stages.is_reversed), listed, *self._ends]
+        threads = listed.shape[0] or self._threads
+        self._device.begin(connect_moved_kernel, threads, inputs, [self.faces, self._poor], 1)

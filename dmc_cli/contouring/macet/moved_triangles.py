@@ -7,7 +7,6 @@ the edges.
 import warp as wp
 
 from dmc_cli.bits import VECTOR_FLAGS, Words
-from dmc_cli.contouring.macet.triangle_ranges import has_changed
 from dmc_cli.contouring.stages import cell_triangles
 from dmc_cli.contouring.stages.cell_triangles import Tables
 from dmc_cli.contouring.stages.edge_ranks import EdgeBits
@@ -17,6 +16,9 @@ from dmc_cli.runtime import native
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
+
+POOR = wp.constant(0.401)
+"""The least quality of triangles that are not looked at again: rounding aside, `edge_guard` asks for less."""
 
 
 @wp.func_native(native(cell_triangles.__file__, "connect_rows", WIDTH=3))
@@ -46,7 +48,9 @@ def connect_moved(
     members: wp.array(dtype=wp.uint8),
     is_best: wp.int32,
     is_reversed: wp.int32,
+    least: wp.float32,
     faces_out: wp.array(dtype=wp.vec4i),
+    poor_out: wp.array(dtype=wp.uint8),
 ) -> None:
     """Connect the triangles of rows `start` to `end` - 1; `ahead` words lie before the lines."""
     ...
@@ -63,45 +67,50 @@ def connect_moved_kernel(
     steps: wp.array(dtype=wp.float32),
     tables: Tables,
     is_reversed: wp.int32,
-    changed: wp.array(dtype=wp.uint8),
+    listed: wp.array(dtype=wp.int32),
     rows: wp.int32,
     span: wp.int32,
     # Out:
     faces_out: wp.array(dtype=wp.vec4i),
+    poor_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Connect the triangles of some rows, as far as vertices have moved. One thread per `span` rows."""
-    start = (first + wp.tid()) * span
+    """Connect the triangles of some rows, and tell which rows have poor ones.
+
+    One thread per listed row or, where none is listed, per `span` rows.
+    """
+    n = first + wp.tid()
+    start = n * span
     end = wp.min(start + span, rows)
-    low = int(start)
-    for row in range(start, end + 1):
-        if row == end or not has_changed(grid, triangle_starts, changed, row):
-            if triangle_starts[low] < triangle_starts[row]:
-                connect_moved(
-                    bits.inside,
-                    bits.exists,
-                    bits.is_marked,
-                    wp.vec3i(grid.nx, grid.ny, grid.nz),
-                    grid.words,
-                    before_line(grid),
-                    low,
-                    row,
-                    bits.starts,
-                    bits.along_x,
-                    bits.along_y,
-                    triangle_starts,
-                    depths,
-                    steps,
-                    tables.frame,
-                    tables.polygon_count,
-                    tables.first_polygon,
-                    tables.edges,
-                    tables.sizes,
-                    tables.standard,
-                    tables.allowed,
-                    tables.corners,
-                    tables.members,
-                    1,
-                    is_reversed,
-                    faces_out,
-                )
-            low = row + 1
+    if listed.shape[0] > 0:
+        start = listed[n]
+        end = start + 1
+    connect_moved(
+        bits.inside,
+        bits.exists,
+        bits.is_marked,
+        wp.vec3i(grid.nx, grid.ny, grid.nz),
+        grid.words,
+        before_line(grid),
+        start,
+        end,
+        bits.starts,
+        bits.along_x,
+        bits.along_y,
+        triangle_starts,
+        depths,
+        steps,
+        tables.frame,
+        tables.polygon_count,
+        tables.first_polygon,
+        tables.edges,
+        tables.sizes,
+        tables.standard,
+        tables.allowed,
+        tables.corners,
+        tables.members,
+        1,
+        is_reversed,
+        POOR,
+        faces_out,
+        poor_out,
+    )

@@ -1,9 +1,10 @@
-"""Turn steps from the edges' middles into cells and local coordinates, and these into positions."""
+"""Place vertices that are drawn back: steps from the edges' middles become cells and local coordinates."""
 
 import warp as wp
 
-from dmc_cli.contouring.macet.surface_steps import AXIS, Steps, lower_node, middle_of
+from dmc_cli.contouring.macet.surface_steps import AXIS, Steps, unit
 from dmc_cli.contouring.stages.edge_ranks import EdgeBits
+from dmc_cli.contouring.stages.edge_vertices import cell_at_edge
 from dmc_cli.field import (
     Field,
     Grid,
@@ -11,55 +12,48 @@ from dmc_cli.field import (
     locate_point,
     node_cell,
     node_position,
-    row_place,
     world_position,
 )
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-@wp.kernel
-def place_steps_kernel(
-    # In:
-    first: wp.int32,
-    grid: Grid,
-    field: Field,
-    bits: EdgeBits,
-    matrix: wp.mat44d,
-    rows: wp.int32,
-    span: wp.int32,
-    # In/out:
-    steps: Steps,
-    # Out:
-    drawn_out: wp.array(dtype=wp.int32),
-) -> None:
-    """Place the vertices of some rows, and count in each how many the guard has drawn back.
+@wp.func
+def index_of(grid: Grid, steps: Steps, v: wp.int32) -> wp.vec3:
+    """Return where a vertex is, in node indices, in single precision."""
+    return wp.vec3(index_position(grid, steps.cell[v], steps.local[v]))
 
-    A vertex on its edge beside a cell that does not exist stays in the cell that it has; one whose step leads
-    into no cell goes back to its crossing. One thread per `span` rows.
-    """
-    start = (first + wp.tid()) * span
-    for row in range(start, wp.min(start + span, rows)):
-        drawn = int(0)
-        place = row_place(grid, row)
-        for v in range(wp.int32(bits.starts[row]), wp.int32(bits.starts[row + 1])):
-            state = steps.state[v]
-            drawn += wp.where(state > AXIS, 1, 0)
-            axis = wp.int32(state & AXIS)
-            cell = steps.cell[v]
-            local = steps.local[v]
-            node = lower_node(grid, cell, local, axis, place[0], place[1])
-            x = middle_of(node, axis) + wp.vec3d(steps.step[v])
-            end = locate_point(field, grid, x)
-            if end.is_found:
-                steps.cell[v] = node_cell(grid, end.cell)
-                steps.local[v] = end.local
-                steps.position[v] = world_position(matrix, node_position(end.cell, end.local))
-            else:
-                step = steps.step[v]
-                if wp.length(step) <= wp.abs(step[axis]):
-                    local[axis] = wp.clamp(0.5 + step[axis], 0.0, 1.0)
-                    steps.local[v] = local
-                x = index_position(grid, cell, local)
-                steps.position[v] = world_position(matrix, x)
-        drawn_out[row] = drawn
+
+@wp.func
+def lower_node(grid: Grid, steps: Steps, v: wp.int32) -> wp.vec3i:
+    """Return the lower node of a vertex's edge, by where the vertex is and its step."""
+    middle = index_position(grid, steps.cell[v], steps.local[v]) - wp.vec3d(steps.step[v])
+    node = middle - wp.float64(0.5) * wp.vec3d(unit(wp.int32(steps.state[v] & AXIS)))
+    return wp.vec3i(wp.int32(wp.round(node[0])), wp.int32(wp.round(node[1])), wp.int32(wp.round(node[2])))
+
+
+@wp.func
+def move_vertex(
+    field: Field, grid: Grid, bits: EdgeBits, matrix: wp.mat44d, steps: Steps, v: wp.int32, step: wp.vec3
+) -> wp.bool:
+    """Have a vertex lie a step from its edge's middle; where that leads into no cell, at its crossing."""
+    axis = wp.int32(steps.state[v] & AXIS)
+    node = lower_node(grid, steps, v)
+    middle = wp.vec3(wp.float32(node[0]), wp.float32(node[1]), wp.float32(node[2])) + 0.5 * unit(axis)
+    end = locate_point(field, grid, wp.vec3d(middle) + wp.vec3d(step))
+    cell = end.cell
+    local = end.local
+    if not end.is_found:
+        cell = cell_at_edge(grid, bits, node, axis)
+        local = wp.vec3(
+            wp.float32(node[0] - cell[0]), wp.float32(node[1] - cell[1]), wp.float32(node[2] - cell[2])
+        )
+        along = steps.crossing[v]
+        if wp.length(step) <= wp.abs(step[axis]):  # on its edge, beside a missing cell
+            along = wp.clamp(0.5 + step[axis], 0.0, 1.0)
+        local[axis] = along
+    steps.step[v] = step
+    steps.cell[v] = node_cell(grid, cell)
+    steps.local[v] = local
+    steps.position[v] = world_position(matrix, node_position(cell, local))
+    return end.is_found

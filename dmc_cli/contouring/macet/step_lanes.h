@@ -9,6 +9,7 @@ namespace steps {
 enum { LANES = 16 };
 typedef float numbers __attribute__((ext_vector_type(16)));
 typedef int integers __attribute__((ext_vector_type(16)));
+typedef double doubles __attribute__((ext_vector_type(16)));
 static numbers root(numbers a) { return __builtin_elementwise_sqrt(a); }
 static numbers least(numbers a, numbers b) { return __builtin_elementwise_min(a, b); }
 static numbers most(numbers a, numbers b) { return __builtin_elementwise_max(a, b); }
@@ -27,12 +28,19 @@ static integers load(const int* a) {
     __builtin_memcpy(&all, a, sizeof(all));
     return all;
 }
+static doubles load(const double* a) {
+    doubles all;
+    __builtin_memcpy(&all, a, sizeof(all));
+    return all;
+}
+static numbers narrowed(doubles a) { return __builtin_convertvector(a, numbers); }
 static void store(float* a, numbers all) { __builtin_memcpy(a, &all, sizeof(all)); }
 static void store(int* a, integers all) { __builtin_memcpy(a, &all, sizeof(all)); }
 #else
 enum { LANES = 1 };
 typedef float numbers;
 typedef int integers;
+typedef double doubles;
 static CUDA_CALLABLE float root(float a) { return sqrtf(a); }
 static CUDA_CALLABLE float least(float a, float b) { return a < b ? a : b; }
 static CUDA_CALLABLE float most(float a, float b) { return a > b ? a : b; }
@@ -43,6 +51,8 @@ static CUDA_CALLABLE float number(int a) { return (float)a; }
 static CUDA_CALLABLE bool any(int a) { return a != 0; }
 static CUDA_CALLABLE float load(const float* a) { return *a; }
 static CUDA_CALLABLE int load(const int* a) { return *a; }
+static CUDA_CALLABLE double load(const double* a) { return *a; }
+static CUDA_CALLABLE float narrowed(double a) { return (float)a; }
 static CUDA_CALLABLE void store(float* a, float all) { *a = all; }
 static CUDA_CALLABLE void store(int* a, int all) { *a = all; }
 #endif
@@ -70,6 +80,7 @@ static CUDA_CALLABLE Vector chosen(integers is_first, Vector a, Vector b) {
 // vertices may move, and the shortest and longest steps on the grid
 struct Edges {
     integers i, j, k;
+    integers last_i, last_j, last_k;  // cells
     Vector half, free, low, high;
 };
 
@@ -87,6 +98,10 @@ static CUDA_CALLABLE Edges edges_at(const int* i, const int* j, const int* k, co
     edges.i = load(i);
     edges.j = load(j);
     edges.k = load(k);
+    const integers no_cell = 0;
+    edges.last_i = no_cell + (nx - 2);
+    edges.last_j = no_cell + (ny - 2);
+    edges.last_k = no_cell + (nz - 2);
     edges.half = {along == 0 ? half : none, along == 1 ? half : none, along == 2 ? half : none};
     const integers inner_x = (edges.i > 0) & (edges.i < nx - 1) & (held == 0);
     const integers inner_y = (edges.j > 0) & (edges.j < ny - 1) & (held == 0);
@@ -106,16 +121,22 @@ static CUDA_CALLABLE Vector on_grid(const Edges& edges, Vector step) {
             most(edges.low.z, least(edges.high.z, step.z))};
 }
 
-static CUDA_CALLABLE Place place_of(const Edges& edges, Vector step, int nx, int ny, int nz) {
+// Return where a step leads
+static CUDA_CALLABLE Place place_of(const Edges& edges, Vector step) {
     Place place;
-    const integers none = 0, one = 1;
+    const integers none = 0;
     const Vector from = sum(edges.half, step);
-    place.i = most(none, least(one * (nx - 2), edges.i + whole(from.x)));
-    place.j = most(none, least(one * (ny - 2), edges.j + whole(from.y)));
-    place.k = most(none, least(one * (nz - 2), edges.k + whole(from.z)));
+    place.i = most(none, least(edges.last_i, edges.i + whole(from.x)));
+    place.j = most(none, least(edges.last_j, edges.j + whole(from.y)));
+    place.k = most(none, least(edges.last_k, edges.k + whole(from.z)));
     place.local =
         less(from, {number(place.i - edges.i), number(place.j - edges.j), number(place.k - edges.k)});
     return place;
+}
+
+// Return where a step leads, in node indices
+static CUDA_CALLABLE Vector position_of(const Edges& edges, Vector step) {
+    return sum({number(edges.i), number(edges.j), number(edges.k)}, sum(edges.half, step));
 }
 
 // F at the corners of cells, corner by corner
@@ -186,6 +207,62 @@ static CUDA_CALLABLE void store_scaled(const double* corners, Corners& cells, in
     }
     const double lift = largest < 0x1p-1000 ? 0x1p100 : 1.0, scale = largest > 0.0 ? lift * largest : 1.0;
     for (int c = 0; c < 8; ++c) cells.f[c][lane] = (float)(lift * corners[c] / scale);
+}
+
+// The way of vertices to the surface: where they are, which have not ended, which have reached it
+struct Search {
+    Vector step;
+    Place place;
+    integers active, found;
+};
+
+static CUDA_CALLABLE Search begin_search(Vector step) {
+    Search search;
+    const integers none = 0;
+    search.step = step;
+    search.place.i = search.place.j = search.place.k = none - 1;
+    search.active = none == 0;
+    search.found = none;
+    return search;
+}
+
+// Bound the steps, find where they lead, and return whether any leads to another cell than before
+static CUDA_CALLABLE bool enter_cells(Search& search, const Edges& edges, float reach) {
+    const numbers one = 1.0f, size = length(search.step);
+    const integers is_out = search.active & (size > reach);
+    search.step = on_grid(edges, scaled(is_out ? reach / (is_out ? size : one) : one, search.step));
+    const Place before = search.place;
+    search.place = place_of(edges, search.step);
+    return any(search.active &
+               ((search.place.i != before.i) | (search.place.j != before.j) | (search.place.k != before.k)));
+}
+
+// Go half of a way, along the plane across the gradient
+static CUDA_CALLABLE void slide(Search& search, const Edges& edges, const Corners& cells, Vector way) {
+    const numbers half = 0.5f;
+    const Vector slope = product(edges.free, gradient(cells, search.place.local));
+    way = along_plane(product(edges.free, way), slope);
+    const integers is_way = dot(way, way) < 1.0e30f;  // beside a missing cell there may be no gradient
+    search.step = chosen(is_way, sum(search.step, scaled(half, way)), search.step);
+}
+
+// Make a Newton step
+static CUDA_CALLABLE void descend(Search& search, const Edges& edges, const Corners& cells) {
+    const numbers f = value(cells, search.place.local), one = 1.0f;
+    const Vector way = newton(f, product(edges.free, gradient(cells, search.place.local)));
+    const numbers size = length(way);
+    const integers is_short = size <= shortest(), is_one = size<1.0e30f, is_out = size> longest();
+    const numbers share = is_out ? longest() / (is_out ? size : one) : one;
+    search.step = chosen(search.active & is_one, less(search.step, scaled(share, way)), search.step);
+    search.found = search.found | (search.active & is_short & ((size > 0.0f) | (f == 0.0f)));
+    search.active = search.active & (is_short == 0) & is_one;
+}
+
+// Return where vertices end; found are those near their edges only
+static CUDA_CALLABLE Place end_search(Search& search, const Edges& edges, float reach) {
+    search.step = on_grid(edges, search.step);
+    search.found = search.found & (length(search.step) <= reach);
+    return place_of(edges, search.step);
 }
 
 }  // namespace steps

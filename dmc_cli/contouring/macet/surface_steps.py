@@ -33,9 +33,10 @@ class Steps:
     """Where the vertices on crossed edges are.
 
     Attributes:
-        cell, local, crossing: Where the values along the edge have them (`EdgeVertices`).
+        cell, local, position: As `EdgeVertices` has them: of the crossings, until the vertices are placed. In
+            between `position` is in node indices, for the means of neighbours.
+        crossing: How far along its edge each crossing lies.
         step: From the edge's middle, in cells.
-        position: Coordinates in node indices, in single precision: for means and shapes of triangles.
         state: The axis of the edge, and what `edge_guard` adds to it.
     """
 
@@ -65,24 +66,6 @@ def unit(axis: wp.int32) -> wp.vec3:
     )
 
 
-@wp.func
-def lower_node(
-    grid: Grid, cell: wp.int64, local: wp.vec3, axis: wp.int32, j: wp.int32, k: wp.int32
-) -> wp.vec3i:
-    """Return the lower node of an edge from row (j, k) by where its vertex lies."""
-    before_x = wp.where(axis == 0, 0, wp.int32(local[0]))
-    before_y = wp.where(axis == 1, 0, wp.int32(local[1]))
-    before_z = wp.where(axis == 2, 0, wp.int32(local[2]))
-    row = wp.int64(j - before_y + grid.ny * (k - before_z))
-    return wp.vec3i(wp.int32(cell - row * wp.int64(grid.nx)) + before_x, j, k)
-
-
-@wp.func
-def middle_of(node: wp.vec3i, axis: wp.int32) -> wp.vec3d:
-    """Return the middle of an edge, in node indices."""
-    return wp.vec3d(wp.vec3(wp.float32(node[0]), wp.float32(node[1]), wp.float32(node[2])) + 0.5 * unit(axis))
-
-
 @wp.func_native(native(__file__, "settle_rows"))
 def settle_rows(
     values: wp.array2d(dtype=wp.uint8),
@@ -107,18 +90,22 @@ def settle_rows(
     starts: wp.array(dtype=wp.int64),
     along_x: wp.array(dtype=wp.int32),
     along_y: wp.array(dtype=wp.int32),
-    cell: wp.array(dtype=wp.int64),
-    local: wp.array(dtype=wp.vec3),
+    to_x: wp.vec4d,
+    to_y: wp.vec4d,
+    to_z: wp.vec4d,
     crossing: wp.array(dtype=wp.float32),
     reach: wp.float32,
     sums: wp.array(dtype=wp.vec4),
+    cell_inout: wp.array(dtype=wp.int64),
+    local_inout: wp.array(dtype=wp.vec3),
     step_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
     state_out: wp.array(dtype=wp.uint8),
 ) -> None:
     """Move the vertices on the edges from rows `start` to `end` - 1, at most `reach` cells from the middles.
 
-    With sums of neighbours they go towards these, else from the middles; `ahead` words lie before the lines.
+    With sums of neighbours they go towards these, and are placed; else they go from the middles. `ahead`
+    words lie before the lines; `to_x` to `to_z` are rows of the map to the output space.
     """
     ...
 
@@ -130,6 +117,7 @@ def settle_rows_kernel(
     grid: Grid,
     field: Field,
     bits: EdgeBits,
+    matrix: wp.mat44d,
     rows: wp.int32,
     span: wp.int32,
     reach: wp.float32,
@@ -165,11 +153,14 @@ def settle_rows_kernel(
         bits.starts,
         bits.along_x,
         bits.along_y,
-        steps.cell,
-        steps.local,
+        wp.vec4d(matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]),
+        wp.vec4d(matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]),
+        wp.vec4d(matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]),
         steps.crossing,
         reach,
         sums,
+        steps.cell,
+        steps.local,
         steps.step,
         steps.position,
         steps.state,

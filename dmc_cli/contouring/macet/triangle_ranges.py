@@ -17,19 +17,3 @@ def rows_of_cells(grid: Grid, start: wp.int32, end: wp.int32, part: wp.int32) ->
     low = wp.where(part == 0, start - grid.ny - 1, start - 1)
     high = wp.where(part == 0, wp.min(end - grid.ny, start - 1), end)
     return wp.vec2i(wp.max(low, 0), wp.max(high, 0))
-
-
-@wp.func
-def has_changed(
-    grid: Grid, triangle_starts: wp.array(dtype=wp.int64), changed: wp.array(dtype=wp.uint8), row: wp.int32
-) -> wp.bool:
-    """Return whether a row of cells has triangles whose vertices may have moved.
-
-    `changed` tells of each row of nodes whether a vertex has; all may have where it is empty.
-    """
-    found = changed.shape[0] == 0
-    if not found and triangle_starts[row] < triangle_starts[row + 1]:
-        found = (
-            changed[row] | changed[row + 1] | changed[row + grid.ny] | changed[row + grid.ny + 1]
-        ) != wp.uint8(0)
-    return found

@@ -7,20 +7,19 @@
 #include "dmc_cli/contouring/stages/polygon_lists.h"
 #include "dmc_cli/runtime/pointers.h"
 
-// Places have WIDTH numbers: see polygon_lists.h
+// Places have WIDTH numbers: see polygon_lists.h. Where vertices have left their edges, `poor_out` says of
+// each row whether it has a triangle of less quality than `least`
 template <int WIDTH>
-inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
-                         wp::array_t<wp::vec_t<16, wp::uint32>> exists, wp::int32 is_marked,
-                         wp::vec_t<3, wp::int32> nodes, wp::int32 words, wp::int32 ahead, wp::int32 start,
-                         wp::int32 end, wp::array_t<wp::int64> edge_starts, wp::array_t<wp::int32> along_x,
-                         wp::array_t<wp::int32> along_y, wp::array_t<wp::int64> triangle_starts,
-                         wp::array_t<wp::float64> depths, wp::array_t<wp::float32> place,
-                         wp::array_t<wp::float32> frame, wp::array_t<wp::uint8> polygon_count,
-                         wp::array_t<wp::int32> first_polygon, wp::array_t<wp::uint32> edges,
-                         wp::array_t<wp::uint8> sizes, wp::array_t<wp::uint8> standard,
-                         wp::array_t<wp::uint64> allowed, wp::array_t<wp::uint8> corners,
-                         wp::array_t<wp::uint8> members, wp::int32 is_best, wp::int32 is_reversed,
-                         wp::array_t<wp::vec_t<4, wp::int32>> faces_out) {
+inline void connect_rows(
+    wp::array_t<wp::vec_t<16, wp::uint32>> inside, wp::array_t<wp::vec_t<16, wp::uint32>> exists,
+    wp::int32 is_marked, wp::vec_t<3, wp::int32> nodes, wp::int32 words, wp::int32 ahead, wp::int32 start,
+    wp::int32 end, wp::array_t<wp::int64> edge_starts, wp::array_t<wp::int32> along_x,
+    wp::array_t<wp::int32> along_y, wp::array_t<wp::int64> triangle_starts, wp::array_t<wp::float64> depths,
+    wp::array_t<wp::float32> place, wp::array_t<wp::float32> frame, wp::array_t<wp::uint8> polygon_count,
+    wp::array_t<wp::int32> first_polygon, wp::array_t<wp::uint32> edges, wp::array_t<wp::uint8> sizes,
+    wp::array_t<wp::uint8> standard, wp::array_t<wp::uint64> allowed, wp::array_t<wp::uint8> corners,
+    wp::array_t<wp::uint8> members, wp::int32 is_best, wp::int32 is_reversed, wp::float32 least,
+    wp::array_t<wp::vec_t<4, wp::int32>> faces_out, wp::array_t<wp::uint8> poor_out) {
     const int ny = nodes[1];
     const edge_rows::Lines lines{ITEMS(const unsigned int, inside),
                                  ITEMS(const unsigned int, exists),
@@ -42,13 +41,22 @@ inline void connect_rows(wp::array_t<wp::vec_t<16, wp::uint32>> inside,
     POINTER(const double) depth = ITEMS(const double, depths);
     POINTER(const float) places = ITEMS(const float, place);
     POINTER(int) faces = ITEMS(int, faces_out);
+    POINTER(unsigned char) poor = ITEMS(unsigned char, poor_out);
     polygon_lists::Lists lists;
     polygon_lists::Points points;
     polygon_lists::clear(lists);
+    lists.least = least;
     auto store = [&](int of_sizes) __attribute__((noinline)) {
         polygon_lists::store_sizes(lists, tables, points, places, WIDTH, is_best != 0, of_sizes, faces);
+        for (int n = 0; n < lists.poor_count && WIDTH > 1; ++n) {
+            int row = start;
+            while (triangles[row + 1] <= lists.poor[n]) ++row;
+            poor[row] = 1;
+        }
+        lists.poor_count = 0;
     };
     for (int row = start, layer = -1; row < end; ++row) {
+        if (WIDTH > 1) poor[row] = 0;
         if (triangles[row] == triangles[row + 1]) continue;
         int slot = (int)triangles[row];
         if (row / ny != layer && (layer < 0 || depths.shape[0])) {

@@ -125,7 +125,8 @@ def connect_triangles(
     faces = device.empty(ranks.triangle_count + others, wp.vec4i)
     inputs = [grid.struct(), ranks.bits, ranks.triangle_starts, depths, crossing, tables]
     inputs += [int(is_best), int(is_reversed), grid.rows, device.span]
-    device.begin(connect_rows_kernel, -(-grid.rows // device.span), inputs, [faces], 1)
+    outputs = [faces, device.empty(0, wp.uint8)]
+    device.begin(connect_rows_kernel, -(-grid.rows // device.span), inputs, outputs, 1)
     return faces
 
 
@@ -156,7 +157,9 @@ def connect_rows(
     members: wp.array(dtype=wp.uint8),
     is_best: wp.int32,
     is_reversed: wp.int32,
+    least: wp.float32,
     faces_out: wp.array(dtype=wp.vec4i),
+    poor_out: wp.array(dtype=wp.uint8),
 ) -> None:
     """Connect the triangles of rows `start` to `end` - 1; `ahead` words lie before the lines."""
     ...
@@ -178,8 +181,9 @@ def connect_rows_kernel(
     span: wp.int32,
     # Out:
     faces_out: wp.array(dtype=wp.vec4i),
+    poor_out: wp.array(dtype=wp.uint8),
 ) -> None:
-    """Connect the triangles of some rows. One thread per `span` rows of nodes."""
+    """Connect the triangles of some rows. One thread per `span` rows of nodes; `poor_out` is not used."""
     start = (first + wp.tid()) * span
     end = wp.min(start + span, rows)
     if triangle_starts[start] == triangle_starts[end]:
@@ -210,5 +214,7 @@ def connect_rows_kernel(
         tables.members,
         is_best,
         is_reversed,
+        0.0,
         faces_out,
+        poor_out,
     )

@@ -53,6 +53,7 @@ static CUDA_CALLABLE integers load(const int* a) {
     return all;
 }
 static CUDA_CALLABLE void spill(integers all, int* to) { __builtin_memcpy(to, &all, sizeof(all)); }
+static CUDA_CALLABLE void spill(numbers all, float* to) { __builtin_memcpy(to, &all, sizeof(all)); }
 static CUDA_CALLABLE integers if_allowed(integers better, integers allowed) { return better & -allowed; }
 #else
 enum { LANES = 1, ROOM = 1 };
@@ -67,6 +68,7 @@ static CUDA_CALLABLE unsigned int load(const unsigned int* a) { return *a; }
 static CUDA_CALLABLE float load(const float* a) { return *a; }
 static CUDA_CALLABLE int load(const int* a) { return *a; }
 static CUDA_CALLABLE void spill(int all, int* to) { *to = all; }
+static CUDA_CALLABLE void spill(float all, float* to) { *to = all; }
 static CUDA_CALLABLE int if_allowed(int better, int allowed) { return better & allowed; }
 #endif
 
@@ -133,12 +135,18 @@ struct List {
     int count;
 };
 
+// Where vertices have left their edges, polygons with a triangle of less quality than `least`: their first
+// triangles
 struct Lists {
     List of[SIZES];
+    float least;
+    int poor[SIZES * ROOM];
+    int poor_count;
 };
 
 static CUDA_CALLABLE void clear(Lists& lists) {
     for (int n = 0; n < SIZES; ++n) lists.of[n].count = 0;
+    lists.poor_count = 0;
 }
 
 // Write down a polygon of a cell, whose edges have these vertices, by entry; return its size
@@ -188,10 +196,10 @@ static CUDA_CALLABLE numbers places_of(const List& list, int start, int v, POINT
 
 // Return the triangulation of each of the polygons from `start` on whose worst triangle is the best; a
 // triangle's quality is twice the radius of its inner circle by that of its outer one; a place has `width`
-// numbers
+// numbers. Write the worst triangle's quality into `best`
 static CUDA_CALLABLE integers find_best(const List& list, int start, const Tables& tables,
                                         const Points& points, POINTER(const float) places, int width,
-                                        int size) {
+                                        int size, numbers& best) {
     const codes code = load(list.code + start);
     numbers x[LONGEST][3];
     for (int v = 0; v < size; ++v) {
@@ -228,7 +236,7 @@ static CUDA_CALLABLE integers find_best(const List& list, int start, const Table
     const unsigned long long all = ~0ull >> (64 - row_count(size));
     unsigned long long allowed = all;
     for (int lane = 0; lane < LANES; ++lane) allowed &= tables.allowed[list.kind[start + lane]];
-    numbers best = -2.0f;
+    best = -2.0f;
     integers found = 0;
     POINTER(const unsigned char) member = tables.members + MEMBERS * first_row(size);
     for (int row = 0; row < row_count(size); ++row, member += MEMBERS) {
@@ -255,13 +263,18 @@ static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const P
     for (int start = 0; start < list.count; start += LANES) {
         const int used = list.count - start < LANES ? list.count - start : LANES;
         int rows[LANES];
-        if (is_best && size > 3) {
+        if (is_best && (size > 3 || width > 1)) {
             for (int n = start + used; n < start + LANES; ++n) {  // as the last one
                 list.kind[n] = list.kind[n - 1];
                 list.code[n] = list.code[n - 1];
                 for (int v = 0; v < LONGEST; ++v) list.vertices[n][v] = list.vertices[n - 1][v];
             }
-            spill(find_best(list, start, tables, points, places, width, size), rows);
+            numbers best;
+            float worst[LANES];
+            spill(find_best(list, start, tables, points, places, width, size, best), rows);
+            spill(best, worst);
+            for (int lane = 0; lane < used && width > 1; ++lane)
+                if (!(worst[lane] >= lists.least)) lists.poor[lists.poor_count++] = list.slot[start + lane];
         } else {
             for (int lane = 0; lane < used; ++lane) rows[lane] = tables.standard[list.kind[start + lane]];
         }
