@@ -19,7 +19,7 @@ wp.set_module_options({"enable_backward": False})
 MOST = 1000
 """Components that a report lists."""
 
-FACES_AT_ONCE = 1 << 17
+FACES_AT_ONCE = 1 << 15
 """Faces whose areas, volumes and bounds are there at a time."""
 
 

@@ -29,6 +29,10 @@ FEW_EDGES = wp.constant(8)
 
 Ends = wp.types.vector(length=8, dtype=wp.int32)
 
+SORTED_AT_ONCE, MOST_SORTINGS = 1 << 13, 16
+"""Vertices whose edges are sorted at a time, at least: keys take more than faces. How often all faces are
+gone through, at most."""
+
 UNLISTED = -1
 """Valence of a vertex that the walk leaves to the sorting."""
 
@@ -245,23 +249,40 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
 
 def _sort_out(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, int]:
     """Return the wanted vertices' valences, and their non-manifold and misoriented edges to higher ones."""
-    vertex_count = wanted.shape[0]
-    faces = faces[wanted[faces].any(axis=1)].astype(np.int64)
-    following = np.roll(faces, -1, axis=1)
-    is_triangle = faces[:, 3] < 0
-    following[is_triangle, 2] = faces[is_triangle, 0]
-    is_edge = (faces >= 0) & (faces != following)
-    tails, heads = faces[is_edge], following[is_edge]
-    near = np.concatenate([tails, heads])
-    far = np.concatenate([heads, tails])
-    leaves = np.repeat([1, 0], tails.shape[0])
-    mine = wanted[near]
-    pairs, index, counts = np.unique(
-        near[mine] * vertex_count + far[mine], return_inverse=True, return_counts=True
+    listed = np.flatnonzero(wanted)
+    step = max(SORTED_AT_ONCE, -(-len(listed) // MOST_SORTINGS))
+    valences, nonmanifold, misoriented = np.zeros(len(wanted), np.int32), 0, 0
+    for start in range(0, len(listed), step):
+        part = np.zeros(len(wanted), bool)
+        part[listed[start : start + step]] = True
+        found = _sort_edges(faces, part)
+        valences += found[0]
+        nonmanifold, misoriented = nonmanifold + found[1], misoriented + found[2]
+    return valences, nonmanifold, misoriented
+
+
+def _sort_edges(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, int]:
+    """Do what `_sort_out` does for all wanted vertices at once."""
+    vertex_count = len(wanted)
+    tails = faces[wanted[faces].any(axis=1)]
+    heads = np.roll(tails, -1, axis=1)
+    is_triangle = tails[:, 3] < 0
+    heads[is_triangle, 2] = tails[is_triangle, 0]
+    is_edge = (tails >= 0) & (tails != heads)
+    keys = np.concatenate(
+        [
+            2 * (near[mine].astype(np.int64) * vertex_count + far[mine]) + leaves
+            for near, far, leaves in ((tails, heads, 1), (heads, tails, 0))
+            for mine in [is_edge & wanted[near]]
+        ]
     )
-    leaving = np.bincount(index, weights=leaves[mine], minlength=pairs.shape[0])
-    owner = pairs // vertex_count
-    is_owned = owner < pairs % vertex_count
+    keys.sort()
+    pairs = keys >> 1
+    firsts = np.flatnonzero(np.diff(pairs, prepend=-1))
+    counts = np.diff(firsts, append=len(keys))
+    leaving = np.add.reduceat(keys & 1, firsts)
+    owner, other = np.divmod(pairs[firsts], vertex_count)
+    is_owned = owner < other
     valences = np.bincount(owner, minlength=vertex_count).astype(np.int32)
     nonmanifold = int(np.count_nonzero(is_owned & (counts > 2)))
     misoriented = int(np.count_nonzero(is_owned & (counts == 2) & (leaving != 1)))

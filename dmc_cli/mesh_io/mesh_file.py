@@ -150,19 +150,17 @@ def count_triangles(faces: Int32Array, count: int) -> int:
     """Return the number of faces with three corners; raise CallError on the first that names no vertex."""
     if not faces.size:
         return 0
-    lowest, highest = faces.min(), faces.max()
-    if lowest >= 0 and highest < count:
-        return 0
-    is_triangle = faces[:, 3] == NO_CORNER
+    fourth = faces[:, 3]
+    if faces[:, :3].min() >= 0 and fourth.min() >= NO_CORNER and faces.max() < count:
+        return int(np.count_nonzero(fourth == NO_CORNER))
+    is_triangle = fourth == NO_CORNER
     outside = (faces < 0) | (faces >= count)
     outside[is_triangle, 3] = False
-    if outside.any():
-        bad = int(np.flatnonzero(outside.any(axis=1))[0])
-        raise CallError(
-            f"face {bad} names a vertex outside 0 to {count - 1}: {faces[bad].tolist()}; expected vertex"
-            " numbers from 0, and -1 only as the fourth corner of a triangle; number the vertices from 0"
-        )
-    return int(np.count_nonzero(is_triangle))
+    bad = int(np.flatnonzero(outside.any(axis=1))[0])
+    raise CallError(
+        f"face {bad} names a vertex outside 0 to {count - 1}: {faces[bad].tolist()}; expected vertex"
+        " numbers from 0, and -1 only as the fourth corner of a triangle; number the vertices from 0"
+    )
 
 
 def _check_values(kind: str, values: Mapping[str, AnyArray], count: int) -> None:

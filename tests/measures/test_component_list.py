@@ -29,7 +29,7 @@ def pieces(mesh):
 
 @pytest.mark.parametrize("method", ["dmc", "mc", "nets"])
 @pytest.mark.parametrize("border", ["open", "closed"])
-@pytest.mark.parametrize("at_once", [1 << 17, 100])
+@pytest.mark.parametrize("at_once", [1 << 15, 100])
 def test_each_is_measured_as_a_mesh_of_its_own(extract, monkeypatch, method, border, at_once):
     monkeypatch.setattr(component_list, "FACES_AT_ONCE", at_once)
     mesh = extract(smooth_noise(18, sigma=1.0), method=method, border=border).mesh

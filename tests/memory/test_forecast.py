@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from dmc_cli.methods import METHODS
 from tests.memory.peaks import Peaks, can_measure
 from tests.memory.volumes import VOLUMES, noise
 
@@ -76,6 +77,30 @@ def test_a_few_forecasts_are_near_the_peak(measure, tmp_path):
     for key in ("plain", "OBJ", "halfedges"):
         told, peak = row(measure, path, case, OPTIONS[key], tmp_path / "out")
         assert 1 / MOST <= told / peak <= MOST, key
+
+
+@pytest.mark.parametrize(("method", "key"), [("mc", "plain"), ("nets", "report")])
+def test_a_few_forecasts_of_other_methods_are_near_the_peak(measure, tmp_path, method, key):
+    """Triangles are counted, and vertices with several fans sorted out, without copies of the faces."""
+    case = VOLUMES["white noise"]
+    path = case.write(tmp_path / "volume", noise((100, 100, 100)))
+    told, peak = row(measure, path, case, [*OPTIONS[key], "--method", method], tmp_path / "out")
+    assert 1 / MOST <= told / peak <= MOST
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "dmc"])
+@pytest.mark.parametrize("name", ["white noise", "smooth, mapped", "doubles without data", "flat, closed"])
+def test_the_forecast_of_other_methods_is_near_the_peak(name, method, measure, tmp_path):
+    case = VOLUMES[name]
+    path = case.write(tmp_path / "volume", case.values())
+    rows = {
+        key: row(measure, path, case, [*OPTIONS[key], "--method", method], tmp_path / "out")
+        for key in ("plain", "no normals", "OBJ", "halfedges", "report", "check")
+    }
+    wrong = {key: found for key, found in rows.items() if not 1 / MOST <= found[0] / found[1] <= MOST}
+    assert not wrong
 
 
 @pytest.mark.slow
