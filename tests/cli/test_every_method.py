@@ -211,3 +211,43 @@ def test_a_halfedge_dump_is_of_the_mesh(run, tmp_path, method):
     if method_named(method).color is not None:
         color = tables["face_color"]
         assert (color[face[used]] != color[face[twin[used]]]).all()
+
+
+def test_several_isovalues_in_one_run_write_what_single_runs_do(run, tmp_path, method):
+    """An index of bricks leaves out what an isovalue does not cross."""
+    words = ["--border", "closed"]
+    template = ["--halfedges", "FOLDER/{isovalue}.npz", "-i", 0.9]
+    given = {"volume": "synth:noise:30", "name": "{isovalue}.ply"}
+    result = convert(run, tmp_path, method, *words, *template, **given)
+    assert result.exit_code == 0, result.stderr
+    for isovalue in (0.3, 0.9):
+        single = ["--halfedges", "FOLDER/single.npz"]
+        given = {"volume": "synth:noise:30", "isovalue": isovalue, "name": "single.ply"}
+        assert convert(run, tmp_path, method, *words, *single, **given).exit_code == 0
+        for suffix in (".ply", ".npz"):
+            several = (tmp_path / f"{isovalue}{suffix}").read_bytes()
+            assert several == (tmp_path / f"single{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("border", ["open", "closed"])
+def test_an_empty_surface_is_refused_or_written_without_faces(run, tmp_path, method, border):
+    words = ["--border", border, "--halfedges", "FOLDER/h.npz", "--report", "FOLDER/r.json", "--check"]
+    refused = convert(run, tmp_path, method, *words, isovalue=99)
+    assert refused.exit_code == 5, refused.output
+    assert not (tmp_path / "a.ply").exists()
+    result = convert(run, tmp_path, method, *words, "--allow-empty", isovalue=99)
+    assert result.exit_code == 0, result.output
+    report = json.loads((tmp_path / "r.json").read_text())
+    jsonschema.validate(report, SCHEMA)
+    assert report["components"] == []
+    assert report["mesh"]["vertices"] == 0
+    assert b"element vertex 0\n" in (tmp_path / "a.ply").read_bytes()
+    with np.load(tmp_path / "h.npz") as tables:
+        assert all(len(tables[name]) == 0 for name in tables)
+
+
+def test_a_budget_that_is_too_small_ends_the_run_before_the_work(run, tmp_path, method):
+    result = convert(run, tmp_path, method, "--memory", "300KiB", volume="synth:noise:30")
+    assert result.exit_code == 7, result.output
+    assert "a mesh of " in result.stderr or "the volume" in result.stderr
+    assert list(tmp_path.iterdir()) == []
