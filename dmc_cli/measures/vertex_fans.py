@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import BoolArray, Int32Array
+from dmc_cli.array_types import BoolArray, Int32Array, IntArray
 from dmc_cli.mesh import Mesh, connect, next_halfedge, next_outgoing_of_any, previous_halfedge
 
 wp.set_module_options({"enable_backward": False})
@@ -29,7 +29,7 @@ FEW_EDGES = wp.constant(8)
 
 Ends = wp.types.vector(length=8, dtype=wp.int32)
 
-SORTED_AT_ONCE, MOST_SORTINGS = 1 << 13, 16
+SORTED_AT_ONCE, MOST_PASSES = 1 << 13, 64
 """Vertices whose edges are sorted at a time, at least: keys take more than faces. How often all faces are
 gone through, at most."""
 
@@ -232,11 +232,11 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
     host_valences = valences.numpy()
     nonmanifold_edges = int(nonmanifold.numpy().sum(dtype=np.int64))
     misoriented = 0
-    unlisted = host_valences == UNLISTED
-    if unlisted.any():
+    listed = np.flatnonzero(host_valences == UNLISTED)
+    if len(listed):
         host_valences = host_valences.copy()
-        found, more_nonmanifold, misoriented = _sort_out(corners.numpy().reshape(-1, 4), unlisted)
-        host_valences[unlisted] = found[unlisted]
+        found, more_nonmanifold, misoriented = _sort_out(corners.numpy().reshape(-1, 4), listed, vertex_count)
+        host_valences[listed] = found
         nonmanifold_edges += more_nonmanifold
     return VertexFans(
         valences=host_valences,
@@ -247,22 +247,26 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
     )
 
 
-def _sort_out(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, int]:
-    """Return the wanted vertices' valences, and their non-manifold and misoriented edges to higher ones."""
-    listed = np.flatnonzero(wanted)
-    step = max(SORTED_AT_ONCE, -(-len(listed) // MOST_SORTINGS))
-    valences, nonmanifold, misoriented = np.zeros(len(wanted), np.int32), 0, 0
+def _sort_out(faces: Int32Array, listed: IntArray, count: int) -> tuple[Int32Array, int, int]:
+    """Return the valences of listed ones of `count` vertices, their non-manifold and misoriented edges.
+
+    Edges are those to higher vertices.
+    """
+    step = max(SORTED_AT_ONCE, -(-len(listed) // MOST_PASSES))
+    wanted = np.zeros(count, bool)
+    valences, nonmanifold, misoriented = np.zeros(len(listed), np.int32), 0, 0
     for start in range(0, len(listed), step):
-        part = np.zeros(len(wanted), bool)
-        part[listed[start : start + step]] = True
-        found = _sort_edges(faces, part)
-        valences += found[0]
+        part = listed[start : start + step]
+        wanted[part] = True
+        found = _sort_edges(faces, part, wanted)
+        wanted[part] = False
+        valences[start : start + step] = found[0]
         nonmanifold, misoriented = nonmanifold + found[1], misoriented + found[2]
     return valences, nonmanifold, misoriented
 
 
-def _sort_edges(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, int]:
-    """Do what `_sort_out` does for all wanted vertices at once."""
+def _sort_edges(faces: Int32Array, part: IntArray, wanted: BoolArray) -> tuple[IntArray, int, int]:
+    """Do what `_sort_out` does for some vertices; `wanted` marks them."""
     vertex_count = len(wanted)
     tails = faces[wanted[faces].any(axis=1)]
     heads = np.roll(tails, -1, axis=1)
@@ -283,7 +287,7 @@ def _sort_edges(faces: Int32Array, wanted: BoolArray) -> tuple[Int32Array, int, 
     leaving = np.add.reduceat(keys & 1, firsts)
     owner, other = np.divmod(pairs[firsts], vertex_count)
     is_owned = owner < other
-    valences = np.bincount(owner, minlength=vertex_count).astype(np.int32)
+    valences = np.bincount(np.searchsorted(part, owner), minlength=len(part))
     nonmanifold = int(np.count_nonzero(is_owned & (counts > 2)))
     misoriented = int(np.count_nonzero(is_owned & (counts == 2) & (leaving != 1)))
     return valences, nonmanifold, misoriented
