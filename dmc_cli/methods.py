@@ -158,7 +158,9 @@ def settled_option(method: str, option: str, given: str | None) -> str | None:
             f" a method that has it: {', '.join(methods_that(lambda other: option in other.options))}"
         )
     if given not in taken:
-        raise SettingsError(f"{option} is {given!r:.80}; expected one of {', '.join(taken)}")
+        raise SettingsError(
+            f"{option} is {given!r:.80}; expected one of {', '.join(taken)} with the method {method}"
+        )
     return given
 
 

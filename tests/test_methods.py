@@ -145,7 +145,13 @@ def test_what_a_method_does_not_take_is_refused_as_the_settings_are_made(
 
 def test_colours_of_a_method_without_any_are_refused(toys, tmp_path, monkeypatch):
     surfaces = []
-    monkeypatch.setattr(conversion, "_refuse_empty", lambda surface, *_: surfaces.append(surface))
+    extract = conversion.extract_surface
+
+    def extracted(*arguments, **named):
+        surfaces.append(extract(*arguments, **named))
+        return surfaces[-1]
+
+    monkeypatch.setattr(conversion, "extract_surface", extracted)
     convert(settings_of(tmp_path, "toy"))
     with pytest.raises(SettingsError, match="the method toy colours no faces; expected one that does: dmc"):
         color_faces(surfaces[0])
@@ -166,8 +172,8 @@ def test_the_command_line_knows_a_method_by_its_line(tmp_path):
     assert "dmc (dual marching cubes), " in shown
     assert ", toy (toy surface nets), cut (toy triangles)." in shown
     assert f"[{'|'.join(option_values('placement'))}|middle|low]" in shown
-    assert "Of dmc: exact, sampled, iterative, centroid. " in shown
-    assert " Of toy: middle, low. [default: exact]" in shown
+    assert "Of dmc: exact (default), sampled, iterative, centroid. " in shown
+    assert " Of toy: middle (default), low." in shown
     words = ["convert", "synth:sphere:12", tmp_path / "a.obj", "-i", 0, "--method", "cut"]
     refused = run_with_toys(*words, "--border", "open")
     assert refused.returncode == 2

@@ -7,7 +7,7 @@ marching cubes has.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import warp as wp
@@ -22,12 +22,20 @@ from dmc_cli.contouring import (
     mesh_kernel_modules,
 )
 from dmc_cli.field import DeviceVolume, upload_volume
-from dmc_cli.measures import kernel_modules as report_kernels, measure_topology
+from dmc_cli.measures import kernel_modules as report_kernels, measure_topology, plain
 from dmc_cli.mesh import Mesh, Placement, connect
 from dmc_cli.methods import METHODS
+from dmc_cli.notices import warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels, simplify
 from dmc_cli.progress import SILENT, Progress
-from dmc_cli.report import Measures, measure_surface, measured_sections
+from dmc_cli.report import (
+    SCHEMA,
+    Measures,
+    collect_versions,
+    input_section,
+    measure_surface,
+    measured_sections,
+)
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import (
     SIMPLIFIED,
@@ -97,9 +105,23 @@ class Comparison:
         fastest = min(each.surface_ms for each in self.methods)
         return [_row(each, fastest, self.exact_euler) for each in self.methods]
 
-    def sections(self) -> list[dict[str, Any]]:
-        """Return what a report has of each method's mesh: `topology`, `quality` and `deviation`."""
-        return [measured_sections(each.measures) for each in self.methods]
+    def report(self) -> dict[str, Any]:
+        """Return the report: the rows with all that is known of each mesh, and what was compared, where."""
+        tunnels, device = self.tunnels(), self.methods[0].mesh.device
+        settings = asdict(self.settings)
+        settings |= settings.pop("read") | {"device": device.name, "threads": device.threads}
+        return {
+            "schema": SCHEMA,
+            **warning_keys(self.volume.warnings),
+            "input": plain(input_section(self.volume, with_hash=True)),
+            "settings": settings,
+            "euler_characteristic": self.exact_euler,
+            "methods": [
+                row | {"tunnels": tunnels.get(each.method)} | plain(measured_sections(each.measures))
+                for row, each in zip(self.rows(), self.methods, strict=True)
+            ],
+            "versions": collect_versions(device.name),
+        }
 
     def tunnels(self) -> dict[str, list[dict[str, Any]]]:
         """Return where each method closes tunnels of the trilinear surface, if that is known of it."""

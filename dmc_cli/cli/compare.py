@@ -99,19 +99,17 @@ def compare(
             from dmc_cli.app import compare_methods
 
             if figures is not None:
-                from dmc_cli.figures import check_figures, draw_figures
+                from dmc_cli.figures import draw_figures, prepare_figures
 
-                check_figures(figures)
+                prepare_figures(figures)
         comparison = compare_methods(settings, progress)
         if figures is not None:
             with progress.stage("drawing"):
                 draw_figures(comparison, figures)
-    rows, tunnels = comparison.rows(), comparison.tunnels()
     if table_format == "json":
-        whole = zip(rows, comparison.sections(), strict=True)
-        told = [row | {"tunnels": tunnels.get(row["method"])} | sections for row, sections in whole]
-        click.echo(json_text(told, indent=2))
+        click.echo(json_text(comparison.report(), indent=2))
     elif table_format == "csv":
-        click.echo(csv_table(rows), nl=False)
+        click.echo(csv_table(comparison.rows()), nl=False)
     else:
-        echo_lines((text_table if table_format == "text" else markdown_table)(rows, tunnels))
+        table = text_table if table_format == "text" else markdown_table
+        echo_lines(table(comparison.rows(), comparison.tunnels()))

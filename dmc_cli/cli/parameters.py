@@ -123,7 +123,10 @@ class NameList(click.ParamType[Any]):
         """Split at commas; the default is a list."""
         if isinstance(value, (tuple, list)):
             return tuple(value)
-        return tuple(part.strip() for part in value.split(",") if part.strip())
+        parts = tuple(part.strip() for part in value.split(","))
+        if not all(parts):
+            self.fail(f"{value!r} has an empty name; expected names with commas between", param, ctx)
+        return parts
 
 
 class ChoiceList(click.ParamType[Any]):

@@ -75,12 +75,19 @@ def reproduce(as_json: bool, figures: str | None, quiet: bool, verbose: int, **v
     settings = options.gather(ReproduceSettings, values)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.reproduction import gather_spreads, reproduce_tables, rows_as_json, rows_as_text
+            from dmc_cli.reproduction import (
+                drawn_data,
+                gather_spreads,
+                reproduce_tables,
+                rows_as_json,
+                rows_as_text,
+            )
 
             if figures is not None:
-                from dmc_cli.figures import check_figures, draw_reproduction
+                from dmc_cli.figures import draw_reproduction, prepare_figures
 
-                check_figures(figures)
+                drawn_data(settings)  # refused before the work, if at all
+                prepare_figures(figures)
         rows = reproduce_tables(settings, progress)
         if figures is not None:
             draw_reproduction(gather_spreads(settings, progress), figures)

@@ -2,4 +2,4 @@
 
 from .drawing import draw_figures as draw_figures
 from .reproduced import draw_reproduction as draw_reproduction
-from .style import check_figures as check_figures
+from .style import prepare_figures as prepare_figures

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dmc_cli.errors import SettingsError
-from dmc_cli.files import write_output
+from dmc_cli.files import write_error, write_output
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#999999", "#000000")
 """Okabe and Ito's colours, which people tell apart who do not see all."""
@@ -37,8 +37,13 @@ _DATELESS = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 """What is left out of the files, so that the same figure has the same bytes."""
 
 
-def check_figures(folder: str) -> None:
-    """Raise SettingsError, before any work, if no figure can be drawn into a folder."""
+def prepare_figures(folder: str) -> None:
+    """Make the folder of figures, before any work.
+
+    Raises:
+        SettingsError: Nothing can draw figures, or the folder is a file.
+        WriteError: The folder cannot be made.
+    """
     if find_spec("matplotlib") is None:
         raise SettingsError(
             'matplotlib is not installed, which draws the figures; pip install "dmc-cli[plots]", or leave out'
@@ -46,6 +51,10 @@ def check_figures(folder: str) -> None:
         )
     if Path(folder).exists() and not Path(folder).is_dir():
         raise SettingsError(f"{folder} is a file; expected a folder for the figures; name another one")
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise write_error(folder, error) from error
 
 
 def line_styles(names: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -77,7 +86,6 @@ def figure(folder: str, name: str) -> Iterator[Any]:
         made, axes = pyplot.subplots()
         try:
             yield axes
-            Path(folder).mkdir(parents=True, exist_ok=True)
             for kind, metadata in _DATELESS.items():
                 content = io.BytesIO()
                 made.savefig(content, format=kind, metadata=metadata)

@@ -9,6 +9,7 @@ from .report import (
     build_report as build_report,
     components_section as components_section,
     extent_section as extent_section,
+    input_section as input_section,
     measured_sections as measured_sections,
     quality_section as quality_section,
     report_text as report_text,

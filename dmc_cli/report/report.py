@@ -82,7 +82,9 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
     report = {
         "schema": SCHEMA,
         **warning_keys([*facts.volume.warnings, *_own_warnings(facts.counts), *facts.warnings]),
-        "input": _input_section(facts.volume, facts.counts.no_data_nodes, with_hash=measures is not None),
+        "input": input_section(
+            facts.volume, with_hash=measures is not None, no_data_nodes=facts.counts.no_data_nodes
+        ),
         "settings": _settings_section(facts.settings, facts.resolved),
         "surface": _surface_section(facts),
         "mesh": _mesh_section(facts),
@@ -160,7 +162,8 @@ def _mesh_section(facts: RunFacts) -> dict[str, Any]:
     return section | extent_section(measures.quality, measures.topology) | unit
 
 
-def _input_section(volume: Volume, no_data_nodes: int, with_hash: bool) -> dict[str, Any]:
+def input_section(volume: Volume, *, with_hash: bool, **counts: int) -> dict[str, Any]:
+    """Return the section `input`: the volume, what was counted, and a checksum that takes a while."""
     return {
         "path": volume.path,
         "files": [str(file) for file in volume.files],
@@ -170,7 +173,7 @@ def _input_section(volume: Volume, no_data_nodes: int, with_hash: bool) -> dict[
         "spacing_mm": volume.spacing,
         "space": volume.space,
         "affine": volume.affine,
-        "no_data_nodes": no_data_nodes,
+        **counts,
         "sha256": _sha256(volume) if with_hash else None,
     }
 

@@ -2,4 +2,4 @@
 
 from .reproduce import rows_as_json as rows_as_json, rows_as_text as rows_as_text
 from .reproduce_run import reproduce_tables as reproduce_tables
-from .spreads import Spreads as Spreads, gather_spreads as gather_spreads
+from .spreads import Spreads as Spreads, drawn_data as drawn_data, gather_spreads as gather_spreads

@@ -16,6 +16,7 @@ from dmc_cli.contouring import (
     kernel_modules as surface_kernels,
     mesh_kernel_modules,
 )
+from dmc_cli.errors import SettingsError
 from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.measures import kernel_modules as report_kernels
 from dmc_cli.mesh import Mesh, Placement
@@ -30,6 +31,7 @@ from dmc_cli.reproduction.paper_values import (
     TOPOLOGICAL,
     DataSet,
     MeshKind,
+    PaperValue,
 )
 from dmc_cli.reproduction.reproduce import Row, SyntheticMesh, compare_tables, measure_synthetic
 from dmc_cli.reproduction.scans import measure_scans, scan_files
@@ -57,14 +59,11 @@ def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -
 
     Raises:
         DeviceError: There is no such device, or not enough memory on it.
+        SettingsError: No data set of the tables is small enough.
         DmcError: A scan cannot be read, by class.
     """
     files = scan_files(settings.scans)
-    wanted = [
-        value
-        for value in PAPER_VALUES
-        if value.data.nodes <= settings.up_to and (not settings.table or str(value.table) in settings.table)
-    ]
+    wanted = wanted_values(settings)
     device = select_device(settings.device, settings.threads)
     synthetic = {value.data for value in wanted if isinstance(value.data, DataSet)}
     data_sets = sorted(synthetic, key=lambda data: (data.nodes, data.field))
@@ -72,6 +71,23 @@ def reproduce_tables(settings: ReproduceSettings, progress: Progress = SILENT) -
     scans = {value.data.name for value in wanted} & {*files}
     found |= measure_scans(device, {name: files[name] for name in files if name in scans}, progress)
     return compare_tables(found, wanted)
+
+
+def wanted_values(settings: ReproduceSettings) -> list[PaperValue]:
+    """Return the printed figures that the settings choose.
+
+    Raises:
+        SettingsError: There is none.
+    """
+    of_tables = [value for value in PAPER_VALUES if not settings.table or str(value.table) in settings.table]
+    wanted = [value for value in of_tables if value.data.nodes <= settings.up_to]
+    if not wanted:
+        least = min(value.data.nodes for value in of_tables)
+        raise SettingsError(
+            f"up_to is {settings.up_to}, but the smallest data set of what is asked for has {least} nodes an"
+            " axis; give that or more"
+        )
+    return wanted
 
 
 def measure_data_sets(

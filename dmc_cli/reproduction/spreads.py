@@ -10,6 +10,7 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring import color_faces, connect_faces, extract_surface
+from dmc_cli.errors import SettingsError
 from dmc_cli.field import upload_volume
 from dmc_cli.measures import inspect_vertices, list_deviation, list_elements
 from dmc_cli.mesh import Mesh, Placement
@@ -18,7 +19,13 @@ from dmc_cli.progress import SILENT, Progress
 from dmc_cli.reproduction.paper_tables import GENUS_TWO_64, GENUS_TWO_128, GENUS_TWO_256, IWP_512
 from dmc_cli.reproduction.paper_values import DUAL, MARCHING, DataSet
 from dmc_cli.reproduction.reproduce import SyntheticMesh, field_values
-from dmc_cli.reproduction.reproduce_run import OTHERS, PAPER_RULES, load_reproduction, papers_settings
+from dmc_cli.reproduction.reproduce_run import (
+    OTHERS,
+    PAPER_RULES,
+    load_reproduction,
+    papers_settings,
+    wanted_values,
+)
 from dmc_cli.runtime import Device, select_device
 from dmc_cli.settings import MeshSettings, ReadSettings, ReproduceSettings
 from dmc_cli.volume_io import synthetic_volume
@@ -52,17 +59,34 @@ class Spreads:
     valences: dict[str, dict[int, int]]
 
 
+def drawn_data(settings: ReproduceSettings) -> DataSet:
+    """Return the data set that figures are drawn of: the largest that is made for the chosen tables.
+
+    Raises:
+        SettingsError: None that figures show is made.
+    """
+    made = {value.data for value in wanted_values(settings)}
+    chosen = [data for data in DRAWN if data in made]
+    if not chosen:
+        known = ", ".join(data.name for data in DRAWN)
+        raise SettingsError(
+            f"figures were asked for, but none of the data sets that they show is made ({known}); choose"
+            " another table or a larger --up-to, or leave --figures out"
+        )
+    return chosen[-1]
+
+
 def gather_spreads(settings: ReproduceSettings, progress: Progress = SILENT) -> Spreads:
     """Return what the figures show.
 
     Raises:
+        SettingsError: None of the data sets that figures show is made.
         DeviceError: There is no such device, or not enough memory on it.
     """
     device = select_device(settings.device, settings.threads)
     load_reproduction(device, settings.placement, progress)
-    chosen = [data for data in DRAWN if data.nodes <= settings.up_to]
     with progress.stage("drawing"):
-        return spreads_of(chosen[-1] if chosen else GENUS_TWO_64, settings.placement, device)
+        return spreads_of(drawn_data(settings), settings.placement, device)
 
 
 def spreads_of(data: DataSet, placement: str, device: Device) -> Spreads:

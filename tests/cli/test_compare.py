@@ -19,7 +19,7 @@ TORUS = ["compare", "synth:torus:24", "-i", 0.01, "--repeats", 1]
 
 
 def test_all_methods_and_the_simplified_mesh_are_compared_without_a_list(run):
-    rows = json.loads(run(*TORUS, "--format", "json").stdout)
+    rows = json.loads(run(*TORUS, "--format", "json").stdout)["methods"]
     assert [row["method"] for row in rows] == [*METHODS, "dmc+simplify"]
     assert min(row["time_ratio"] for row in rows) == 1.0
     for row in rows:
@@ -32,7 +32,7 @@ def test_all_methods_and_the_simplified_mesh_are_compared_without_a_list(run):
 
 
 def test_figures_are_those_of_the_reports_of_convert(run, tmp_path):
-    rows = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc,dmc:centroid").stdout)
+    rows = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc,dmc:centroid").stdout)["methods"]
     for row, placement in zip(rows, ("exact", "centroid"), strict=True):
         path = tmp_path / f"{placement}.json"
         words = ["convert", "synth:torus:24", "-i", 0.01, "--placement", placement]
@@ -60,8 +60,37 @@ def test_an_isovalue_that_is_missing_or_outside_is_answered_with_the_range(run, 
     assert message in " ".join(result.stderr.split())
 
 
+def test_json_tells_what_was_compared_and_where(run):
+    found = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc,mc", "--border", "closed").stdout)
+    assert found["schema"] == 1
+    assert (found["warnings"], found["warning_codes"]) == ([], [])
+    assert (found["input"]["path"], found["input"]["shape"]) == ("synth:torus:24", [24, 24, 24])
+    told = {name: found["settings"][name] for name in ("isovalue", "border", "inside", "repeats", "device")}
+    assert told == {"isovalue": 0.01, "border": "closed", "inside": "above", "repeats": 1, "device": "cpu"}
+    assert found["euler_characteristic"] == 0
+    assert [each["method"] for each in found["methods"]] == ["dmc", "mc"]
+    assert "warp" in found["versions"]
+
+
+@pytest.mark.parametrize("command", [TORUS, ["reproduce", "--table", 8, "--up-to", 64]])
+def test_figures_go_to_a_folder_that_can_be_made(run, tmp_path, command):
+    (tmp_path / "file").touch()
+    for folder, status in ((tmp_path / "file", 2), (tmp_path / "file" / "inner", 9)):
+        result = run(*command, "--figures", folder)
+        assert result.exit_code == status
+        assert str(folder) in "".join(result.stderr.split("\n"))
+        assert result.stdout == ""
+
+
+def test_an_empty_name_of_a_method_is_refused(run):
+    for methods in (",", "dmc,", ""):
+        result = run(*TORUS, "--methods", methods)
+        assert result.exit_code == 2
+        assert "empty name" in result.stderr
+
+
 def test_memory_is_at_least_that_of_the_mesh(run):
-    (row,) = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc").stdout)
+    (row,) = json.loads(run(*TORUS, "--format", "json", "--methods", "dmc").stdout)["methods"]
     assert row["memory_bytes"] >= 12 * row["vertices"] + 16 * row["quads"]
 
 
@@ -83,7 +112,7 @@ NOISE = ["compare", "synth:noise:14", "-i", 0.01, "--border", "closed", "--repea
 
 def test_the_tunnels_that_dual_marching_cubes_closes_are_counted_and_placed(run):
     words = [*NOISE, "--methods", "dmc,dmc+simplify,dmc:asymptotic,tmc,mc", "--format", "json"]
-    rows = {row["method"]: row for row in json.loads(run(*words).stdout)}
+    rows = {row["method"]: row for row in json.loads(run(*words).stdout)["methods"]}
     dmc = rows["dmc"]
     assert dmc["tunnels_closed"] > 10
     assert dmc["flipped_faces"] > 10
@@ -106,7 +135,7 @@ def test_the_tunnels_that_dual_marching_cubes_closes_are_counted_and_placed(run)
 
 def test_the_tables_tell_where_the_first_tunnels_are(run):
     words = [*NOISE, "--methods", "dmc"]
-    (row,) = json.loads(run(*words, "--format", "json").stdout)
+    (row,) = json.loads(run(*words, "--format", "json").stdout)["methods"]
     text, markdown = run(*words).stdout, run(*words, "--format", "markdown").stdout
     i, j, k = row["tunnels"][0]["cell"]
     more = row["tunnels_closed"] + row["flipped_faces"] - 8
@@ -151,7 +180,7 @@ def test_lines_break_where_a_column_would_not_fit():
 @pytest.mark.parametrize("border", ["open", "closed"])
 def test_the_border_is_that_of_all_methods(run, border):
     words = ["compare", "synth:iwp:16", "-i", 0.01, "--repeats", 1, "--format", "json", "--border", border]
-    for row in json.loads(run(*words).stdout):
+    for row in json.loads(run(*words).stdout)["methods"]:
         assert row["components"] > 0
 
 

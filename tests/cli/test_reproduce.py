@@ -83,7 +83,7 @@ def write_scan(path):
 
 def test_the_papers_figures_are_drawn_of_the_largest_data_set(run, tmp_path):
     for folder in ("a", "b"):
-        words = ["--table", "3", "--up-to", 64, "--figures", tmp_path / folder]
+        words = ["--table", "8", "--up-to", 64, "--figures", tmp_path / folder]
         assert run("reproduce", *words).exit_code == 0
     names = {
         f"figure_{name}_genus_two_64" for name in ("2020_10", "2020_11", "2021_11", "2021_14", "2021_15")
@@ -97,3 +97,16 @@ def test_the_papers_figures_are_drawn_of_the_largest_data_set(run, tmp_path):
     assert all(f">{name}<" in text for name in ("DC", "DMC", "DMCS"))
     (tmp_path / "file").write_text("")
     assert run("reproduce", *words[:-1], tmp_path / "file").exit_code == 2
+
+
+def test_what_no_data_set_is_small_enough_for_is_refused(run):
+    result = run("reproduce", "--table", "8", "--up-to", 10)
+    assert result.exit_code == 2
+    assert "the smallest data set of what is asked for has 64 nodes" in " ".join(result.stderr.split())
+
+
+def test_figures_of_a_table_without_any_are_refused(run, tmp_path):
+    result = run("reproduce", "--table", "I", "--figures", tmp_path / "figures")
+    assert result.exit_code == 2
+    assert "none of the data sets that they show is made" in " ".join(result.stderr.split())
+    assert not (tmp_path / "figures").exists()

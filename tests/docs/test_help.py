@@ -52,9 +52,17 @@ def test_the_examples_run(command, tmp_path):
         output_of(example, tmp_path)
 
 
-@pytest.mark.parametrize("default", ["manifold", "exact", "open", "outward"])
-def test_defaults_of_the_method_look_like_any_other(run, default):
-    assert f"[default: {default}]" in " ".join(run("convert", "--help").stdout.split())
+@pytest.mark.parametrize(
+    "told",
+    [
+        "[default: open]",
+        "[default: outward]",
+        "Of dmc: manifold (default), asymptotic.",
+        "Of dmc: exact (default), sampled, iterative, centroid. Of dc: qef (default), paper, particle.",
+    ],
+)
+def test_defaults_are_told_of_each_method_where_they_differ(run, told):
+    assert told in " ".join(run("convert", "--help").stdout.split())
 
 
 def test_options_stand_under_their_headings_and_general_ones_last(run):

@@ -14,15 +14,21 @@ from dmc_cli.settings import SurfaceSettings
 def method_option(name: str, help: str) -> Decorator:
     """Make an option of the surface that methods have or have not, with their values; `help` is for all."""
     taken = {method: method_named(method).options.get(name, ()) for method in METHODS}
-    if len(set(taken.values())) > 1:
-        help += "".join(f" Of {method}: {', '.join(values)}." for method, values in taken.items() if values)
+    differs = len(set(taken.values())) > 1
+    if differs:
+        told = {
+            method: ", ".join((f"{values[0]} (default)", *values[1:]))
+            for method, values in taken.items()
+            if values
+        }
+        help += "".join(f" Of {method}: {values}." for method, values in told.items())
     default = default_of(SurfaceSettings, "method")
     return setting(
         SurfaceSettings,
         name,
         section="Surface",
         type=click.Choice(option_values(name)),
-        show_default=taken[default][0] if taken[default] else False,
+        show_default=False if differs else taken[default][0],
         help=help,
     )
 
