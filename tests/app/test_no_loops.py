@@ -53,6 +53,6 @@ def test_a_larger_volume_takes_no_more_lines(run, tmp_path, method):
         assert run("convert", volume, tmp_path / "a.ply", *words, *dump, "--quiet").exit_code == 0
 
     convert(16)  # kernels are loaded, modules imported
-    few, many = (lines_run(lambda n=n: convert(n)) for n in (16, 56))
+    few, many = (lines_run(lambda n=n: convert(n)) for n in (16, 40))
     print(method, few, many)
     assert many < 1.5 * few
