@@ -4,9 +4,9 @@
 where directions whose eigenvalue is below a hundredth of the largest count for nothing; drawn into the cell.
 `particle`: from the mean, steps along the force of the planes, kept in the cell (Schmitz et al. 2009).
 
-On CPU sixteen vertices at a time; what these leave, cells near the volume's ends or missing nodes, is placed
-one by one, as a GPU places all. The arithmetic is the same: single precision, enough where small eigenvalues
-are dropped.
+On CPU sixteen vertices at a time. What these leave, cells near the volume's ends or missing nodes, is read
+one by one, as a GPU does for all, and placed sixteen at a time as well. The arithmetic is the same: single
+precision, enough where small eigenvalues are dropped.
 """
 
 from typing import Any
@@ -17,6 +17,9 @@ from dmc_cli.bits import LANES, VECTOR_FLAGS, bit_index, low_bits
 from dmc_cli.contouring.dual_contouring.cell_planes import (
     SummedLanes,
     SummedPlanes,
+    X,
+    Y,
+    Z,
     sum_plane_lanes,
     sum_planes,
 )
@@ -54,6 +57,9 @@ wp.set_module_options(
 CUT = wp.constant(0.01)
 """Eigenvalues up to this share of the largest are dropped: on a scan they are noise."""
 
+GROUP = 64
+"""Blocks whose left vertices one thread places."""
+
 LEAST_ERROR = -1
 """What stands for `qef` where a kernel takes a number of steps."""
 
@@ -79,9 +85,11 @@ def place_by_planes(cell: Any, context: CellContext) -> CellVertices:
     if device.is_cpu:
         left = device.empty(blocks, wp.uint32)
         device.begin(place_plane_block_kernel, blocks, inputs, [*outputs, outside, left], BLOCKS_A_CHUNK)
-        device.launch(place_left_kernel, blocks, [*inputs, left], [*outputs, outside], BLOCKS_A_CHUNK)
-    else:
-        device.launch(place_vertices_kernel, count, inputs, [*outputs, outside])
+        groups = -(-blocks // GROUP)
+        more = device.empty(groups, wp.int32)
+        device.launch(place_left_kernel, groups, [*inputs, left], [*outputs, more], 1)
+        return CellVertices(position, local, device.total(outside) + device.total(more))
+    device.launch(place_vertices_kernel, count, inputs, [*outputs, outside])
     return CellVertices(position, local, device.total(outside))
 
 
@@ -293,6 +301,45 @@ def place_plane_block_kernel(
     left_out[block] = bits
 
 
+@wp.func
+def place_listed(
+    grid: Grid,
+    field: Field,
+    matrix: wp.mat44d,
+    steps: wp.int32,
+    step_size: wp.float32,
+    cells: wp.array(dtype=wp.int64),
+    gathered: CellLanes,
+    listed: IntLanes,
+    count: wp.int32,
+    local_out: wp.array(dtype=wp.vec3),
+    position_out: wp.array(dtype=wp.vec3),
+) -> wp.int32:
+    """Place the first `count` of the listed vertices; return how many lay outside their cells."""
+    lanes = sum_plane_lanes(gathered)
+    placed = PlacedLanes()
+    if steps < 0:
+        placed = least_lanes(lanes)
+    else:
+        placed = particle_lanes(lanes, steps, step_size)
+    us = placed.u
+    vs = placed.v
+    ws = placed.w
+    lies_outside = placed.outside
+    outside = int(0)
+    for lane in range(count):
+        v = listed[lane]
+        node = cell_node(grid, cells[v])
+        p = wp.vec4(us[lane], vs[lane], ws[lane], wp.float32(lies_outside[lane]))
+        if lanes.out == 1:  # not all can be summed side by side
+            p = place_in_cell(grid, field, node, steps, step_size)
+        local = wp.vec3(p[0], p[1], p[2])
+        local_out[v] = local
+        position_out[v] = world_position(matrix, node_position(node, local))
+        outside += wp.int32(p[3])
+    return outside
+
+
 @wp.kernel
 def place_left_kernel(
     # In:
@@ -307,22 +354,49 @@ def place_left_kernel(
     # In/out:
     local_inout: wp.array(dtype=wp.vec3),
     position_inout: wp.array(dtype=wp.vec3),
-    outside_inout: wp.array(dtype=wp.uint8),
+    # Out:
+    outside_out: wp.array(dtype=wp.int32),
 ) -> None:
-    """Place the vertices that their block has left. One thread per block."""
-    block = first + wp.tid()
-    remaining = left[block] & low_bits(cells.shape[0] - block * LANES)
-    outside = wp.int32(outside_inout[block])
-    while remaining != wp.uint32(0):
-        v = block * LANES + bit_index(remaining)
-        remaining &= remaining - wp.uint32(1)
-        node = cell_node(grid, cells[v])
-        p = place_in_cell(grid, field, node, steps, step_size)
-        local = wp.vec3(p[0], p[1], p[2])
-        local_inout[v] = local
-        position_inout[v] = world_position(matrix, node_position(node, local))
-        outside += wp.int32(p[3])
-    outside_inout[block] = wp.uint8(outside)
+    """Place the vertices that their blocks have left. One thread per group of blocks."""
+    group = first + wp.tid()
+    outside = int(0)
+    count = int(0)
+    listed = IntLanes()
+    gathered = CellLanes()  # lanes that are not listed hold other cells, which count for nothing
+    for block in range(group * GROUP, wp.min((group + 1) * GROUP, left.shape[0])):
+        remaining = left[block] & low_bits(cells.shape[0] - block * LANES)
+        while remaining != wp.uint32(0):
+            v = block * LANES + bit_index(remaining)
+            remaining &= remaining - wp.uint32(1)
+            node = cell_node(grid, cells[v])
+            f = single_precision(cell_values(field, grid, node[0], node[1], node[2]))
+            g = cell_gradients(field, grid, node)
+            for c in range(8):
+                gathered[LANES * c + count] = f[c]
+                gathered[X + LANES * c + count] = g[3 * c]
+                gathered[Y + LANES * c + count] = g[3 * c + 1]
+                gathered[Z + LANES * c + count] = g[3 * c + 2]
+            listed[count] = v
+            count += 1
+            if count == LANES:
+                outside += place_listed(
+                    grid,
+                    field,
+                    matrix,
+                    steps,
+                    step_size,
+                    cells,
+                    gathered,
+                    listed,
+                    count,
+                    local_inout,
+                    position_inout,
+                )
+                count = int(0)
+    outside += place_listed(
+        grid, field, matrix, steps, step_size, cells, gathered, listed, count, local_inout, position_inout
+    )
+    outside_out[group] = outside
 
 
 @wp.kernel
