@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable
-from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -72,18 +71,19 @@ class Isovalues(click.ParamType[Any]):
             return value
         parts = str(value).split(":")
         try:
-            numbers = [Decimal(part.strip()) for part in parts]
-        except InvalidOperation:
-            numbers = []
-        if len(numbers) not in (1, 3):
+            if len(parts) == 1:
+                return (float(parts[0]),)
+            from decimal import Decimal  # of several alone: a millisecond of a run
+
+            first, last, step = (Decimal(part.strip()) for part in parts)
+            if not all(number.is_finite() for number in (first, last, step)):
+                raise ValueError
+        except (ValueError, ArithmeticError):
             self.fail(
                 f"{value!r} is no isovalue; expected a number, or first:last:step as in 100:900:50",
                 param,
                 ctx,
             )
-        if len(numbers) == 1 or not all(number.is_finite() for number in numbers):
-            return tuple(float(number) for number in numbers[:1])
-        first, last, step = numbers
         if step <= 0 or last < first:
             self.fail(
                 f"{value!r} has no numbers; expected first:last:step, the last not below the first, and"
