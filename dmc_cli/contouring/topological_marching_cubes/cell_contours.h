@@ -25,52 +25,49 @@ static CUDA_CALLABLE int low_corner(int edge) {
 // Return the axis along which an edge runs
 static CUDA_CALLABLE int axis_of(int edge) { return edge < 8 ? edge & 1 : 2; }
 
-// Return the edge between two corners
+// Return the edge between two corners that it joins
 static CUDA_CALLABLE int edge_between(int a, int b) {
-    const int low = a < b ? a : b;
-    int found = NONE;
-    for (int edge = 0; edge < EDGES; ++edge)
-        if (low_corner(edge) == low && 1 << axis_of(edge) == (a ^ b)) found = edge;
-    return found;
+    const int low = a < b ? a : b, along = a ^ b;
+    return along == 1 ? low : along == 2 ? (low & 1 ? low : low + 3) : 8 + (low ^ low >> 1);
 }
 
-// Return corner n of a face, anticlockwise seen from outside the cell
-static CUDA_CALLABLE int corner_of(int face, int n) {
+// List the corners of a face, anticlockwise seen from outside the cell
+static CUDA_CALLABLE void list_corners(int face, int* found) {
     const int axis = face >> 1, second = 1 << (axis + 1) % 3, third = 1 << (axis + 2) % 3;
     const bool is_high = face & 1;
-    const int round[4] = {0, is_high ? second : third, second + third, is_high ? third : second};
-    return round[n & 3] + (is_high ? 1 << axis : 0);
+    const int base = is_high ? 1 << axis : 0;
+    found[0] = base;
+    found[1] = base + (is_high ? second : third);
+    found[2] = base + second + third;
+    found[3] = base + (is_high ? third : second);
 }
 
 // Return whether two edges lie in one face
 static CUDA_CALLABLE bool share_face(int a, int b) {
     const int a0 = low_corner(a), a1 = a0 + (1 << axis_of(a)), b0 = low_corner(b),
               b1 = b0 + (1 << axis_of(b));
-    bool found = false;
-    for (int axis = 0; axis < 3; ++axis) {
-        const int bits = (a0 >> axis & 1) + (a1 >> axis & 1) + (b0 >> axis & 1) + (b1 >> axis & 1);
-        found = found || bits == 0 || bits == 4;
-    }
-    return found;
+    return (((a0 & a1 & b0 & b1) | ~(a0 | a1 | b0 | b1)) & 7) != 0;
 }
 
 // Add the segments of a face: each run of inside corners is cut off or, if those of an ambiguous face are
 // joined, each outside corner; the inside lies on the same side of all
 static CUDA_CALLABLE void add_segments(Contours& contours, int corners, int face, bool is_joined) {
-    int inside = 0;
-    for (int n = 0; n < 4; ++n) inside |= (corners >> corner_of(face, n) & 1) << n;
+    int round[4], inside = 0;
+    list_corners(face, round);
+    for (int n = 0; n < 4; ++n) inside |= (corners >> round[n] & 1) << n;
+    if (inside == 0 || inside == 15) return;
     const bool is_ambiguous = inside == 5 || inside == 10;
     for (int n = 0; n < 4; ++n) {
         const bool here = inside >> n & 1, before = inside >> ((n + 3) & 3) & 1;
         if (here == before || here == (is_ambiguous && is_joined)) continue;
         int last = n;
         while ((inside >> ((last + 1) & 3) & 1) == (int)here) ++last;
-        const int first_edge = edge_between(corner_of(face, n + 3), corner_of(face, n));
-        const int last_edge = edge_between(corner_of(face, last), corner_of(face, last + 1));
+        const int first_edge = edge_between(round[(n + 3) & 3], round[n]);
+        const int last_edge = edge_between(round[last & 3], round[(last + 1) & 3]);
         const int start = here ? first_edge : last_edge;
         contours.next[start] = here ? last_edge : first_edge;
         contours.face[start] = face;
-        contours.cut[start] = is_ambiguous ? corner_of(face, n) : NONE;
+        contours.cut[start] = is_ambiguous ? round[n] : NONE;
     }
 }
 

@@ -55,7 +55,8 @@ static CUDA_CALLABLE float quality(const Cell& cell, int a, int b, int c) {
         length[n] = wp::sqrt(square);
     }
     const float p = length[0], q = length[1], r = length[2], product = p * q * r;
-    return product > 0.0f ? ((p + q) - r) * (((q + r) - p) * ((r + p) - q)) / product : 0.0f;
+    const float found = product > 0.0f ? ((p + q) - r) * (((q + r) - p) * ((r + p) - q)) / product : 0.0f;
+    return found > 0.0f ? found : 0.0f;  // of no extent, by rounding
 }
 
 // Fan a polygon from a new inner vertex
@@ -67,6 +68,10 @@ static CUDA_CALLABLE void fan(Triangles& triangles, const int* edges, int size, 
 // so that the worst triangle is the best; return whether there is a way
 static CUDA_CALLABLE bool fill(Triangles& triangles, const Cell& cell, const int* edges, int size) {
     if (size > LONGEST) return false;
+    if (size == 3) {
+        add(triangles, edges[0], edges[1], edges[2]);
+        return true;
+    }
     float worst[LONGEST][LONGEST];
     int apex[LONGEST][LONGEST];
     for (int length = 1; length < size; ++length) {
@@ -285,11 +290,9 @@ static CUDA_CALLABLE void triangulate(Triangles& triangles, const cell_contours:
                                       const Cell& cell, const trilinear_roots::Lines& lines) {
     triangles.count = triangles.inner_count = 0;
     triangles.is_tunnel = false;
-    int inside = 0;
-    for (int side = 0; side < SIDES; ++side) inside += lines.inside[side];
-    if (inside == SIDES && join_hexagon(triangles, contours, cell, lines)) return;
+    if (lines.count == SIDES && join_hexagon(triangles, contours, cell, lines)) return;
     double point[3];
-    const bool is_crossed = inside < SIDES && find_crossing(lines, point);
+    const bool is_crossed = lines.count < SIDES && find_crossing(lines, point);
     for (int n = 0; n < contours.count; ++n) {
         const int* edges = contours.edges + contours.start[n];
         const int size = contours.start[n + 1] - contours.start[n];
@@ -314,12 +317,16 @@ static CUDA_CALLABLE double scale_of(double number) {
     return parts.number;
 }
 
-// Scale F, and find the crossings, of F lifted by a little
-static CUDA_CALLABLE void load(Cell& cell, const double* f, double lift) {
+// Scale F
+static CUDA_CALLABLE void load(Cell& cell, const double* f) {
     double largest = 0.0;
     for (int c = 0; c < 8; ++c) largest = magnitude(f[c]) > largest ? magnitude(f[c]) : largest;
     const double scale = scale_of(largest);
     for (int c = 0; c < 8; ++c) cell.f[c] = f[c] * scale;
+}
+
+// Find the crossings, of F lifted by a little
+static CUDA_CALLABLE void cross(Cell& cell, double lift) {
     for (int edge = 0; edge < 12; ++edge) {
         const int low = cell_contours::low_corner(edge), high = low + (1 << cell_contours::axis_of(edge));
         const double a = cell.f[low] + lift, b = cell.f[high] + lift;
@@ -338,13 +345,14 @@ inline wp::vec_t<4, wp::int32> triangulate_cell(wp::vec_t<8, wp::float64> corner
                                                 wp::array_t<wp::vec_t<3, wp::float32>> local_out) {
     double f[8];
     for (int c = 0; c < 8; ++c) f[c] = corner_values[c];
-    trilinear_cells::Cell cell;
-    cell.is_best = is_best != 0;
-    trilinear_cells::load(cell, f, 0.0);
+    trilinear_cells::Cell cell = {};
+    cell.is_best = is_best != 0 && first_triangle >= 0;  // to count, any triangulation will do
+    trilinear_cells::load(cell, f);
     const trilinear_roots::Lines lines = trilinear_roots::find_lines(cell.f);
-    if (lines.infinitesimal != 0.0) trilinear_cells::load(cell, f, lines.infinitesimal);
+    if (first_triangle >= 0 || lines.count == trilinear_cells::SIDES)
+        trilinear_cells::cross(cell, lines.infinitesimal);
     POINTER(const float) table = ITEMS(const float, frame);
-    for (int edge = 0; edge < 12; ++edge) {
+    for (int edge = 0; cell.is_best && edge < 12; ++edge) {
         for (int axis = 0; axis < 3; ++axis) {
             const int at = 16 * axis + edge;
             const float base = table[at] + step * table[48 + at],

@@ -29,6 +29,7 @@ struct Axis {
 struct Lines {
     Axis axis[3];
     bool inside[SIDES];
+    int count;             // of those that lie in the cell
     double infinitesimal;  // that stands for one, where a product is tied
 };
 
@@ -95,16 +96,20 @@ static CUDA_CALLABLE void find_inside(const Quadratic& p, bool has_roots, bool* 
 }
 
 // Return a root of the quadratic, where it grows or falls, in [0, 1]
-static CUDA_CALLABLE double find_root(const Quadratic& p, double wide, bool grows, double infinitesimal) {
+static CUDA_CALLABLE double find_root(const Quadratic& p, double wide, bool is_growing,
+                                      double infinitesimal) {
     const double b = p.b.at + infinitesimal * p.b.more, c = p.start.at + infinitesimal * p.start.more;
-    const double signed_root = grows ? wide : -wide;
+    const double signed_root = is_growing ? wide : -wide;
     double found;
-    if ((b <= 0.0) == grows)
+    if ((b <= 0.0) == is_growing)
         found = p.a != 0.0 ? (signed_root - b) / (2.0 * p.a) : 0.0;
     else
         found = b + signed_root != 0.0 ? -2.0 * c / (b + signed_root) : 0.0;
     return found > 0.0 ? (found < 1.0 ? found : 1.0) : 0.0;
 }
+
+// Return whether the quadratic grows at root n of an axis
+static CUDA_CALLABLE bool grows(int axis, int n) { return (axis == 0) == (n == 0); }
 
 // Find the lines of a cell by its corner values, of which the largest is near 1
 static CUDA_CALLABLE Lines find_lines(const double* f) {
@@ -122,24 +127,26 @@ static CUDA_CALLABLE Lines find_lines(const double* f) {
     const bool has_roots = wide != 0.0 ? wide > 0.0 : more != 0.0 ? more > 0.0 : most > 0.0;
     Lines lines;
     lines.infinitesimal = is_tied || wide == 0.0 ? 1.0 / (1ull << 40) : 0.0;
-    const double d = lines.infinitesimal, whole = wide + d * (more + d * most);
     for (int axis = 0; axis < 3; ++axis) {
         bool inside[2];
         find_inside(of[axis], has_roots, inside);
-        for (int n = 0; n < 2; ++n) {
-            bool grows = (axis == 0) == (n == 0);
-            lines.axis[axis].inside[n] = inside[grows ? 0 : 1];
-            lines.axis[axis].root[n] = find_root(of[axis], sqrt(whole > 0.0 ? whole : 0.0), grows, d);
-        }
+        for (int n = 0; n < 2; ++n) lines.axis[axis].inside[n] = inside[grows(axis, n) ? 0 : 1];
         lines.axis[axis].first_is_lower = (of[axis].a > 0.0) != (axis == 0);
     }
+    lines.count = 0;
     for (int side = 0; side < SIDES; ++side) {
         lines.inside[side] = true;
         for (int axis = 0; axis < 3; ++axis) {
             if (axis != axis_of_side(side))
                 lines.inside[side] = lines.inside[side] && lines.axis[axis].inside[root_at(side, axis)];
         }
+        lines.count += lines.inside[side];
     }
+    if (lines.count < 2) return lines;  // nothing crosses: nobody asks where the roots are
+    const double d = lines.infinitesimal, whole = wide + d * (more + d * most);
+    const double root = sqrt(whole > 0.0 ? whole : 0.0);
+    for (int axis = 0; axis < 3; ++axis)
+        for (int n = 0; n < 2; ++n) lines.axis[axis].root[n] = find_root(of[axis], root, grows(axis, n), d);
     return lines;
 }
 
