@@ -35,15 +35,7 @@ LOOPS = {
         "world_lanes": 16,
         "store_points": 16,
     },
-    f"{CONTOURING}.dual_contouring.placement": {
-        "corner_differences": 8,
-        "crossing_lanes": 16,
-        "mean_lanes": 16,
-        "sum_plane_lanes": 16,
-        "particle_lanes": 16,
-        "least_lanes": 16,
-        "store_points": 16,
-    },
+    f"{CONTOURING}.dual_contouring.placement": {"find_block_cells": 8, "world_lanes": 16, "store_points": 16},
     "dmc_cli.processing.patterns.masks": {"word_3x3y": 16, "word_3333": 16, "flagged": 16},
 }
 """Functions that need a loop of so many lanes at least: eight where they are doubles."""

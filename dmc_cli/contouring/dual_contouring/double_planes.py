@@ -2,11 +2,14 @@
 
 import warp as wp
 
-from dmc_cli.contouring.dual_contouring.cell_planes import EDGE_HIGH, EDGE_LOW
-from dmc_cli.contouring.dual_contouring.symmetric_matrix import Planes64, least_point_64
-from dmc_cli.field import CornerValues64
+from dmc_cli.contouring.dual_contouring.symmetric_matrix import ONE, ZERO, Planes64, least_point_64
+from dmc_cli.field import EDGES, CornerValues64
 
-ZERO, ONE = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
+Vec12 = wp.types.vector(length=12, dtype=wp.int32)
+
+EDGE_LOW = wp.constant(Vec12(*(low for low, _ in EDGES)))
+EDGE_HIGH = wp.constant(Vec12(*(high for _, high in EDGES)))
+"""The corners of each edge."""
 
 FULL_CUT = wp.constant(wp.float64(1.0e-12))
 """Against matrices that are singular to the last digit, no more."""

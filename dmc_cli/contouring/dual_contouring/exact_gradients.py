@@ -11,15 +11,13 @@ from typing import Any
 import warp as wp
 
 from dmc_cli.contouring.dual_contouring.double_planes import (
-    ONE,
-    ZERO,
     crossing_on,
     in_full,
     point_on,
     with_plane,
 )
 from dmc_cli.contouring.dual_contouring.hermite_data import hermite_data
-from dmc_cli.contouring.dual_contouring.symmetric_matrix import Planes64, least_point_64
+from dmc_cli.contouring.dual_contouring.symmetric_matrix import ONE, ZERO, Planes64, least_point_64
 from dmc_cli.contouring.dual_grid import CellContext, CellVertices
 from dmc_cli.errors import SettingsError
 from dmc_cli.field import (

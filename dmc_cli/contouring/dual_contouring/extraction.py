@@ -45,6 +45,6 @@ def surface_kernels(settings: SurfaceSettings) -> list[ModuleType]:
         from dmc_cli.contouring.dual_contouring import paper
 
         return [paper, *dual_kernels()]
-    from dmc_cli.contouring.dual_contouring import placement
+    from dmc_cli.contouring.dual_contouring import placement, single_cells
 
-    return [placement, *dual_kernels()]
+    return [placement, single_cells, *dual_kernels()]

@@ -10,16 +10,16 @@ from typing import Any
 
 import warp as wp
 
-from dmc_cli.contouring.dual_contouring.cell_planes import EDGE_HIGH, EDGE_LOW
 from dmc_cli.contouring.dual_contouring.double_planes import (
-    ZERO,
+    EDGE_HIGH,
+    EDGE_LOW,
     crossing_on,
     in_full,
     mean_of_crossings,
     point_on,
     with_plane,
 )
-from dmc_cli.contouring.dual_contouring.symmetric_matrix import Planes64
+from dmc_cli.contouring.dual_contouring.symmetric_matrix import ZERO, Planes64
 from dmc_cli.contouring.dual_grid import CellContext, CellVertices
 from dmc_cli.field import (
     Field,

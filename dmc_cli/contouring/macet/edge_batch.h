@@ -107,7 +107,7 @@ static CUDA_CALLABLE steps::Vector steps_to_crossings(const Batch& batch, const 
     float along[LANES];
     for (int lane = 0; lane < LANES; ++lane) along[lane] = vertices.crossing[vertex_of(batch, lane)] - 0.5f;
     const steps::numbers one = 1.0f;
-    return steps::scaled(one + one, steps::scaled(steps::load(along), edges.half));
+    return steps::scaled(one + one, steps::scaled(lanes::load(along), edges.half));
 }
 
 // Return the vectors of a batch in an array of `width` numbers each
@@ -115,7 +115,7 @@ static CUDA_CALLABLE steps::Vector gathered(const Batch& batch, POINTER(const fl
     float numbers[3][LANES];
     for (int lane = 0; lane < LANES; ++lane)
         for (int n = 0; n < 3; ++n) numbers[n][lane] = array[width * vertex_of(batch, lane) + n];
-    return {steps::load(numbers[0]), steps::load(numbers[1]), steps::load(numbers[2])};
+    return {lanes::load(numbers[0]), lanes::load(numbers[1]), lanes::load(numbers[2])};
 }
 
 // Return the ways from vertices to the means of their neighbours, by the sums of these
@@ -124,15 +124,15 @@ static CUDA_CALLABLE steps::Vector ways_to_means(const Batch& batch, const Verti
     float count[LANES];
     for (int lane = 0; lane < LANES; ++lane) count[lane] = sums[4 * vertex_of(batch, lane) + 3];
     const steps::numbers one = 1.0f;
-    const steps::Vector means = steps::scaled(one / steps::load(count), gathered(batch, sums, 4));
+    const steps::Vector means = steps::scaled(one / lanes::load(count), gathered(batch, sums, 4));
     return steps::less(means, gathered(batch, vertices.position, 3));
 }
 
 static CUDA_CALLABLE void scatter(const Batch& batch, const steps::Vector& vectors, POINTER(float) array) {
     float numbers[3][LANES];
-    steps::store(numbers[0], vectors.x);
-    steps::store(numbers[1], vectors.y);
-    steps::store(numbers[2], vectors.z);
+    lanes::store(numbers[0], vectors.x);
+    lanes::store(numbers[1], vectors.y);
+    lanes::store(numbers[2], vectors.z);
     POINTER(float) own = array + 3 * batch.vertex;
     for (int lane = 0; lane < batch.used; ++lane)
         for (int n = 0; n < 3; ++n) own[3 * lane + n] = numbers[n][lane];
@@ -143,13 +143,13 @@ static CUDA_CALLABLE steps::integers in_cells(steps::integers found, const steps
                                               const Cells& cells) {
     if (!cells.is_marked) return found;
     int i[LANES], j[LANES], k[LANES], is_found[LANES];
-    steps::store(i, place.i);
-    steps::store(j, place.j);
-    steps::store(k, place.k);
-    steps::store(is_found, found);
+    lanes::store(i, place.i);
+    lanes::store(j, place.j);
+    lanes::store(k, place.k);
+    lanes::store(is_found, found);
     for (int lane = 0; lane < LANES; ++lane)
         is_found[lane] = is_found[lane] && exists(cells, i[lane], j[lane], k[lane]) ? 1 : 0;
-    return steps::load(is_found) != 0;
+    return lanes::load(is_found) != 0;
 }
 
 // Return one world coordinate in double precision, rounded once, as `world_coordinate` does
@@ -166,17 +166,17 @@ static CUDA_CALLABLE void store_places(const Batch& batch, const Vertices& verti
     int i[LANES], j[LANES], k[LANES];
     float u[LANES], v[LANES], w[LANES], along[LANES], x[LANES], y[LANES], z[LANES];
     const steps::numbers one = 1.0f, half = 0.5f;
-    const steps::integers held = steps::load(batch.is_held);
+    const steps::integers held = lanes::load(batch.is_held);
     const steps::Vector axis = steps::scaled(one + one, edges.half);
     const steps::numbers on_axis = half + steps::dot(step, axis);
     const steps::Vector on_edge = steps::scaled(on_axis, axis);
-    steps::store(i, held ? edges.i : place.i);
-    steps::store(j, held ? edges.j : place.j);
-    steps::store(k, held ? edges.k : place.k);
-    steps::store(u, held ? on_edge.x : place.local.x);
-    steps::store(v, held ? on_edge.y : place.local.y);
-    steps::store(w, held ? on_edge.z : place.local.z);
-    steps::store(along, on_axis);
+    lanes::store(i, held ? edges.i : place.i);
+    lanes::store(j, held ? edges.j : place.j);
+    lanes::store(k, held ? edges.k : place.k);
+    lanes::store(u, held ? on_edge.x : place.local.x);
+    lanes::store(v, held ? on_edge.y : place.local.y);
+    lanes::store(w, held ? on_edge.z : place.local.z);
+    lanes::store(along, on_axis);
     for (int lane = 0; lane < LANES; ++lane) {
         const double p = (double)i[lane] + (double)u[lane], q = (double)j[lane] + (double)v[lane];
         const double r = (double)k[lane] + (double)w[lane];

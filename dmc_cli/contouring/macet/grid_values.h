@@ -17,9 +17,9 @@ struct Source {
 
 // Return F of stored values
 static CUDA_CALLABLE steps::numbers distances(const Source& source, const double* stored) {
-    const steps::doubles f = source.sign * (steps::load(stored) - source.isovalue), none = 0.0;
-    const steps::doubles most = none + source.farthest, least = none - source.farthest;
-    return steps::narrowed(f > most ? most : f < least ? least : f);
+    const lanes::doubles f = source.sign * (lanes::load(stored) - source.isovalue), none = 0.0;
+    const lanes::doubles most = none + source.farthest, least = none - source.farthest;
+    return lanes::narrowed(f > most ? most : f < least ? least : f);
 }
 
 static CUDA_CALLABLE double distance(const Source& source, double stored) {
@@ -71,7 +71,7 @@ static CUDA_CALLABLE double value_at(const Source& source, double stored, int i,
 static CUDA_CALLABLE bool find_care(const Source& source, const int* i, const int* j, const int* k,
                                     const steps::Corners& cells, int* needs_care) {
     const steps::numbers largest = steps::largest(cells);
-    steps::store(needs_care, ((largest > 1.0e-15f) & (largest < 1.0e15f)) == 0);
+    lanes::store(needs_care, ((largest > 1.0e-15f) & (largest < 1.0e15f)) == 0);
     bool any = false;
     for (int lane = 0; lane < steps::LANES; ++lane) {
         if (source.border && (source.has_nodata || is_outer(source, i[lane], j[lane], k[lane])))

@@ -1,61 +1,13 @@
 // Steps from the middles of edges to the surface, sixteen side by side, on CUDA one: see surface_steps.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/field/lanes.h"
 
 namespace steps {
 
-#if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
-// Sixteen vertices side by side; comparisons give -1 or 0
-enum { LANES = 16 };
-typedef float numbers __attribute__((ext_vector_type(16)));
-typedef int integers __attribute__((ext_vector_type(16)));
-typedef double doubles __attribute__((ext_vector_type(16)));
-static numbers root(numbers a) { return __builtin_elementwise_sqrt(a); }
-static numbers least(numbers a, numbers b) { return __builtin_elementwise_min(a, b); }
-static numbers most(numbers a, numbers b) { return __builtin_elementwise_max(a, b); }
-static integers least(integers a, integers b) { return __builtin_elementwise_min(a, b); }
-static integers most(integers a, integers b) { return __builtin_elementwise_max(a, b); }
-static integers whole(numbers a) { return __builtin_convertvector(__builtin_elementwise_floor(a), integers); }
-static numbers number(integers a) { return __builtin_convertvector(a, numbers); }
-static bool any(integers a) { return __builtin_reduce_or(a) != 0; }
-static numbers load(const float* a) {
-    numbers all;
-    __builtin_memcpy(&all, a, sizeof(all));
-    return all;
-}
-static integers load(const int* a) {
-    integers all;
-    __builtin_memcpy(&all, a, sizeof(all));
-    return all;
-}
-static doubles load(const double* a) {
-    doubles all;
-    __builtin_memcpy(&all, a, sizeof(all));
-    return all;
-}
-static numbers narrowed(doubles a) { return __builtin_convertvector(a, numbers); }
-static void store(float* a, numbers all) { __builtin_memcpy(a, &all, sizeof(all)); }
-static void store(int* a, integers all) { __builtin_memcpy(a, &all, sizeof(all)); }
-#else
-enum { LANES = 1 };
-typedef float numbers;
-typedef int integers;
-typedef double doubles;
-static CUDA_CALLABLE float root(float a) { return sqrtf(a); }
-static CUDA_CALLABLE float least(float a, float b) { return a < b ? a : b; }
-static CUDA_CALLABLE float most(float a, float b) { return a > b ? a : b; }
-static CUDA_CALLABLE int least(int a, int b) { return a < b ? a : b; }
-static CUDA_CALLABLE int most(int a, int b) { return a > b ? a : b; }
-static CUDA_CALLABLE int whole(float a) { return (int)floorf(a); }
-static CUDA_CALLABLE float number(int a) { return (float)a; }
-static CUDA_CALLABLE bool any(int a) { return a != 0; }
-static CUDA_CALLABLE float load(const float* a) { return *a; }
-static CUDA_CALLABLE int load(const int* a) { return *a; }
-static CUDA_CALLABLE double load(const double* a) { return *a; }
-static CUDA_CALLABLE float narrowed(double a) { return (float)a; }
-static CUDA_CALLABLE void store(float* a, float all) { *a = all; }
-static CUDA_CALLABLE void store(int* a, int all) { *a = all; }
-#endif
+enum { LANES = lanes::LANES };
+typedef lanes::numbers numbers;
+typedef lanes::integers integers;
 
 // Newton steps at most; in cells the longest one, and one so short that what is left is its square
 enum { MOST_STEPS = 8 };
@@ -71,7 +23,7 @@ static CUDA_CALLABLE Vector sum(Vector a, Vector b) { return {a.x + b.x, a.y + b
 static CUDA_CALLABLE Vector less(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 static CUDA_CALLABLE Vector product(Vector a, Vector b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 static CUDA_CALLABLE numbers dot(Vector a, Vector b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-static CUDA_CALLABLE numbers length(Vector a) { return root(dot(a, a)); }
+static CUDA_CALLABLE numbers length(Vector a) { return lanes::root(dot(a, a)); }
 static CUDA_CALLABLE Vector chosen(integers is_first, Vector a, Vector b) {
     return {is_first ? a.x : b.x, is_first ? a.y : b.y, is_first ? a.z : b.z};
 }
@@ -94,10 +46,10 @@ static CUDA_CALLABLE Edges edges_at(const int* i, const int* j, const int* k, co
                                     const int* is_held, int nx, int ny, int nz) {
     Edges edges;
     const numbers one = 1.0f, none = 0.0f, half = 0.5f;
-    const integers along = load(axis), held = load(is_held);
-    edges.i = load(i);
-    edges.j = load(j);
-    edges.k = load(k);
+    const integers along = lanes::load(axis), held = lanes::load(is_held);
+    edges.i = lanes::load(i);
+    edges.j = lanes::load(j);
+    edges.k = lanes::load(k);
     const integers no_cell = 0;
     edges.last_i = no_cell + (nx - 2);
     edges.last_j = no_cell + (ny - 2);
@@ -108,7 +60,7 @@ static CUDA_CALLABLE Edges edges_at(const int* i, const int* j, const int* k, co
     const integers inner_z = (edges.k > 0) & (edges.k < nz - 1) & (held == 0);
     edges.free = {(along == 0) | inner_x ? one : none, (along == 1) | inner_y ? one : none,
                   (along == 2) | inner_z ? one : none};
-    const Vector node = {number(edges.i), number(edges.j), number(edges.k)};
+    const Vector node = {lanes::number(edges.i), lanes::number(edges.j), lanes::number(edges.k)};
     const Vector last = {one * (float)(nx - 1), one * (float)(ny - 1), one * (float)(nz - 1)};
     edges.low = less(scaled(-one, node), edges.half);
     edges.high = less(less(last, node), edges.half);
@@ -117,8 +69,9 @@ static CUDA_CALLABLE Edges edges_at(const int* i, const int* j, const int* k, co
 
 // Return a step, shortened where it leads off the grid
 static CUDA_CALLABLE Vector on_grid(const Edges& edges, Vector step) {
-    return {most(edges.low.x, least(edges.high.x, step.x)), most(edges.low.y, least(edges.high.y, step.y)),
-            most(edges.low.z, least(edges.high.z, step.z))};
+    return {lanes::most(edges.low.x, lanes::least(edges.high.x, step.x)),
+            lanes::most(edges.low.y, lanes::least(edges.high.y, step.y)),
+            lanes::most(edges.low.z, lanes::least(edges.high.z, step.z))};
 }
 
 // Return where a step leads
@@ -126,17 +79,18 @@ static CUDA_CALLABLE Place place_of(const Edges& edges, Vector step) {
     Place place;
     const integers none = 0;
     const Vector from = sum(edges.half, step);
-    place.i = most(none, least(edges.last_i, edges.i + whole(from.x)));
-    place.j = most(none, least(edges.last_j, edges.j + whole(from.y)));
-    place.k = most(none, least(edges.last_k, edges.k + whole(from.z)));
-    place.local =
-        less(from, {number(place.i - edges.i), number(place.j - edges.j), number(place.k - edges.k)});
+    place.i = lanes::most(none, lanes::least(edges.last_i, edges.i + lanes::whole(from.x)));
+    place.j = lanes::most(none, lanes::least(edges.last_j, edges.j + lanes::whole(from.y)));
+    place.k = lanes::most(none, lanes::least(edges.last_k, edges.k + lanes::whole(from.z)));
+    place.local = less(from, {lanes::number(place.i - edges.i), lanes::number(place.j - edges.j),
+                              lanes::number(place.k - edges.k)});
     return place;
 }
 
 // Return where a step leads, in node indices
 static CUDA_CALLABLE Vector position_of(const Edges& edges, Vector step) {
-    return sum({number(edges.i), number(edges.j), number(edges.k)}, sum(edges.half, step));
+    return sum({lanes::number(edges.i), lanes::number(edges.j), lanes::number(edges.k)},
+               sum(edges.half, step));
 }
 
 // F at the corners of cells, corner by corner
@@ -146,11 +100,12 @@ struct Corners {
 
 // Return the trilinear value at local coordinates
 static CUDA_CALLABLE numbers value(const Corners& cells, Vector p) {
-    numbers a = load(cells.f[0]), b = load(cells.f[2]), c = load(cells.f[4]), d = load(cells.f[6]);
-    a = a + p.x * (load(cells.f[1]) - a);
-    b = b + p.x * (load(cells.f[3]) - b);
-    c = c + p.x * (load(cells.f[5]) - c);
-    d = d + p.x * (load(cells.f[7]) - d);
+    numbers a = lanes::load(cells.f[0]), b = lanes::load(cells.f[2]), c = lanes::load(cells.f[4]),
+            d = lanes::load(cells.f[6]);
+    a = a + p.x * (lanes::load(cells.f[1]) - a);
+    b = b + p.x * (lanes::load(cells.f[3]) - b);
+    c = c + p.x * (lanes::load(cells.f[5]) - c);
+    d = d + p.x * (lanes::load(cells.f[7]) - d);
     a = a + p.y * (b - a);
     c = c + p.y * (d - c);
     return a + p.z * (c - a);
@@ -162,8 +117,10 @@ static CUDA_CALLABLE numbers slope(numbers a, numbers b, numbers c, numbers d, n
 }
 
 static CUDA_CALLABLE Vector gradient(const Corners& cells, Vector p) {
-    const numbers f0 = load(cells.f[0]), f1 = load(cells.f[1]), f2 = load(cells.f[2]), f3 = load(cells.f[3]);
-    const numbers f4 = load(cells.f[4]), f5 = load(cells.f[5]), f6 = load(cells.f[6]), f7 = load(cells.f[7]);
+    const numbers f0 = lanes::load(cells.f[0]), f1 = lanes::load(cells.f[1]), f2 = lanes::load(cells.f[2]),
+                  f3 = lanes::load(cells.f[3]);
+    const numbers f4 = lanes::load(cells.f[4]), f5 = lanes::load(cells.f[5]), f6 = lanes::load(cells.f[6]),
+                  f7 = lanes::load(cells.f[7]);
     return {slope(f1 - f0, f3 - f2, f5 - f4, f7 - f6, p.y, p.z),
             slope(f2 - f0, f3 - f1, f6 - f4, f7 - f5, p.x, p.z),
             slope(f4 - f0, f5 - f1, f6 - f2, f7 - f3, p.x, p.y)};
@@ -182,8 +139,8 @@ static CUDA_CALLABLE Vector newton(numbers value, Vector gradient) {
 // Return the part of a way along the plane across a gradient
 static CUDA_CALLABLE Vector along_plane(Vector way, Vector gradient) {
     const numbers one = 1.0f, none = 0.0f;
-    const numbers x = most(gradient.x, -gradient.x), y = most(gradient.y, -gradient.y);
-    const numbers size = most(x, most(y, most(gradient.z, -gradient.z)));
+    const numbers x = lanes::most(gradient.x, -gradient.x), y = lanes::most(gradient.y, -gradient.y);
+    const numbers size = lanes::most(x, lanes::most(y, lanes::most(gradient.z, -gradient.z)));
     const integers is_steep = size > 0.0f;
     const Vector short_one = scaled(is_steep ? one / (is_steep ? size : one) : none, gradient);
     const numbers square = dot(short_one, short_one);
@@ -194,7 +151,8 @@ static CUDA_CALLABLE Vector along_plane(Vector way, Vector gradient) {
 // Return the largest absolute value at the corners
 static CUDA_CALLABLE numbers largest(const Corners& cells) {
     numbers found = 0.0f;
-    for (int c = 0; c < 8; ++c) found = most(found, most(load(cells.f[c]), -load(cells.f[c])));
+    for (int c = 0; c < 8; ++c)
+        found = lanes::most(found, lanes::most(lanes::load(cells.f[c]), -lanes::load(cells.f[c])));
     return found;
 }
 
@@ -233,8 +191,8 @@ static CUDA_CALLABLE bool enter_cells(Search& search, const Edges& edges, float 
     search.step = on_grid(edges, scaled(is_out ? reach / (is_out ? size : one) : one, search.step));
     const Place before = search.place;
     search.place = place_of(edges, search.step);
-    return any(search.active &
-               ((search.place.i != before.i) | (search.place.j != before.j) | (search.place.k != before.k)));
+    return lanes::any(search.active & ((search.place.i != before.i) | (search.place.j != before.j) |
+                                       (search.place.k != before.k)));
 }
 
 // Go half of a way, along the plane across the gradient

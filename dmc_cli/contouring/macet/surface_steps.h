@@ -65,7 +65,7 @@ inline void settle_rows(
             for (int c = 0; c < 8; ++c) {
                 double wide[LANES];
                 for (int lane = 0; lane < LANES; ++lane) wide[lane] = (double)numbers[c][lane];
-                steps::store(near.f[c], grid_values::distances(source, wide));
+                lanes::store(near.f[c], grid_values::distances(source, wide));
             }
             int needs_care[LANES];
             if (!grid_values::find_care(source, i, j, k, near, needs_care)) return;
@@ -95,12 +95,12 @@ inline void settle_rows(
             before = edge_batch::steps_to_crossings(batch, vertices, edges);
         }
         steps::Corners near = {};
-        for (int n = is_smoothing ? -1 : 0; n < steps::MOST_STEPS && steps::any(search.active); ++n) {
+        for (int n = is_smoothing ? -1 : 0; n < steps::MOST_STEPS && lanes::any(search.active); ++n) {
             if (steps::enter_cells(search, edges, reach)) {
                 int i[LANES], j[LANES], k[LANES];
-                steps::store(i, search.place.i);
-                steps::store(j, search.place.j);
-                steps::store(k, search.place.k);
+                lanes::store(i, search.place.i);
+                lanes::store(j, search.place.j);
+                lanes::store(k, search.place.k);
                 load_cells(i, j, k, near);
             }
             if (n < 0)

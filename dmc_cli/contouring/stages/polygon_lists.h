@@ -1,6 +1,7 @@
 // Triangulate polygons of some cells, those of a size side by side: see cell_triangles.py.
 #pragma once
 #include "builtin.h"
+#include "dmc_cli/field/lanes.h"
 #include "dmc_cli/runtime/pointers.h"
 
 namespace polygon_lists {
@@ -27,48 +28,27 @@ struct Points {
 
 enum { EDGE_X = 0, EDGE_Y = 4, EDGE_Z = 6 };  // entries of one edge along each axis
 
+typedef lanes::numbers numbers;
+typedef lanes::integers integers;
+
 #if defined(__clang__) && !defined(__CUDA_ARCH__) && !defined(DMC_AS_ON_GPU)
 // Sixteen polygons side by side
 enum { LANES = 16, ROOM = 64 };
-typedef float numbers __attribute__((ext_vector_type(16)));
-typedef int integers __attribute__((ext_vector_type(16)));
 typedef unsigned int codes __attribute__((ext_vector_type(16)));
-static CUDA_CALLABLE numbers root(numbers a) { return __builtin_elementwise_sqrt(a); }
-static CUDA_CALLABLE numbers least(numbers a, numbers b) { return __builtin_elementwise_min(a, b); }
-static CUDA_CALLABLE numbers ratio(numbers a, numbers b) { return b > 0.0f ? a / b : (numbers)0.0f; }
-static CUDA_CALLABLE integers is_more(numbers a, numbers b) { return a > b; }
-static CUDA_CALLABLE codes load(const unsigned int* a) {
+static numbers ratio(numbers a, numbers b) { return b > 0.0f ? a / b : (numbers)0.0f; }
+static integers is_more(numbers a, numbers b) { return a > b; }
+static codes load(const unsigned int* a) {
     codes all;
     __builtin_memcpy(&all, a, sizeof(all));
     return all;
 }
-static CUDA_CALLABLE numbers load(const float* a) {
-    numbers all;
-    __builtin_memcpy(&all, a, sizeof(all));
-    return all;
-}
-static CUDA_CALLABLE integers load(const int* a) {
-    integers all;
-    __builtin_memcpy(&all, a, sizeof(all));
-    return all;
-}
-static CUDA_CALLABLE void spill(integers all, int* to) { __builtin_memcpy(to, &all, sizeof(all)); }
-static CUDA_CALLABLE void spill(numbers all, float* to) { __builtin_memcpy(to, &all, sizeof(all)); }
-static CUDA_CALLABLE integers if_allowed(integers better, integers allowed) { return better & -allowed; }
+static integers if_allowed(integers better, integers allowed) { return better & -allowed; }
 #else
 enum { LANES = 1, ROOM = 1 };
-typedef float numbers;
-typedef int integers;
 typedef unsigned int codes;
-static CUDA_CALLABLE float root(float a) { return sqrtf(a); }
-static CUDA_CALLABLE float least(float a, float b) { return a < b ? a : b; }
 static CUDA_CALLABLE float ratio(float a, float b) { return b > 0.0f ? a / b : 0.0f; }
 static CUDA_CALLABLE int is_more(float a, float b) { return a > b; }
 static CUDA_CALLABLE unsigned int load(const unsigned int* a) { return *a; }
-static CUDA_CALLABLE float load(const float* a) { return *a; }
-static CUDA_CALLABLE int load(const int* a) { return *a; }
-static CUDA_CALLABLE void spill(int all, int* to) { *to = all; }
-static CUDA_CALLABLE void spill(float all, float* to) { *to = all; }
 static CUDA_CALLABLE int if_allowed(int better, int allowed) { return better & allowed; }
 #endif
 
@@ -191,7 +171,7 @@ static CUDA_CALLABLE numbers places_of(const List& list, int start, int v, POINT
     float found[LANES];
     for (int lane = 0; lane < LANES; ++lane)
         found[lane] = places[(size_t)width * list.vertices[start + lane][v] + n];
-    return load(found);
+    return lanes::load(found);
 }
 
 // Return the triangulation of each of the polygons from `start` on whose worst triangle is the best; a
@@ -220,7 +200,7 @@ static CUDA_CALLABLE integers find_best(const List& list, int start, const Table
     for (int a = 0; a < size; ++a) {
         for (int b = a + 1; b < size; ++b) {
             numbers d = x[a][0] - x[b][0], e = x[a][1] - x[b][1], f = x[a][2] - x[b][2];
-            length[a][b] = root((d * d + e * e) + f * f);
+            length[a][b] = lanes::root((d * d + e * e) + f * f);
         }
     }
     numbers quality[35];
@@ -241,13 +221,13 @@ static CUDA_CALLABLE integers find_best(const List& list, int start, const Table
     POINTER(const unsigned char) member = tables.members + MEMBERS * first_row(size);
     for (int row = 0; row < row_count(size); ++row, member += MEMBERS) {
         numbers worst = quality[member[0]];
-        for (int n = 1; n < size - 2; ++n) worst = least(worst, quality[member[n]]);
+        for (int n = 1; n < size - 2; ++n) worst = lanes::least(worst, quality[member[n]]);
         integers better = is_more(worst, best);
         if (size > 5 && allowed != all) {  // smaller polygons have no diagonal in a face
             int is_allowed[LANES];
             for (int lane = 0; lane < LANES; ++lane)
                 is_allowed[lane] = (int)(tables.allowed[list.kind[start + lane]] >> row & 1);
-            better = if_allowed(better, load(is_allowed));
+            better = if_allowed(better, lanes::load(is_allowed));
         }
         best = better ? worst : best;
         found = better ? (integers)row : found;
@@ -271,8 +251,8 @@ static CUDA_CALLABLE void store_size(Lists& lists, const Tables& tables, const P
             }
             numbers best;
             float worst[LANES];
-            spill(find_best(list, start, tables, points, places, width, size, best), rows);
-            spill(best, worst);
+            lanes::store(rows, find_best(list, start, tables, points, places, width, size, best));
+            lanes::store(worst, best);
             for (int lane = 0; lane < used && width > 1; ++lane)
                 if (!(worst[lane] >= lists.least)) lists.poor[lists.poor_count++] = list.slot[start + lane];
         } else {
