@@ -213,12 +213,11 @@ class Device:
             self.launch(scan_rows_kernel, rows, [counts, length], [sums], rows)
             return
         chunks = -(-length // CHUNK)
-        for row in range(rows):
-            row_counts, row_sums = counts + 8 * row * length, sums + 8 * row * (length + 1)
-            chunk_sums, starts = self.empty(chunks, wp.int64), self.empty(chunks + 1, wp.int64)
-            self.launch(sum_chunks_kernel, chunks, [row_counts, length], [chunk_sums], 1)
-            self._scan(chunk_sums.ptr, 1, chunks, starts.ptr)
-            self.launch(scan_chunks_kernel, chunks, [row_counts, length, starts], [row_sums], 1)
+        chunk_sums = self.empty(rows * chunks, wp.int64)
+        starts = self.empty(rows * (chunks + 1), wp.int64)
+        self.launch(sum_chunks_kernel, rows * chunks, [counts, length, chunks], [chunk_sums], 1)
+        self._scan(chunk_sums.ptr, rows, chunks, starts.ptr)
+        self.launch(scan_chunks_kernel, rows * chunks, [counts, length, chunks, starts], [sums], 1)
 
     def totals(self, counts: Any) -> list[int]:
         """Return the sum of each row of an integer array, (rows, n)."""

@@ -52,13 +52,16 @@ def sum_chunks_kernel(
     first: wp.int32,
     counts: wp.uint64,
     length: wp.int64,
+    chunks: wp.int32,
     # Out:
     sums_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Sum the chunks of a row. One thread per chunk."""
-    chunk = first + wp.tid()
-    begin = wp.int64(chunk) * wp.int64(CHUNK)
-    sums_out[chunk] = chunk_sum(counts, begin, wp.min(begin + wp.int64(CHUNK), length))
+    """Sum the chunks of rows of `length` counts. One thread per chunk, `chunks` a row."""
+    n = first + wp.tid()
+    row = wp.uint64(n / chunks)
+    begin = wp.int64(n % chunks) * wp.int64(CHUNK)
+    counts_of_row = counts + wp.uint64(8) * row * wp.uint64(length)
+    sums_out[n] = chunk_sum(counts_of_row, begin, wp.min(begin + wp.int64(CHUNK), length))
 
 
 @wp.kernel
@@ -67,12 +70,21 @@ def scan_chunks_kernel(
     first: wp.int32,
     counts: wp.uint64,
     length: wp.int64,
+    chunks: wp.int32,
     starts: wp.array(dtype=wp.int64),
     # Out:
     sums_out: wp.uint64,
 ) -> None:
-    """Store the sum of a row's counts before each, and their total. One thread per chunk."""
-    chunk = first + wp.tid()
+    """Store the sum of a row's counts before each, and their total. One thread per chunk, `chunks` a row.
+
+    `starts` are the sums of a row's counts before each of its chunks, and their total.
+    """
+    n = first + wp.tid()
+    row = n / chunks
+    chunk = n % chunks
+    size = wp.uint64(8)
     begin = wp.int64(chunk) * wp.int64(CHUNK)
     end = wp.min(begin + wp.int64(CHUNK), length)
-    store_sums(counts, length, begin, end, starts[chunk], sums_out)
+    counts_of_row = counts + size * wp.uint64(row) * wp.uint64(length)
+    sums = sums_out + size * wp.uint64(row) * wp.uint64(length + wp.int64(1))
+    store_sums(counts_of_row, length, begin, end, starts[row * (chunks + 1) + chunk], sums)

@@ -14,8 +14,10 @@ vertex; else all follows from the inside bits, and nothing else is stored.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from dmc_cli.bits import (
@@ -80,7 +82,7 @@ class EdgeRanks:
         vertex_count: Vertices on crossed edges.
         triangle_count: Triangles of all rows.
         special_count: Cells that may have several polygons.
-        active_cells: Crossed cells.
+        active: Crossed cells of each row, int32.
     """
 
     bits: Any
@@ -90,7 +92,12 @@ class EdgeRanks:
     vertex_count: int
     triangle_count: int
     special_count: int
-    active_cells: int
+    active: Any
+
+    @cached_property
+    def active_cells(self) -> int:
+        """Return how many cells are crossed; summed when it is asked for, beside launches that go on."""
+        return int(self.active.numpy().sum(dtype=np.int64))
 
 
 def rank_edges(nodes: InsideBits, grid: GridShape, case_triangles: Any, device: Device) -> EdgeRanks:
@@ -129,7 +136,7 @@ def rank_edges(nodes: InsideBits, grid: GridShape, case_triangles: Any, device: 
         vertex_count=mesh_size(vertices),
         triangle_count=mesh_size(triangles),
         special_count=mesh_size(special),
-        active_cells=device.total(active),
+        active=active,
     )
 
 
