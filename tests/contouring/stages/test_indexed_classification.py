@@ -14,12 +14,16 @@ from tests.strategies import FLOAT_TYPES, INTEGER_TYPES, settings_for, volumes
 
 
 def bits(volume, settings):
-    """Inside bits, data bits or None, nodes without data."""
+    """Inside bits of the nodes there are, data bits or None, nodes without data.
+
+    What the bits beyond a row's last node are means nothing: no cell there is ever active.
+    """
     grid = grid_of(volume.volume.shape, int(settings.border == "closed"))
     found = find_inside(volume, settings, grid)
     volume.device.finish()
     data = None if found.data is None else found.data.numpy()
-    return found.inside.rows.numpy().copy(), data, found.no_data_count
+    of_nodes = np.packbits(np.arange(32 * grid.words) < grid.nx, bitorder="little").view(np.uint32)
+    return found.inside.rows.numpy() & of_nodes, data, found.no_data_count
 
 
 def assert_same(volume, settings, device="cpu", threads=2):
@@ -41,6 +45,12 @@ def index_always(monkeypatch):
 def test_small_volumes_with_ties_padding_and_what_is_not_finite(data):
     volume = data.draw(volumes())
     assert_same(volume, [data.draw(settings_for(volume)) for _ in range(3)])
+
+
+def test_bits_beyond_the_rows_of_a_padded_volume_mean_nothing(device):
+    """Where padding is looked for and found nowhere, the last of these once had other bits there."""
+    volume = volume_of(np.zeros((2, 2, 2), np.uint8), padding=(4.0, 4.0))
+    assert_same(volume, [SurfaceSettings(isovalue=0.0, inside=side) for side in ("above", "above", "below")])
 
 
 def blobs(dtype, shape):
