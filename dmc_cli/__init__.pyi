@@ -1,6 +1,12 @@
 # What other programs may rely on; `__init__.py` says what is where.
 
-from .app import ConvertResult as ConvertResult, convert as convert, measure_file as measure_file
+from .app import (
+    ConvertResult as ConvertResult,
+    ReworkResult as ReworkResult,
+    convert as convert,
+    measure_file as measure_file,
+    rework_file as rework_file,
+)
 from .contouring import (
     Surface as Surface,
     color_faces as color_faces,
@@ -35,6 +41,7 @@ from .settings import (
     MeshSettings as MeshSettings,
     OutputSettings as OutputSettings,
     ReadSettings as ReadSettings,
+    ReworkSettings as ReworkSettings,
     SurfaceSettings as SurfaceSettings,
 )
 from .volume import Volume as Volume

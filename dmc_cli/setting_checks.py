@@ -1,7 +1,8 @@
 """Check what settings of several kinds may be beyond their types: paths, formats, devices, threads, noise."""
 
+import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.setting_types import is_whole
@@ -17,6 +18,31 @@ def check_path(name: str, path: str | None) -> None:
     """Raise SettingsError for a path that no system can have."""
     if path is not None and "\0" in path:
         raise SettingsError(f"{name} is {path!r}; expected a path without the character NUL")
+
+
+def check_outputs(paths: Mapping[str, str | None], stream: str) -> None:
+    """Raise SettingsError unless outputs, by what they hold, have names, `stream` no more than once."""
+    for name, path in paths.items():
+        check_path(name, path)
+        if path == "":
+            raise SettingsError(f"the name of the {name} is empty; expected a file's name; give one")
+    streamed = [name for name, path in paths.items() if path == stream]
+    if len(streamed) > 1:
+        raise SettingsError(
+            f"the {streamed[0]} and the {streamed[1]} are both sent to standard output; give one of them"
+            " a file's name"
+        )
+
+
+def check_reference(volume: str | None, isovalue: float | None) -> None:
+    """Raise SettingsError unless a level is a number, and has a volume."""
+    if isovalue is not None and not math.isfinite(isovalue):
+        raise SettingsError(f"isovalue is {isovalue}; expected a finite number")
+    if isovalue is not None and volume is None:
+        raise SettingsError(
+            f"isovalue {isovalue:g} was given, but no volume; name the volume that the mesh was made from"
+            " with --volume"
+        )
 
 
 def check_format(name: str, given: str | None, known: Iterable[str]) -> None:

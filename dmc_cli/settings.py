@@ -11,7 +11,15 @@ from typing import Any, Literal
 from dmc_cli import mesh_formats, volume_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.methods import METHODS, method_named, methods_that, settled_number, settled_option
-from dmc_cli.setting_checks import check_format, check_noise, check_path, check_run, check_threads
+from dmc_cli.setting_checks import (
+    check_format,
+    check_noise,
+    check_outputs,
+    check_path,
+    check_reference,
+    check_run,
+    check_threads,
+)
 from dmc_cli.setting_types import settle_types
 
 ByteOrder = Literal["little", "big"]
@@ -27,6 +35,7 @@ Simplify = Literal["none", "3x3y", "3333", "all"]
 SimplifyRules = Literal["safe", "paper"]
 Orientation = Literal["outward", "gradient"]
 OutputSpace = Literal["native", "ras", "lps", "voxel"]
+MeshSpace = Literal["native", "ras", "lps"]
 OutputUnit = Literal["mm", "um", "nm", "m"]
 SyntheticField = Literal[
     "genus_two", "iwp", "neovius", "kummer", "steiner", "sphere", "torus", "box", "csg", "noise"
@@ -43,6 +52,7 @@ METHOD_NUMBERS = ("steps", "step_size")
 
 SIMPLIFIED = "+simplify"
 """What stands behind a method that is compared with its quads simplified."""
+
 
 STREAM = "-"
 """The path that means standard input or standard output."""
@@ -250,20 +260,10 @@ class OutputSettings:
             raise SettingsError(
                 f"unit is {self.unit!r}, but space is 'voxel': grid indices have no unit; leave one out"
             )
-        outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
-        for name, path in outputs.items():
-            check_path(name, path)
-            if path == "":
-                raise SettingsError(f"the name of the {name} is empty; expected a file's name; give one")
+        check_outputs({"mesh": self.path, "halfedges": self.halfedges, "report": self.report}, STREAM)
         if self.curvature and self.report is None:
             raise SettingsError(
                 "curvature was asked for, but no report that tells it; name one with --report"
-            )
-        streamed = [name for name, path in outputs.items() if path == STREAM]
-        if len(streamed) > 1:
-            raise SettingsError(
-                f"the {streamed[0]} and the {streamed[1]} are both sent to standard output; give one of them"
-                " a file's name"
             )
 
     @property
@@ -371,13 +371,71 @@ class MeasureSettings:
                 " measured to with --against"
             )
         check_run(self.device, self.threads)
-        if self.isovalue is not None and not math.isfinite(self.isovalue):
-            raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
-        if self.isovalue is not None and self.volume is None:
+        check_reference(self.volume, self.isovalue)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReworkSettings:
+    """What to do to the mesh of a file, and where to write it.
+
+    `keep` is how many components stay, those with most faces; `min_faces` the fewest faces of one that stays;
+    `flip` turns all faces round. What `operations` do needs quads and the volume and isovalue that the mesh
+    was made of, `inside` being the side that was the object. `unit` and `space` are those of the file unless
+    others are named. Outputs are those of `OutputSettings`.
+    """
+
+    mesh: str
+    path: str
+    keep: int | None = None
+    min_faces: int = 0
+    flip: bool = False
+    operations: MeshSettings = field(default_factory=MeshSettings)
+    volume: str | None = None
+    isovalue: float | None = None
+    inside: Inside = "above"
+    read: ReadSettings = field(default_factory=ReadSettings)
+    unit: OutputUnit | None = None
+    space: MeshSpace = "native"
+    normals: bool = True
+    output_format: str | None = None
+    ascii: bool = False
+    force: bool = False
+    report: str | None = None
+    require: tuple[Requirement, ...] = ()
+    dry_run: bool = False
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        settle_types(self)
+        check_path("mesh", self.mesh)
+        check_path("volume", self.volume)
+        check_outputs({"mesh": self.path, "report": self.report}, STREAM)
+        check_format("output_format", self.output_format, mesh_formats.FORMATS)
+        check_run(self.device, self.threads)
+        if self.keep is not None and self.keep < 1:
+            raise SettingsError(f"keep is {self.keep}; expected how many components stay, 1 or more")
+        if self.min_faces < 0:
+            raise SettingsError(f"min_faces is {self.min_faces}; expected a number of faces, 0 or more")
+        check_reference(self.volume, self.isovalue)
+        if self.operations.is_changed and self.volume is None:
+            name = "relax" if self.operations.simplify == "none" else "simplify"
+            name = "remesh" if self.operations.remesh else name
             raise SettingsError(
-                f"isovalue {self.isovalue:g} was given, but no volume; name the volume that the mesh was"
-                " made from with --volume"
+                f"{name} is {getattr(self.operations, name)!r}, but no volume was given, on whose isosurface"
+                " the vertices are kept; name it with --volume and -i"
             )
+        if self.operations.follows_paper:
+            raise SettingsError(
+                "simplify_rules is 'paper', by the colours of the grid, which files of meshes lack; expected"
+                " 'safe'; leave it out"
+            )
+
+    @property
+    def is_measured(self) -> bool:
+        """Return whether the mesh's measures are needed: for a report or a requirement."""
+        return self.report is not None or bool(self.require)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,10 +5,12 @@ memory_budget  the forecast that is held against a budget
 file_keys, overlaps  no output is an input or another output
 kept_volume    a volume that several conversions share
 no_surface     why there is no surface, and where there are some
+mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
 writing        what is written of it
 several        one input at several isovalues
 measurement    a mesh file measured
+rework         a mesh file made into another one
 closed_tunnels  tunnels of the trilinear surface that a mesh does not have
 comparison     methods beside each other
 spectrum       what surfaces a volume has, over the range of its values

@@ -15,5 +15,6 @@ from .kept_volume import KeptVolume as KeptVolume
 from .measurement import measure_file as measure_file
 from .overlaps import refuse_overlaps as refuse_overlaps
 from .read_ahead import ReadAhead as ReadAhead
+from .rework import ReworkResult as ReworkResult, rework_file as rework_file
 from .several import convert_each as convert_each
 from .spectrum import contour_spectrum as contour_spectrum

@@ -16,6 +16,7 @@ from typing import Any
 
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
+from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.read_ahead import ReadAhead
@@ -34,7 +35,7 @@ from dmc_cli.contouring import (
 from dmc_cli.errors import DeviceError
 from dmc_cli.field import DeviceVolume
 from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
-from dmc_cli.mesh import COLOR, COLOR24, Mesh, Placement, file_of_mesh, refuse_lost
+from dmc_cli.mesh import COLOR, COLOR24, Mesh, file_of_mesh, refuse_lost
 from dmc_cli.mesh_io import (
     HalfedgeDump,
     MeshFile,
@@ -52,20 +53,6 @@ from dmc_cli.report import (
 from dmc_cli.runtime import launch_kernels, load_kernels, select_device
 from dmc_cli.settings import ConvertSettings, OutputUnit
 from dmc_cli.volume import Volume, intact, output_affine
-
-
-@dataclass
-class Stages:
-    """The mesh on its way through the stages, and what they report.
-
-    Nothing else holds the mesh, so that a stage that replaces its arrays has their memory back.
-    """
-
-    mesh: Mesh
-    placement: Placement
-    counts: SurfaceCounts
-    vertex_color: Any = None
-    simplification: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -146,11 +133,18 @@ def _stages(
         raise no_surface(volume, settings.surface.isovalue, otherwise=otherwise)
     if settings.needs_halfedges:
         surface = _connect(surface, settings, watch)
-    stages = Stages(surface.mesh, surface.placement, surface.counts)
+    stages, counts = Stages(surface.mesh, surface.placement), surface.counts
     del surface
     if settings.mesh.simplify != "none":
-        _simplify(stages, volume, settings, watch)
-    _relax(stages, settings, watch)
+        before = _measure(stages, volume, settings, watch, is_last=False)
+        simplify_stages(stages, settings.mesh, watch)
+        stages.simplification["before"] = None if before is None else measured_sections(before)
+    if output.halfedges is not None:  # the vertices' colours are those of the cells that they were made in
+        from dmc_cli.contouring import color_vertices
+
+        stages.vertex_color = color_vertices(stages.placement)
+    if settings.mesh.relax:
+        relax_stages(stages, settings.mesh.relax, watch)
     if settings.mesh.is_changed:
         refuse_lost(stages.placement.local.numpy())
     device.let_go()
@@ -158,7 +152,7 @@ def _stages(
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(stages.placement, settings.surface)
-    report = _make_report(settings, volume, stages, watch)
+    report = _make_report(settings, volume, stages, counts, watch)
     device.let_go()
     if output.check:
         from dmc_cli.mesh import check_mesh
@@ -221,60 +215,6 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> S
     return surface
 
 
-def _simplify(stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch) -> None:
-    """Remove the papers' patterns, and remesh if that is asked for."""
-    from dmc_cli.mesh import irregular_percent
-    from dmc_cli.processing import simplify
-
-    irregular_before = irregular_percent(stages.mesh)
-    before = _measure(stages, volume, settings, watch, is_last=False)
-    with watch.stage("simplify", "simplifying"):
-        result = simplify(stages.mesh, stages.placement, settings.mesh)
-        stages.mesh, stages.placement = result.mesh, result.placement
-    stages.simplification = {
-        "removed_3x3y": sum(result.removed_3x3y),
-        "removed_3333": result.removed_3333,
-        "refused": result.refused,
-        "irregular_percent_before": irregular_before,
-        "irregular_percent_after": irregular_percent(stages.mesh),
-        "before": None if before is None else measured_sections(before),
-    }
-    del result
-    if settings.mesh.remesh:
-        _remesh(stages, settings.mesh.remesh, watch)
-
-
-def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
-    """Remove irregular vertices that the papers' patterns leave."""
-    from dmc_cli.mesh import irregular_percent
-    from dmc_cli.processing import Rounds
-
-    with watch.stage("remesh", "remeshing"):
-        sweeps = Rounds(stages.mesh, stages.placement)
-        del stages.mesh, stages.placement  # the rounds let go of what they replace
-        result = sweeps.run(rounds, watch.progress)
-        stages.mesh, stages.placement = result.mesh, result.placement
-    found = dict(stages.simplification or {})
-    found["irregular_percent_patterns"] = found["irregular_percent_after"]
-    found["irregular_percent_after"] = irregular_percent(stages.mesh)
-    stages.simplification = found | {"rounds": rounds, "operations": result.operations}
-
-
-def _relax(stages: Stages, settings: ConvertSettings, watch: Stopwatch) -> None:
-    """Smooth on the surface; the vertices' colours are those of the cells that they were made in."""
-    if settings.output.halfedges is not None:
-        from dmc_cli.contouring import color_vertices
-
-        stages.vertex_color = color_vertices(stages.placement)
-    if settings.mesh.relax:
-        from dmc_cli.processing import relax
-
-        with watch.stage("relax", "relaxing"):
-            stages.mesh, stages.placement = relax(
-                stages.mesh, stages.placement, settings.mesh.relax, watch.progress
-            )
-
-
 def _dump(stages: Stages, normals: Any, unit: OutputUnit) -> HalfedgeDump:
     """Return the tables of the halfedge dump."""
     mesh, halfedges = stages.mesh, stages.mesh.require_halfedges()
@@ -320,7 +260,7 @@ def _measure(
 
 
 def _make_report(
-    settings: ConvertSettings, volume: Volume, stages: Stages, watch: Stopwatch
+    settings: ConvertSettings, volume: Volume, stages: Stages, counts: SurfaceCounts, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
     measures = _measure(stages, volume, settings, watch)
@@ -330,13 +270,13 @@ def _make_report(
         settings=settings,
         resolved={"device": device.name, "threads": device.threads},
         stored_isovalue=stages.placement.frame.stored_isovalue,
-        counts=stages.counts,
+        counts=counts,
         vertex_count=stages.mesh.vertex_count,
         quad_count=stages.mesh.face_count - stages.mesh.triangle_count,
         triangle_count=stages.mesh.triangle_count,
         measures=measures,
         warnings=rounding_warnings(stages.mesh, stages.placement, volume),
-        simplification=stages.simplification,
+        simplification=stages.simplification or None,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),

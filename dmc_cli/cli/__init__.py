@@ -12,7 +12,7 @@ light_nibabel  of nibabel no more than is asked for
 parameters     arguments to values
 sections       options under the headings of a help text
 options/       the options that commands share, each from its settings field
-convert, measure, compare, info, synth, reproduce, doctor, completion  a command each
+convert, measure, mesh, compare, info, synth, reproduce, doctor, completion  a command each
 comparison_table  the table of a comparison
 templates      names of a batch's outputs
 batch_file     a batch's options out of a TOML file
@@ -61,6 +61,7 @@ _COMMANDS = {
     "info": "Describe a volume.",
     "synth": "Write a synthetic volume.",
     "measure": "Measure a mesh file.",
+    "mesh": "Rework a mesh file: parts, formats, units, relaxation.",
     "compare": "Compare methods of contouring on a volume.",
     "reproduce": "Make the papers' tables again.",
     "batch": "Convert many inputs in one run.",

@@ -112,6 +112,21 @@ class Size(click.ParamType[Any]):
         return int(size)
 
 
+class Components(click.ParamType[Any]):
+    """How many components stay: a number, or `largest` for one."""
+
+    name = "largest|N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number; what it may be is up to the settings."""
+        if value == "largest":
+            return 1
+        try:
+            return int(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number of components; expected largest, or a number", param, ctx)
+
+
 class NameList(click.ParamType[Any]):
     """Names with commas between."""
 

@@ -60,6 +60,20 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
         yield f"time      {_time_line(timings)}"
 
 
+def rework_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `dmc mesh`; what the report does not hold is left out."""
+    yield from (f"warning: {warning}" for warning in _warnings(report))
+    read, mesh = report["input"], report["mesh"]
+    yield f"read      {read['vertices']} vertices, {read['faces']} faces"
+    unit = "" if mesh["unit"] == "mm" else f" in {mesh['unit']}"
+    yield f"mesh      {_mesh_line(mesh)}, {_space_name(mesh['space'])}{unit}"
+    if topology := report["topology"]:
+        yield f"topology  {_topology_line(topology)}"
+    if quality := report["quality"]:
+        yield f"faces     {_intersections(quality)}"
+    yield f"time      {_time_line(report['timings_ms'])}"
+
+
 def measure_lines(report: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of `dmc measure`."""
     yield from (f"warning   {warning}" for warning in _warnings(report))

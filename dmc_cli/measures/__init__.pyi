@@ -1,6 +1,10 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .component_list import Component as Component, list_components as list_components
+from .component_list import (
+    Component as Component,
+    list_components as list_components,
+    mask_of_largest as mask_of_largest,
+)
 from .curvature import (
     Curvature as Curvature,
     list_curvature as list_curvature,

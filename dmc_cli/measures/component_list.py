@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import AnyArray, FloatArray, IntArray
+from dmc_cli.array_types import AnyArray, BoolArray, FloatArray, IntArray
 from dmc_cli.measures.components import label_components, list_boundary
 from dmc_cli.measures.quality import point_at
 from dmc_cli.measures.shape import blank_shape, quad_shape, triangle_shape
@@ -73,6 +73,26 @@ def list_components(mesh: Mesh, most: int = MOST) -> list[Component]:
             )
         )
     return found
+
+
+def mask_of_largest(mesh: Mesh, most: int | None = None, least: int = 0) -> BoolArray:
+    """Return which faces belong to the components with most faces, (F,).
+
+    Args:
+        mesh: The mesh.
+        most: How many components, of equal ones those that begin first; None for all.
+        least: The fewest faces of a component.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
+    mesh = connect(mesh)
+    labels = _whole(label_components(mesh.device, mesh.require_halfedges().twin).numpy())
+    _, which, counts = np.unique(labels, return_inverse=True, return_counts=True)
+    is_kept = counts >= least
+    if most is not None:
+        is_kept[np.argsort(-counts, kind="stable")[most:]] = False
+    return np.asarray(is_kept[which])
 
 
 def _whole(labels: IntArray) -> IntArray:

@@ -5,6 +5,7 @@ text           numbers as text, fast
 numbers        numbers out of text
 parsed         what was read, checked
 ply/, obj, off  meshes as chunks of bytes, and out of files
+selection      some faces of a mesh, or all turned round
 halfedge_numbers  next and previous in NumPy
 halfedge_dump  halfedge structures as chunks of bytes
 write          a mesh to a file, whole or not at all

@@ -13,4 +13,5 @@ from .mesh_file import (
     grouped as grouped,
 )
 from .read import read_mesh as read_mesh
+from .selection import flip_faces as flip_faces, keep_faces as keep_faces
 from .write import choose_format as choose_format, write_mesh as write_mesh

@@ -14,5 +14,5 @@ from .checks import (
     widened_type as widened_type,
 )
 from .mapping import intact as intact, map_file as map_file, mapped_file as mapped_file
-from .space import UNIT_LENGTHS as UNIT_LENGTHS, output_affine as output_affine
+from .space import RAS_LPS as RAS_LPS, UNIT_LENGTHS as UNIT_LENGTHS, output_affine as output_affine
 from .volume import Space as Space, Volume as Volume, VolumeEntry as VolumeEntry

@@ -1,0 +1,69 @@
+"""Change the mesh on its way from the surface, or from a file, to the output: simplify, remesh, relax.
+
+Stages that not every run needs are imported where they are called.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from dmc_cli.mesh import Mesh, Placement
+from dmc_cli.progress import Stopwatch
+from dmc_cli.settings import MeshSettings
+
+
+@dataclass
+class Stages:
+    """The mesh on its way through the stages, and what they report.
+
+    Nothing else holds the mesh, so that a stage that replaces its arrays has their memory back.
+    """
+
+    mesh: Mesh
+    placement: Placement
+    vertex_color: Any = None
+    simplification: dict[str, Any] = field(default_factory=dict)
+
+
+def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) -> None:
+    """Remove the papers' patterns, and remesh if that is asked for."""
+    from dmc_cli.mesh import irregular_percent
+    from dmc_cli.processing import simplify
+
+    irregular_before = irregular_percent(stages.mesh)
+    with watch.stage("simplify", "simplifying"):
+        result = simplify(stages.mesh, stages.placement, settings)
+        stages.mesh, stages.placement = result.mesh, result.placement
+    stages.simplification = {
+        "removed_3x3y": sum(result.removed_3x3y),
+        "removed_3333": result.removed_3333,
+        "refused": result.refused,
+        "irregular_percent_before": irregular_before,
+        "irregular_percent_after": irregular_percent(stages.mesh),
+    }
+    del result
+    if settings.remesh:
+        _remesh(stages, settings.remesh, watch)
+
+
+def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
+    """Remove irregular vertices that the papers' patterns leave."""
+    from dmc_cli.mesh import irregular_percent
+    from dmc_cli.processing import Rounds
+
+    with watch.stage("remesh", "remeshing"):
+        sweeps = Rounds(stages.mesh, stages.placement)
+        del stages.mesh, stages.placement  # the rounds let go of what they replace
+        result = sweeps.run(rounds, watch.progress)
+        stages.mesh, stages.placement = result.mesh, result.placement
+    found = stages.simplification
+    found["irregular_percent_patterns"] = found["irregular_percent_after"]
+    found["irregular_percent_after"] = irregular_percent(stages.mesh)
+    stages.simplification = found | {"rounds": rounds, "operations": result.operations}
+
+
+def relax_stages(stages: Stages, steps: int, watch: Stopwatch) -> None:
+    """Smooth on the surface."""
+    from dmc_cli.processing import relax
+
+    with watch.stage("relax", "relaxing"):
+        stages.mesh, stages.placement = relax(stages.mesh, stages.placement, steps, watch.progress)

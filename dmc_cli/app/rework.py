@@ -1,0 +1,295 @@
+"""Rework the mesh of a file: parts, sides, units, formats; on its volume what `dmc convert` does to one."""
+
+from dataclasses import asdict, dataclass, replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.app.measurement import VolumeReference, measure_mesh
+from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
+from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.array_types import Float64Array
+from dmc_cli.errors import CallError, MeshFileError, RequirementError, SettingsError
+from dmc_cli.field import upload_volume
+from dmc_cli.files import check_output, write_output
+from dmc_cli.measures import kernel_modules as report_kernels, locate_mesh, mask_of_largest, plain
+from dmc_cli.mesh import connect, connecting_kernels, file_of_mesh, mesh_of_file
+from dmc_cli.mesh_io import MeshFile, choose_format, flip_faces, keep_faces, read_mesh, write_mesh
+from dmc_cli.notices import Notice, warning_keys
+from dmc_cli.processing import kernel_modules as processing_kernels
+from dmc_cli.progress import SILENT, Progress, Stopwatch
+from dmc_cli.report import SCHEMA, check_requirements, collect_versions, measure_memory, report_text
+from dmc_cli.runtime import Device, load_kernels, select_device
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings
+from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact
+from dmc_cli.volume_io import read_volume
+
+
+@dataclass(frozen=True)
+class ReworkResult:
+    """What a rework leaves: the mesh as it was written, and the report."""
+
+    mesh: MeshFile
+    report: dict[str, Any]
+
+
+@dataclass
+class _Work:
+    """A mesh at work, and what is told of it."""
+
+    mesh: MeshFile
+    read: dict[str, int]
+    simplification: dict[str, Any]
+    warnings: list[Notice]
+
+
+def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> ReworkResult:
+    """Read a mesh, do to it what is asked for, and write it, as `dmc mesh` does.
+
+    Raises:
+        SettingsError: An output is an input, or the mesh cannot be what is asked for.
+        MeshFileError: The mesh is missing or damaged, or not on the surface of its volume.
+        VolumeError: The volume cannot be read.
+        RequirementError: A requirement is not met; only a report that was asked for is written then.
+        WriteError: An output exists, or cannot be written.
+    """
+    watch = Stopwatch(progress)
+    if settings.volume is not None and settings.isovalue is None:
+        raise SettingsError(f"the volume {settings.volume} was given, but no isovalue; give one with -i")
+    _check_outputs(settings)
+    device = select_device(settings.device, settings.threads)
+    with watch.stage("compile", "loading kernels"):
+        load_kernels(device, _needed_kernels(settings), progress)
+    with watch.stage("read", "reading"):
+        mesh = read_mesh(settings.mesh)
+        volume = None if settings.volume is None else read_volume(settings.volume, settings.read, progress)
+    if volume is not None:
+        refuse_overlaps([_as_conversion(settings)], [settings.mesh, *volume.files])
+    values = np.empty(0) if volume is None else volume.values
+    with intact(values, settings.volume or ""):
+        work = _reworked(settings, mesh, volume, device, watch)
+        report = _make_report(settings, work, volume, device, watch)
+    return _finish(settings, work, report, watch)
+
+
+def _check_outputs(settings: ReworkSettings) -> None:
+    """Raise DmcError, before any work, if an output has a name or a place that will not do."""
+    refuse_overlaps([_as_conversion(settings)], [settings.mesh])
+    choose_format(settings.path, settings.output_format)
+    for path in (settings.path, settings.report):
+        if path is not None:
+            check_output(path, force=settings.force)
+
+
+def _as_conversion(settings: ReworkSettings) -> ConvertSettings:
+    """Return a conversion that reads and writes the same files, but for the mesh."""
+    return ConvertSettings(
+        input=settings.volume or settings.mesh,
+        surface=_surface(settings),
+        output=OutputSettings(path=settings.path, report=settings.report),
+        read=settings.read,
+    )
+
+
+def _surface(settings: ReworkSettings) -> SurfaceSettings:
+    """Return the surface that the mesh lies on; vertices of an open border never touch the virtual layer."""
+    return SurfaceSettings(isovalue=settings.isovalue or 0.0, inside=settings.inside, border="closed")
+
+
+def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
+    """Return the modules with kernels that a run needs."""
+    operations = settings.operations
+    modules = [*connecting_kernels()]
+    if settings.is_measured or settings.keep is not None or settings.min_faces or settings.volume is not None:
+        modules += report_kernels(intersections=settings.is_measured)
+    if settings.volume is not None:
+        from dmc_cli.contouring import normals
+
+        modules.append(normals)
+    wanted = operations.simplify != "none"
+    modules += processing_kernels(simplify=wanted, relax=operations.relax > 0, remesh=operations.remesh > 0)
+    return modules
+
+
+def _reworked(
+    settings: ReworkSettings, mesh: MeshFile, volume: Volume | None, device: Device, watch: Stopwatch
+) -> _Work:
+    """Return the mesh after everything that is asked for, in the order of the report."""
+    read = {"vertices": len(mesh.points), "faces": len(mesh.faces)}
+    work = _Work(mesh, read, {}, [*mesh.warnings])
+    if settings.keep is not None or settings.min_faces:
+        with watch.stage("parts", "choosing components"):
+            work.mesh = _kept(settings, mesh, device)
+    if settings.flip:
+        work.mesh = flip_faces(work.mesh)
+    if volume is not None:
+        work.warnings += volume.warnings
+        _work_on_volume(settings, work, volume, device, watch)
+    work.mesh = _in_output(settings, work.mesh)
+    if not settings.normals:
+        work.mesh = replace(work.mesh, normals=None)
+    return work
+
+
+def _kept(settings: ReworkSettings, mesh: MeshFile, device: Device) -> MeshFile:
+    """Return the components that stay.
+
+    Raises:
+        MeshFileError: There is none.
+    """
+    is_kept = mask_of_largest(mesh_of_file(mesh, device), settings.keep, settings.min_faces)
+    if not is_kept.any():
+        raise MeshFileError(
+            f"{settings.mesh}: no component has {settings.min_faces} faces; expected one at least, which"
+            " `dmc measure --json` lists; name fewer faces"
+        )
+    return mesh if is_kept.all() else keep_faces(mesh, is_kept)
+
+
+def _work_on_volume(
+    settings: ReworkSettings, work: _Work, volume: Volume, device: Device, watch: Stopwatch
+) -> None:
+    """Simplify, remesh and relax the mesh on its isosurface, and take normals from there."""
+    surface, file = _surface(settings), work.mesh
+    on_device, mesh = upload_volume(volume, device), connect(mesh_of_file(file, device))
+    with watch.stage("locate", "locating the vertices"):
+        try:
+            placement = locate_mesh(mesh, on_device, surface, _to_mesh_space(volume, file))
+        except CallError as error:
+            raise MeshFileError(f"{settings.mesh} is not on the isosurface: {error}") from error
+    stages = Stages(mesh, placement)
+    del mesh, placement
+    operations = settings.operations
+    if operations.simplify != "none":
+        simplify_stages(stages, operations, watch)
+        work.simplification = stages.simplification
+    if operations.relax:
+        relax_stages(stages, operations.relax, watch)
+    normals = None
+    if settings.normals:
+        from dmc_cli.contouring import compute_normals
+
+        with watch.stage("normals", "computing normals"):
+            sides = stages.placement.frame.sense * (1.0 if settings.inside == "below" else -1.0)
+            normals = compute_normals(stages.placement, surface).numpy() * np.float32(sides)  # as faces look
+    work.mesh = file_of_mesh(stages.mesh, normals, file.space, file.unit)
+
+
+def _to_mesh_space(volume: Volume, mesh: MeshFile) -> Float64Array:
+    """Return the map from the volume's node indices to the space and unit of a mesh, shape (4, 4)."""
+    differs = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
+    affine = RAS_LPS @ volume.affine if differs else volume.affine.copy()
+    affine[:3] *= 1.0 / UNIT_LENGTHS[mesh.unit]
+    return affine
+
+
+def _in_output(settings: ReworkSettings, mesh: MeshFile) -> MeshFile:
+    """Return the mesh in the space and unit of the output.
+
+    Raises:
+        SettingsError: RAS or LPS is asked of a mesh without a space, or float32 holds no such coordinates.
+    """
+    space, unit = _output_space(settings, mesh), settings.unit or mesh.unit
+    if space == mesh.space and unit == mesh.unit:
+        return mesh
+    turn = (1.0, 1.0, 1.0) if space == mesh.space else (-1.0, -1.0, 1.0)
+    points = mesh.points.astype(np.float64) * turn * (UNIT_LENGTHS[mesh.unit] / UNIT_LENGTHS[unit])
+    normals = None if mesh.normals is None else (mesh.normals * turn).astype(np.float32)
+    try:
+        return replace(mesh, points=points, normals=normals, space=space, unit=unit)
+    except CallError as error:
+        raise SettingsError(
+            f"the unit {unit} was asked for, but coordinates would be as large as {np.abs(points).max():.2g};"
+            " expected some that float32 holds; choose a larger unit"
+        ) from error
+
+
+def _output_space(settings: ReworkSettings, mesh: MeshFile) -> Space:
+    """Return the space of the output."""
+    if settings.space == "native":
+        return mesh.space
+    if mesh.space == "none":
+        raise SettingsError(
+            f"--space {settings.space} was asked for, but {settings.mesh} does not say how its axes lie in"
+            " the patient; use --space native"
+        )
+    return "RAS" if settings.space == "ras" else "LPS"
+
+
+def _make_report(
+    settings: ReworkSettings, work: _Work, volume: Volume | None, device: Device, watch: Stopwatch
+) -> dict[str, Any]:
+    """Return the report, with the mesh's measures if they are needed."""
+    mesh = work.mesh
+    measured: dict[str, Any] = {
+        "mesh": {
+            "path": settings.path,
+            "space": mesh.space,
+            "unit": mesh.unit,
+            "vertices": len(mesh.points),
+            "faces": len(mesh.faces),
+            "quads": mesh.quad_count,
+            "triangles": mesh.triangle_count,
+        }
+    }
+    if settings.is_measured:
+        reference = None
+        if volume is not None and settings.isovalue is not None:
+            reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
+        with watch.stage("report", "measuring"):
+            measured = measure_mesh(device, replace(mesh, warnings=()), settings.path, reference)
+    told = {key: measured.pop(key, []) for key in ("warnings", "warning_codes")}
+    own = warning_keys(work.warnings)
+    keys = ("topology", "quality", "deviation", "components")
+    return {
+        "schema": SCHEMA,
+        **{key: list(dict.fromkeys([*own[key], *told[key]])) for key in told},
+        "input": {"path": settings.mesh, **work.read},
+        "settings": plain(_settings_section(settings, device)),
+        "mesh": measured["mesh"],
+        **{key: measured.get(key) for key in keys},
+        "simplification": plain(work.simplification) or None,
+        "timings_ms": {},
+        "memory": {},
+        "versions": collect_versions(device.name),
+    }
+
+
+def _settings_section(settings: ReworkSettings, device: Device) -> dict[str, Any]:
+    """Return every setting under the name of its option, in one level."""
+    section: dict[str, Any] = asdict(settings)
+    operations, read = section.pop("operations"), section.pop("read")
+    found = {"input": section.pop("mesh"), "output": section.pop("path"), **operations, **read, **section}
+    return found | {"device": device.name, "threads": device.threads}
+
+
+def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch: Stopwatch) -> ReworkResult:
+    """Check what is required, then write the mesh and the report, which names what is not met."""
+    try:
+        check_requirements({key: report[key] for key in report if key != "settings"}, settings.require)
+    except RequirementError:
+        _write_report(settings, report, watch)
+        raise
+    if not settings.dry_run:
+        with watch.stage("write", "writing"):
+            written = write_mesh(
+                settings.path,
+                work.mesh,
+                output_format=settings.output_format,
+                ascii=settings.ascii,
+                force=settings.force,
+            )
+        for key, told in warning_keys(written.warnings).items():
+            report[key] += told
+    _write_report(settings, report, watch)
+    return ReworkResult(work.mesh, report)
+
+
+def _write_report(settings: ReworkSettings, report: dict[str, Any], watch: Stopwatch) -> None:
+    """Complete the report, and write it where it was asked for."""
+    watch.total()
+    report["timings_ms"] = {stage: round(ms, 3) for stage, ms in watch.milliseconds.items()}
+    report["memory"] = measure_memory(report["settings"]["device"])
+    if settings.report is not None:
+        write_output(settings.report, [report_text(report).encode()], force=settings.force)
