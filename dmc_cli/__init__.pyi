@@ -18,11 +18,13 @@ from .errors import CallError as CallError, DmcError as DmcError
 from .field import upload_volume as upload_volume
 from .measures import (
     find_intersections as find_intersections,
+    list_thickness as list_thickness,
     locate_mesh as locate_mesh,
     measure_curvature as measure_curvature,
     measure_distance as measure_distance,
     measure_elements as measure_elements,
     measure_quality as measure_quality,
+    measure_thickness as measure_thickness,
     measure_topology as measure_topology,
 )
 from .mesh import (

@@ -343,7 +343,8 @@ class MeasureSettings:
     """Which mesh file to measure; `volume` and `isovalue`, both or neither, are what it is held against.
 
     `inside` is the side that was the object when the mesh was made with a closed border. `against` is another
-    mesh that the distance is measured to, by `density` samples on a unit of area.
+    mesh that the distance is measured to, by `density` samples on a unit of area. `thickness` has that of
+    walls measured; so has `wall`, a length in the mesh's unit, with how much is thinner.
     """
 
     mesh: str
@@ -353,6 +354,8 @@ class MeasureSettings:
     curvature: bool = False
     against: str | None = None
     density: float | None = None
+    thickness: bool = False
+    wall: float | None = None
     read: ReadSettings = field(default_factory=ReadSettings)
     device: str = "auto"
     threads: int | None = None
@@ -365,6 +368,8 @@ class MeasureSettings:
         check_path("against", self.against)
         if self.density is not None and not 0 < self.density < math.inf:
             raise SettingsError(f"density is {self.density}; expected a positive number of samples")
+        if self.wall is not None and not 0 < self.wall < math.inf:
+            raise SettingsError(f"wall is {self.wall}; expected a positive length")
         if self.density is not None and self.against is None:
             raise SettingsError(
                 f"density {self.density:g} was given, but no other mesh; name one that the distance is to be"
@@ -372,6 +377,11 @@ class MeasureSettings:
             )
         check_run(self.device, self.threads)
         check_reference(self.volume, self.isovalue)
+
+    @property
+    def measures_thickness(self) -> bool:
+        """Return whether the thickness of walls is measured."""
+        return self.thickness or self.wall is not None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,6 +24,7 @@ from dmc_cli.measures import (
     measure_distance,
     measure_elements,
     measure_quality,
+    measure_thickness,
     measure_topology,
     plain,
     rounding_warning,
@@ -77,7 +78,10 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
     """
     device = select_device(settings.device, settings.threads)
     modules = kernel_modules(
-        intersections=True, curvature=settings.curvature, distance=settings.against is not None
+        intersections=True,
+        curvature=settings.curvature,
+        distance=settings.against is not None,
+        thickness=settings.measures_thickness,
     )
     load_kernels(device, modules, progress)
     with progress.stage("reading"):
@@ -91,7 +95,16 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
             reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
     values = reference.volume.values if reference is not None else np.empty(0)
     with progress.stage("measuring"), intact(values, settings.volume or ""):
-        return measure_mesh(device, mesh, settings.mesh, reference, other, curvature=settings.curvature)
+        return measure_mesh(
+            device,
+            mesh,
+            settings.mesh,
+            reference,
+            other,
+            curvature=settings.curvature,
+            thickness=settings.measures_thickness,
+            wall=settings.wall,
+        )
 
 
 def measure_mesh(
@@ -102,11 +115,13 @@ def measure_mesh(
     other: OtherMesh | None = None,
     *,
     curvature: bool = False,
+    thickness: bool = False,
+    wall: float | None = None,
 ) -> dict[str, Any]:
     """Return the report on a mesh file.
 
-    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, components, distance,
-    versions.
+    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, thickness, components,
+    distance, versions.
 
     Args:
         device: Where to work.
@@ -115,6 +130,8 @@ def measure_mesh(
         reference: What the mesh is an isosurface of, or None.
         other: What its distance is measured to, or None.
         curvature: Whether it is measured.
+        thickness: Whether that of walls is measured.
+        wall: A thickness, in the mesh's unit, below which it is told how much lies.
     """
     found = connect(mesh_of_file(mesh, device))
     topology, quality = measure_topology(found), measure_quality(found)
@@ -149,6 +166,7 @@ def measure_mesh(
         "quality": plain(quality_section(quality, measure_elements(found), count_intersections(found))),
         "deviation": plain(asdict(deviation)) if deviation else None,
         "curvature": plain(asdict(measure_curvature(found))) if curvature else None,
+        "thickness": plain(asdict(measure_thickness(found, wall))) if thickness else None,
         "components": plain(components_section(list_components(found))),
         "distance": distance,
         "versions": collect_versions(device.name),

@@ -49,6 +49,21 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
 )
 @options.setting(
     MeasureSettings,
+    "thickness",
+    section="Thickness",
+    is_flag=True,
+    help="Measure how thick the walls are, by rays from the vertices inward.",
+)
+@options.setting(
+    MeasureSettings,
+    "wall",
+    section="Thickness",
+    type=float,
+    metavar="LENGTH",
+    help="A thickness, in the mesh's unit: how much of the area is thinner is told, too.",
+)
+@options.setting(
+    MeasureSettings,
     "against",
     section="Distance",
     metavar="MESH",
@@ -81,6 +96,7 @@ def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
       dmc measure tooth.ply --volume sample_data/nrrd/tooth.nrrd -i 500 --json
       dmc convert sample_data/nrrd/tooth.nrrd coarse.ply -i 500 --simplify all
       dmc measure coarse.ply --against tooth.ply
+      dmc measure tooth.ply --wall 1.5
     """
     read = options.gather(ReadSettings, values)
     settings = options.gather(MeasureSettings, values, read=read)

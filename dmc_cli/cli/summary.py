@@ -99,6 +99,8 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
                 f" {_number(found['max'], 3)}, of nine in ten vertices {_number(found['percentile_5'], 3)} to"
                 f" {_number(found['percentile_95'], 3)}"
             )
+    if thickness := report["thickness"]:
+        yield f"thickness {_thickness_line(thickness, mesh['unit'])}"
     if distance := report["distance"]:
         for name, key in (("distance  to the other mesh", "to_other"), ("          from it", "from_other")):
             way = distance[key]
@@ -257,6 +259,17 @@ def _intersections(quality: dict[str, Any]) -> str:
     """Tell how many pairs of faces intersect."""
     found = quality["self_intersections"]
     return f"{found} pair(s) intersect" if found else "no two intersect"
+
+
+def _thickness_line(thickness: dict[str, Any], unit: str) -> str:
+    """Tell how thick the walls are, and how much is thinner than was asked for."""
+    if not thickness["vertices"]:
+        return "unknown: no ray from a vertex meets a wall"
+    least, median = _number(thickness["min"], 3), _number(thickness["median"], 3)
+    text = f"at least {least} {unit}, of half the area at most {median} {unit}"
+    if thickness["limit"] is not None:
+        text += f"; {thickness['percent_below']:.2f} % of the area below {thickness['limit']:g} {unit}"
+    return text
 
 
 def _time_line(timings: dict[str, float]) -> str:

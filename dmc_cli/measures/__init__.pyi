@@ -45,6 +45,11 @@ from .rounding import (
     rounding_warnings as rounding_warnings,
 )
 from .rounding_kernels import measure_rounding as measure_rounding
+from .thickness import (
+    Thickness as Thickness,
+    list_thickness as list_thickness,
+    measure_thickness as measure_thickness,
+)
 from .topology import (
     Topology as Topology,
     measure_topology as measure_topology,

@@ -4,7 +4,12 @@ from types import ModuleType
 
 
 def kernel_modules(
-    *, intersections: bool, curvature: bool = False, distance: bool = False, lists: bool = False
+    *,
+    intersections: bool,
+    curvature: bool = False,
+    distance: bool = False,
+    lists: bool = False,
+    thickness: bool = False,
 ) -> list[ModuleType]:
     """Return the modules whose kernels a report needs, for loading them ahead of time.
 
@@ -13,6 +18,7 @@ def kernel_modules(
         curvature: Whether it is measured.
         distance: Whether that from another mesh is measured.
         lists: Whether measures are listed face by face and vertex by vertex.
+        thickness: Whether that of walls is measured.
     """
     from dmc_cli.measures import (
         component_list,
@@ -27,9 +33,9 @@ def kernel_modules(
 
     modules = [components, deviation, rounding_kernels, quality, elements, *connecting_kernels(), vertex_fans]
     modules.append(component_list)
-    if intersections or distance:
+    if intersections or distance or thickness:
         modules += tree_kernels()
-    if intersections or curvature or distance:
+    if intersections or curvature or distance or thickness:
         from dmc_cli.measures import split_faces
 
         modules.append(split_faces)
@@ -41,6 +47,10 @@ def kernel_modules(
         from dmc_cli.measures import intersections as finding
 
         modules.append(finding)
+    if thickness:
+        from dmc_cli.measures import thickness as walls
+
+        modules.append(walls)
     if distance:
         from dmc_cli.measures import nearest, sampling
 

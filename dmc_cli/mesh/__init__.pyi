@@ -7,6 +7,7 @@ from .box_tree import (
     Masks as Masks,
     boxes_meeting as boxes_meeting,
     boxes_near as boxes_near,
+    boxes_on_ray as boxes_on_ray,
     build_tree as build_tree,
     child_count as child_count,
     curve_frame as curve_frame,

@@ -21,6 +21,31 @@ inline wp::uint32 boxes_near(wp::array_t<wp::vec_t<3, wp::float32>> lows,
     return found;
 }
 
+inline wp::uint32 boxes_on_ray(wp::array_t<wp::vec_t<3, wp::float32>> lows,
+                               wp::array_t<wp::vec_t<3, wp::float32>> highs, wp::int32 start, wp::int32 count,
+                               wp::vec_t<3, wp::float64> p, wp::vec_t<3, wp::float64> inverse,
+                               wp::float64 reach) {
+    POINTER(const float) low = ITEMS(const float, lows) + 3 * (size_t)start;
+    POINTER(const float) high = ITEMS(const float, highs) + 3 * (size_t)start;
+    unsigned int found = 0;
+    for (int n = 0; n < count; ++n) {
+        double enters = 0.0, leaves = reach;
+        for (int x = 0; x < 3; ++x) {
+            const double below = low[3 * n + x], above = high[3 * n + x];
+            const double least = below < 0.0 ? -below : below, most = above < 0.0 ? -above : above;
+            const double slack = 1.0e-9 * (least > most ? least : most);
+            const double to_low = (below - slack - p[x]) * inverse[x];
+            const double to_high = (above + slack - p[x]) * inverse[x];
+            const double near = to_low < to_high ? to_low : to_high;
+            const double far = to_low < to_high ? to_high : to_low;
+            enters = near > enters ? near : enters;
+            leaves = far < leaves ? far : leaves;
+        }
+        found |= (unsigned int)(enters <= leaves) << n;
+    }
+    return found;
+}
+
 inline wp::uint32 boxes_meeting(wp::array_t<wp::vec_t<3, wp::float32>> lows,
                                 wp::array_t<wp::vec_t<3, wp::float32>> highs, wp::int32 start,
                                 wp::int32 count, wp::int32 box) {

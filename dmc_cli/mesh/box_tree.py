@@ -200,6 +200,24 @@ def boxes_near(
     ...
 
 
+@wp.func_native(native(__file__, "boxes_on_ray"))
+def boxes_on_ray(
+    lows: wp.array(dtype=wp.vec3),
+    highs: wp.array(dtype=wp.vec3),
+    start: wp.int32,
+    count: wp.int32,
+    p: wp.vec3d,
+    inverse: wp.vec3d,
+    reach: wp.float64,
+) -> wp.uint32:
+    """Return a bit for each of `count` boxes from `start` on: a ray meets it no farther than `reach`.
+
+    The ray starts at `p`; `inverse` are the inverses of its direction's parts, none of them infinite. Boxes
+    count as larger by a billionth of their size and place, for the rounding.
+    """
+    ...
+
+
 @wp.func_native(native(__file__, "boxes_meeting"))
 def boxes_meeting(
     lows: wp.array(dtype=wp.vec3),

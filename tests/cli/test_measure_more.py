@@ -151,3 +151,16 @@ def test_intersections_are_counted_and_refused(run, tmp_path):
     assert "no-self-intersections:" in result.stderr
     assert not (tmp_path / "noise.ply").exists()
     assert run("convert", TORUS, tmp_path / "t.ply", "-i", 0, *words[4:]).exit_code == 0
+
+
+def test_the_thickness_of_walls(run, tmp_path):
+    path = tmp_path / "ball.ply"
+    assert run("convert", "synth:sphere:32", path, "-i", 0, "--quiet").exit_code == 0
+    assert json.loads(run("measure", path, "--json").stdout)["thickness"] is None
+    found = json.loads(run("measure", path, "--wall", 1.6, "--json").stdout)["thickness"]
+    assert found["median"] == pytest.approx(1.5, rel=0.01)
+    assert (found["limit"], found["percent_below"]) == (1.6, pytest.approx(100))
+    told = run("measure", path, "--thickness").stdout
+    assert "thickness at least 1.5 mm, of half the area at most 1.5 mm\n" in told
+    assert "0.00 % of the area below 1 mm" in run("measure", path, "--wall", 1).stdout
+    assert run("measure", path, "--wall", 0).exit_code == 2
