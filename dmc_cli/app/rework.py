@@ -104,9 +104,9 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
     if settings.is_measured or settings.keep is not None or settings.min_faces or settings.volume is not None:
         modules += report_kernels(intersections=settings.is_measured)
     if settings.volume is not None:
-        from dmc_cli.contouring import normals
+        from dmc_cli.contouring import normal_kernels
 
-        modules.append(normals)
+        modules += normal_kernels()
     wanted = operations.simplify != "none"
     modules += processing_kernels(simplify=wanted, relax=operations.relax > 0, remesh=operations.remesh > 0)
     return modules

@@ -11,6 +11,7 @@ from .kernels import (
     every_kernel_module as every_kernel_module,
     kernel_modules as kernel_modules,
     mesh_kernel_modules as mesh_kernel_modules,
+    normal_kernels as normal_kernels,
 )
 from .normals import compute_normals as compute_normals
 from .surface import Surface as Surface, SurfaceCounts as SurfaceCounts

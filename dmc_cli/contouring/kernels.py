@@ -14,14 +14,19 @@ def kernel_modules(
     `indexed` adds those that surfaces at several isovalues share. The one that takes longest to compile comes
     first, so that it is not the last to be ready.
     """
-    from dmc_cli.contouring import normals
-
     modules = list(method_named(settings.method).kernels(settings))
     if indexed:
         from dmc_cli.contouring.stages import indexed_classification
 
         modules.append(indexed_classification)
-    return [normals, *modules] if normals_too else modules
+    return [*normal_kernels(), *modules] if normals_too else modules
+
+
+def normal_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels normals need."""
+    from dmc_cli.contouring import normals
+
+    return [normals]
 
 
 def mesh_kernel_modules(method: str, *, colors: bool = False) -> list[ModuleType]:
