@@ -4,8 +4,8 @@
 
 The numbers are Linux's own: the high-water mark of the resident memory, set back before each stage through
 `/proc/self/clear_refs`. Pages of a mapped file, which the system takes back when it needs them, are left out:
-they only grow during a run, so at a stage's end there are at least as many as at its peak. What was resident
-before, Python, Warp and its kernels, is left out as well. Every convert runs in a process forked from this
+during a stage they grow, or go when the file is let go, so as many as there are at its begin or its end count
+for its peak. What was resident before, Python, Warp and its kernels, is left out as well. Every convert runs in a process forked from this
 one, in which Warp is loaded and no thread has begun.
 """
 
@@ -60,13 +60,14 @@ class Meter:
     def __init__(self) -> None:
         self.before = resident()
         CLEAR.write_text("5")
-        self.peaks, self.files = Peaks(self.before["RssAnon"]), 0
+        self.peaks, self.files = Peaks(self.before["RssAnon"]), 0  # bytes of files at the stage's begin
 
     def take(self, name: str) -> None:
         now = resident()
-        self.files = max(self.files, now["RssFile"] - self.before["RssFile"])  # all go when a run ends
-        peak = now["VmHWM"] - self.before["VmRSS"] - self.files
+        files = now["RssFile"] - self.before["RssFile"]
+        peak = now["VmHWM"] - self.before["VmRSS"] - max(self.files, files)
         self.peaks.stages[name] = max(peak, self.peaks.stages.get(name, 0))
+        self.files = files
         CLEAR.write_text("5")
 
 
