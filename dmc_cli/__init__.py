@@ -6,6 +6,8 @@ says in its `__init__.py` what it is for and in which order to read it:
     settings       every choice there is, with its default
     setting_checks  what settings of several kinds may be
     setting_types  what a setting may be, as its annotation says
+    crops          which box of a volume's nodes is kept
+    isovalue_choices  how an isovalue is chosen where no number is given
     methods        the methods of contouring, and what each takes
     volume_formats  the formats of volumes, what each looks like and takes
     mesh_formats   the formats of meshes, and what each holds
@@ -26,6 +28,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     field          the grid and the function between its nodes
     mesh           connectivity, renumbering, invariants
     contouring     from a volume to a surface mesh, one folder per method
+    parts          a volume's nodes prepared: what of it becomes the object
     processing     algorithms on a mesh: patterns, relaxation, remeshing
     measures       topology, quality, deviation, of any mesh
     report         what a run found, as JSON, and what is required of it

@@ -35,6 +35,7 @@ from .mesh import (
     mesh_of_file as mesh_of_file,
 )
 from .mesh_io import MeshFile as MeshFile, read_mesh as read_mesh, write_mesh as write_mesh
+from .parts import band_volume as band_volume, crop_volume as crop_volume, select_part as select_part
 from .processing import relax as relax, remesh as remesh, simplify as simplify
 from .runtime import select_device as select_device
 from .settings import (
@@ -42,9 +43,10 @@ from .settings import (
     MeasureSettings as MeasureSettings,
     MeshSettings as MeshSettings,
     OutputSettings as OutputSettings,
+    PartSettings as PartSettings,
     ReadSettings as ReadSettings,
     ReworkSettings as ReworkSettings,
     SurfaceSettings as SurfaceSettings,
 )
-from .volume import Volume as Volume
+from .volume import Suggestions as Suggestions, Volume as Volume
 from .volume_io import read_volume as read_volume

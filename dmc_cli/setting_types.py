@@ -58,7 +58,7 @@ def _converted(value: object, annotation: Any) -> Any:
         return _PLAIN[annotation](value)
     parts = get_args(annotation)
     if isinstance(annotation, UnionType) or NoneType in parts:
-        return None if value is None else _converted(value, next(p for p in parts if p is not NoneType))
+        return None if value is None else _as_one_of(value, [p for p in parts if p is not NoneType])
     if get_origin(annotation) is Literal:
         if not isinstance(value, str) or value not in parts:
             raise TypeError(f"one of {', '.join(parts)}")
@@ -68,6 +68,13 @@ def _converted(value: object, annotation: Any) -> Any:
     if not isinstance(value, annotation):
         raise TypeError(f"{annotation.__name__}")
     return value
+
+
+def _as_one_of(value: object, parts: list[Any]) -> Any:
+    """Return a value as a text where one is given and taken, else as the first of the parts has it."""
+    if isinstance(value, str) and str in parts:
+        return _as_text(value)
+    return _converted(value, parts[0])
 
 
 def _as_tuple(value: object, parts: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from dmc_cli import mesh_formats, volume_formats
-from dmc_cli.errors import SettingsError
+from dmc_cli.crops import parse_crop
+from dmc_cli.errors import CallError, SettingsError
+from dmc_cli.isovalue_choices import parse_choice
 from dmc_cli.methods import METHODS, method_named, methods_that, settled_number, settled_option
 from dmc_cli.setting_checks import (
     check_format,
@@ -56,6 +58,14 @@ SIMPLIFIED = "+simplify"
 
 STREAM = "-"
 """The path that means standard input or standard output."""
+
+
+def check_isovalue(isovalue: float | str | None) -> None:
+    """Raise SettingsError unless an isovalue is a finite number or a way to choose one."""
+    if not isinstance(isovalue, float):
+        parse_choice(isovalue)
+    elif not math.isfinite(isovalue):
+        raise SettingsError(f"isovalue is {isovalue}; expected a finite number")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,14 +142,16 @@ class SynthSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceSettings:
-    """Which surface to extract from a volume; `isovalue` is in the volume's physical values.
+    """Which surface to extract from a volume.
 
+    `isovalue` is a number in the volume's physical values, or how it is chosen (`otsu`, `20%`, `bone`,
+    `band:150:300`; None: by what the volume is), which a conversion settles once it has read the volume.
     Topology, placement, triangulation, border and gradients are what the method takes of them: its own
     default where none is given, None where it has no such option. So are `steps` and `step_size`, of
     placements that move by steps.
     """
 
-    isovalue: float
+    isovalue: float | str | None = None
     method: str = "dmc"
     inside: Inside = "above"
     topology: Topology | None = None
@@ -154,13 +166,26 @@ class SurfaceSettings:
     def __post_init__(self) -> None:
         """Check every type and range once, at the door, and what the method takes."""
         settle_types(self)
-        if not math.isfinite(self.isovalue):
-            raise SettingsError(f"isovalue is {self.isovalue}; expected a finite number")
+        check_isovalue(self.isovalue)
         for option in METHOD_OPTIONS:
             object.__setattr__(self, option, settled_option(self.method, option, getattr(self, option)))
         for name in METHOD_NUMBERS:
             number = settled_number(self.method, self.placement, name, getattr(self, name))
             object.__setattr__(self, name, number)
+
+    @property
+    def settled_isovalue(self) -> float:
+        """Return the isovalue as a number.
+
+        Raises:
+            CallError: It is still to be chosen.
+        """
+        if not isinstance(self.isovalue, float):
+            raise CallError(
+                f"isovalue is {self.isovalue!r}, which depends on the volume; expected a number here; convert"
+                " chooses it, or give one"
+            )
+        return self.isovalue
 
     @property
     def is_on_surface(self) -> bool:
@@ -171,6 +196,74 @@ class SurfaceSettings:
     def is_manifold(self) -> bool:
         """Return whether the mesh is promised to be a 2-manifold."""
         return self.topology in method_named(self.method).manifold
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartSettings:
+    """Which part of the volume is wanted, on its nodes before contouring; the stages follow each other so.
+
+    `crop` keeps a box of nodes: for x, y and z `first:last`, both kept, in nodes, `mm` of the volume's space
+    or `%` of its extent, as in `10:200,:,25%:75%`. `keep` keeps the `largest` component of the object, or so
+    many; `min_volume` those of at least so many mm3. `fill_cavities` fills what the object encloses: `all`,
+    or cavities of at most so many mm3.
+    """
+
+    crop: str | None = None
+    keep: str | None = None
+    min_volume: float | None = None
+    fill_cavities: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        for name in ("keep", "fill_cavities"):
+            given = getattr(self, name)
+            if isinstance(given, int | float) and not isinstance(given, bool):
+                object.__setattr__(self, name, f"{given:g}")
+        settle_types(self)
+        if self.crop is not None:
+            parse_crop(self.crop)
+        self.most_kept  # noqa: B018 - which checks it
+        self.largest_cavity  # noqa: B018
+        if self.min_volume is not None and not 0 < self.min_volume < math.inf:
+            raise SettingsError(f"min_volume is {self.min_volume}; expected a positive volume in mm3")
+
+    @property
+    def most_kept(self) -> int | None:
+        """Return how many components are kept, None where that is left open."""
+        if self.keep is None:
+            return None
+        if self.keep == "largest":
+            return 1
+        if not self.keep.isdecimal() or int(self.keep) < 1:
+            raise SettingsError(f"keep is {self.keep!r:.80}; expected largest, or how many, 1 or more")
+        return int(self.keep)
+
+    @property
+    def largest_cavity(self) -> float | None:
+        """Return the volume in mm3 up to which cavities are filled, None where none is."""
+        if self.fill_cavities is None:
+            return None
+        if self.fill_cavities == "all":
+            return math.inf
+        try:
+            volume = float(self.fill_cavities)
+        except ValueError:
+            volume = math.nan
+        if not 0 < volume < math.inf:
+            raise SettingsError(
+                f"fill_cavities is {self.fill_cavities!r:.80}; expected all, or a positive volume in mm3"
+            )
+        return volume
+
+    @property
+    def selects(self) -> bool:
+        """Return whether components are looked for."""
+        return (self.keep, self.min_volume, self.fill_cavities) != (None, None, None)
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether the volume is contoured as it is."""
+        return self == PartSettings()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,6 +389,7 @@ class ConvertSettings:
     surface: SurfaceSettings
     output: OutputSettings
     read: ReadSettings = field(default_factory=ReadSettings)
+    part: PartSettings = field(default_factory=PartSettings)
     mesh: MeshSettings = field(default_factory=MeshSettings)
     share: MemoryShare = field(default_factory=MemoryShare)
     device: str = "auto"
@@ -450,7 +544,7 @@ class ReworkSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class CompareSettings:
-    """Which methods to compare on the surface of a volume; `isovalue` is in its physical values.
+    """Which methods to compare on the surface of a volume; `isovalue` as in `SurfaceSettings`.
 
     A method is its name, behind a colon a value of one of its options, and `+simplify` for its quads without
     the papers' patterns: `dc:particle`, `dmc+simplify`. Without any, all methods with their defaults are
@@ -459,7 +553,7 @@ class CompareSettings:
     """
 
     input: str
-    isovalue: float
+    isovalue: float | str | None = None
     methods: tuple[str, ...] = ()
     inside: Inside = "above"
     border: Border = "open"
@@ -473,6 +567,7 @@ class CompareSettings:
         settle_types(self)
         check_path("input", self.input)
         check_run(self.device, self.threads)
+        check_isovalue(self.isovalue)
         if not self.methods:
             object.__setattr__(self, "methods", (*METHODS, f"{next(iter(METHODS))}{SIMPLIFIED}"))
         if len(set(self.methods)) < len(self.methods):

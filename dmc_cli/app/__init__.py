@@ -4,6 +4,7 @@ read_ahead     the input is read while kernels are loaded
 memory_budget  the forecast that is held against a budget
 file_keys, overlaps  no output is an input or another output
 kept_volume    a volume that several conversions share
+preparation    what the settings leave open until a volume is read
 no_surface     why there is no surface, and where there are some
 mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
@@ -13,6 +14,7 @@ measurement    a mesh file measured
 rework         a mesh file made into another one
 closed_tunnels  tunnels of the trilinear surface that a mesh does not have
 comparison     methods beside each other
+object_components  the components of the nodes above an isovalue
 spectrum       what surfaces a volume has, over the range of its values
 batch          many conversions, side by side
 """

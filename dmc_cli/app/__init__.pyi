@@ -13,6 +13,7 @@ from .conversion import (
 )
 from .kept_volume import KeptVolume as KeptVolume
 from .measurement import measure_file as measure_file
+from .object_components import list_object_components as list_object_components
 from .overlaps import refuse_overlaps as refuse_overlaps
 from .read_ahead import ReadAhead as ReadAhead
 from .rework import ReworkResult as ReworkResult, rework_file as rework_file

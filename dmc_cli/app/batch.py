@@ -35,10 +35,13 @@ _LONGEST_END = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How one item ended; `status` is the exit status that `dmc convert` would have had."""
+    """How one item ended; `status` is the exit status that `dmc convert` would have had.
+
+    `isovalue` is a number once it is chosen, of a band and of an item that failed what was asked for.
+    """
 
     input: str
-    isovalue: float
+    isovalue: float | str | None
     output: str
     status: int
     error: str | None = None
@@ -179,6 +182,7 @@ def _convert_one(item: ConvertSettings, progress: Progress, kept: KeptVolume) ->
         if lacks_memory(error):
             return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
         return Outcome(**facts, status=_BUG, error=traceback.format_exc())
+    facts["isovalue"] = result.report["settings"]["isovalue"]
     return Outcome(
         **facts,
         status=0,

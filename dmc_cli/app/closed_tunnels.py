@@ -66,7 +66,7 @@ def _with_tunnels(settings: SurfaceSettings) -> SurfaceSettings:
     """Return the settings of the same surface by the method that forms its tunnels."""
     (name, *_) = methods_that(lambda method: method.list_tunnels is not None)
     return SurfaceSettings(
-        isovalue=settings.isovalue, method=name, inside=settings.inside, border=settings.border
+        isovalue=settings.settled_isovalue, method=name, inside=settings.inside, border=settings.border
     )
 
 

@@ -14,6 +14,7 @@ import warp as wp
 
 from dmc_cli.app.closed_tunnels import ClosedTunnels, find_closed_tunnels
 from dmc_cli.app.no_surface import no_surface
+from dmc_cli.app.preparation import resolved_isovalue, settle_isovalue
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.contouring import (
     connect_faces,
@@ -93,12 +94,14 @@ class Comparison:
         settings: What was compared.
         methods: One for each method, in their order.
         exact_euler: The Euler characteristic of the trilinear surface; None where no method tells it.
+        choice: How the isovalue was chosen, None where it was given as a number.
     """
 
     volume: Volume
     settings: CompareSettings
     methods: tuple[Compared, ...]
     exact_euler: int | None
+    choice: dict[str, Any] | None = None
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a table: a dict of plain values for each method."""
@@ -114,7 +117,8 @@ class Comparison:
             "schema": SCHEMA,
             **warning_keys(self.volume.warnings),
             "input": plain(input_section(self.volume, with_hash=True)),
-            "settings": settings,
+            "settings": settings | resolved_isovalue(self.choice),
+            "choice": self.choice,
             "euler_characteristic": self.exact_euler,
             "methods": [
                 row | {"tunnels": tunnels.get(each.method)} | plain(measured_sections(each.measures))
@@ -149,14 +153,19 @@ def compare_methods(settings: CompareSettings, progress: Progress = SILENT) -> C
     with progress.stage("reading"):
         volume = ahead.result(progress)
     with intact(volume.values, settings.input):
-        times = _least_times(volume, settings, device, progress)
+        contoured, isovalue, choice = settle_isovalue(volume, settings.isovalue)
+        settings = replace(settings, isovalue=isovalue)
+        exact = settings.surface_of(EXACT) if exact else None
+        times = _least_times(contoured, settings, device, progress)
         compared = []
         for number, method in enumerate(settings.methods):
             with progress.stage(f"measuring {method}"):
-                compared.append(_compared(method, volume, settings, device, times[method]))
+                compared.append(_compared(method, contoured, settings, device, times[method]))
             progress.advance((number + 1) / len(settings.methods))
-        euler = _exact_euler(compared, volume, exact, device)
-    return Comparison(volume=volume, settings=settings, methods=tuple(compared), exact_euler=euler)
+        euler = _exact_euler(compared, contoured, exact, device)
+    return Comparison(
+        volume=volume, settings=settings, methods=tuple(compared), exact_euler=euler, choice=choice
+    )
 
 
 def _least_times(
@@ -173,7 +182,7 @@ def _least_times(
                 wp.synchronize()
                 elapsed = 1e3 * (time.perf_counter() - start)
             if not mesh.face_count:
-                raise no_surface(volume, settings.isovalue)
+                raise no_surface(volume, settings.surface_of(method).settled_isovalue)
             if number:
                 least[method] = min(least[method], elapsed)
     return least

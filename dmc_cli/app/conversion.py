@@ -19,6 +19,7 @@ from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
 from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app.preparation import Prepared, finds_components, is_settled, prepare, resolved_isovalue
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.app.writing import Made, check_outputs, finish
 from dmc_cli.contouring import (
@@ -108,21 +109,31 @@ def make_mesh(
         refuse_overlaps([settings], volume.files)
         on_device = kept.keep(settings, volume, device)
     with intact(on_device.volume.values, settings.input):
-        mesh, dump, report = _stages(settings, on_device, watch)
-    return Made(settings, mesh, dump, report, watch)
+        prepared = _prepared(settings, on_device, kept, watch)
+        mesh, dump, report = _stages(prepared, watch)
+    return Made(prepared.settings, mesh, dump, report, watch)
 
 
-def _stages(
-    settings: ConvertSettings, on_device: DeviceVolume, watch: Stopwatch
-) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
+def _prepared(
+    settings: ConvertSettings, on_device: DeviceVolume, kept: KeptVolume, watch: Stopwatch
+) -> Prepared:
+    """Return what is contoured; where the settings leave nothing open it is the volume as it was read."""
+    if is_settled(settings):
+        return prepare(settings, on_device, kept.suggestions)
+    with watch.stage("prepare", "preparing the volume"):
+        return prepare(settings, on_device, kept.suggestions)
+
+
+def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDump | None, dict[str, Any]]:
     """Return all that is written: the mesh, its halfedges if they are asked for, and the report."""
-    output, volume, device = settings.output, on_device.volume, on_device.device
+    settings, volume, device = prepared.settings, prepared.on_device.volume, prepared.on_device.device
+    output = settings.output
     affine, space = output_affine(volume, output.space, output.unit)
-    reserve_cells(volume, settings)
-    forecast = MeshForecast(volume, settings)
+    reserve_cells(volume, settings, prepared.beside)
+    forecast = MeshForecast(volume, settings, prepared.beside)
     with watch.stage("surface", "extracting the surface"):
         surface = extract_surface(
-            on_device,
+            prepared.on_device,
             settings.surface,
             affine,
             even_slices=output.space == "voxel",
@@ -130,7 +141,7 @@ def _stages(
         )
     if not surface.mesh.face_count and not output.allow_empty:
         otherwise = ", or allow an empty mesh with --allow-empty"
-        raise no_surface(volume, settings.surface.isovalue, otherwise=otherwise)
+        raise no_surface(volume, settings.surface.settled_isovalue, otherwise=otherwise)
     if settings.needs_halfedges:
         surface = _connect(surface, settings, watch)
     stages, counts = Stages(surface.mesh, surface.placement), surface.counts
@@ -152,7 +163,7 @@ def _stages(
     if output.normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(stages.placement, settings.surface)
-    report = _make_report(settings, volume, stages, counts, watch)
+    report = _make_report(prepared, stages, counts, watch)
     device.let_go()
     if output.check:
         from dmc_cli.mesh import check_mesh
@@ -187,7 +198,10 @@ def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
     every_measure = report_kernels(intersections=True, curvature=True, distance=True, lists=True)
-    return [*launch_kernels(), *every_kernel_module(), *processing, *every_measure]
+    from dmc_cli.parts import kernel_modules as part_kernels
+
+    parts = part_kernels(selects=True)
+    return [*launch_kernels(), *every_kernel_module(), *parts, *processing, *every_measure]
 
 
 def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list[ModuleType]:
@@ -195,6 +209,10 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
     dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
     has_normals = settings.output.normals or dumped
     modules = surface_kernels(settings.surface, normals_too=has_normals, indexed=indexed)
+    if finds_components(settings):
+        from dmc_cli.parts import kernel_modules as part_kernels
+
+        modules += part_kernels(selects=True)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
@@ -260,15 +278,18 @@ def _measure(
 
 
 def _make_report(
-    settings: ConvertSettings, volume: Volume, stages: Stages, counts: SurfaceCounts, watch: Stopwatch
+    prepared: Prepared, stages: Stages, counts: SurfaceCounts, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
+    settings, volume = prepared.settings, prepared.on_device.volume
     measures = _measure(stages, volume, settings, watch)
     device = stages.mesh.device
     facts = RunFacts(
-        volume=volume,
+        volume=prepared.source,
         settings=settings,
-        resolved={"device": device.name, "threads": device.threads},
+        resolved={"device": device.name, "threads": device.threads, **resolved_isovalue(prepared.choice)},
+        choice=prepared.choice,
+        part=prepared.part,
         stored_isovalue=stages.placement.frame.stored_isovalue,
         counts=counts,
         vertex_count=stages.mesh.vertex_count,

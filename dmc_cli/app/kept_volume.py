@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.runtime import Device
 from dmc_cli.settings import ConvertSettings, ReadSettings
-from dmc_cli.volume import Volume
+from dmc_cli.volume import Suggestions, Volume
 
 Source = tuple[str, ReadSettings, str, int | None]
 
@@ -21,11 +21,12 @@ class KeptVolume:
         self._uses = Counter(_source_of(item) for item in items)
         self._kept: Source | None = None
         self._volume: DeviceVolume | None = None
+        self._suggestions: Suggestions | None = None
 
     def at_hand(self, settings: ConvertSettings) -> DeviceVolume | None:
         """Return the volume of an item if the last one had the same; else let go of what there is."""
         if self._kept != _source_of(settings):
-            self._kept = self._volume = None
+            self._kept = self._volume = self._suggestions = None
         return self._volume
 
     def keep(self, settings: ConvertSettings, volume: Volume, device: Device) -> DeviceVolume:
@@ -35,6 +36,12 @@ class KeptVolume:
         if is_shared:
             self._kept, self._volume = _source_of(settings), found
         return found
+
+    def suggestions(self, volume: Volume) -> Suggestions:
+        """Return the isovalues that a volume suggests, which are found once for several conversions of it."""
+        if self._suggestions is None or self._suggestions.volume is not volume:
+            self._suggestions = Suggestions(volume)
+        return self._suggestions
 
     def is_shared(self, settings: ConvertSettings) -> bool:
         """Return whether several items have an item's volume."""

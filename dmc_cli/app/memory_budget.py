@@ -132,26 +132,42 @@ def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: Conv
     _reserve({"cells": sizes.bytes_of(_cells_cost(settings))}, 0, settings, "the volume and its cells")
 
 
-def reserve_cells(volume: Volume, settings: ConvertSettings) -> None:
-    """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit."""
-    sizes = sizes_of(volume, settings)
+def reserve_cells(volume: Volume, settings: ConvertSettings, beside: int = 0) -> None:
+    """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit, so many bytes beside."""
+    sizes = sizes_of(volume, settings, beside)
     _reserve(
         {"cells": sizes.bytes_of(_cells_cost(settings))},
-        held_bytes(volume),
+        held_bytes(volume) + beside,
         settings,
         "the volume and its cells",
     )
+
+
+def reserve_beside(volume: Volume, more: int, settings: ConvertSettings, what: str) -> None:
+    """Raise MemoryBudgetError unless so many bytes fit beside a volume that is there, with its cells.
+
+    Args:
+        volume: The volume as it was read.
+        more: Bytes that are to be taken.
+        settings: The conversion.
+        what: What they are for, in words.
+    """
+    sizes = sizes_of(volume, settings)
+    needed = sizes.bytes_of(_cells_cost(settings)) + more
+    _reserve({"prepare": needed}, held_bytes(volume), settings, f"the volume and {what}")
 
 
 @dataclass
 class MeshForecast:
     """Holds the forecast for a volume's mesh against the budget as its counts become known.
 
-    `near` and `cells` are the words near the surface and the listed cells, once they are known.
+    `near` and `cells` are the words near the surface and the listed cells, once they are known; `beside` are
+    the bytes of a volume that this one was made of, and which is kept.
     """
 
     volume: Volume
     settings: ConvertSettings
+    beside: int = 0
     near: int | None = None
     cells: int = 0
 
@@ -159,7 +175,7 @@ class MeshForecast:
         """Raise MemoryBudgetError unless the mesh fits beside the volume; a method calls it (`Reserve`)."""
         if cells is not None:
             self.near, self.cells = near, cells
-        found = sizes_of(self.volume, self.settings)
+        found = sizes_of(self.volume, self.settings, self.beside)
         pages = found.words if self.near is None else -(-self.near // PAGE_WORDS) * PAGE_WORDS
         near = min(pages, found.words)
         sizes = replace(found, near=near, cells=self.cells, vertices=vertices, faces=faces)
@@ -176,9 +192,12 @@ def _cells_cost(settings: ConvertSettings) -> Cost:
     return method_named(settings.surface.method).memory.cells
 
 
-def sizes_of(volume: Volume, settings: ConvertSettings) -> Sizes:
-    """Return the sizes of a volume; 64-bit integers are counted twice, since they become shorter numbers."""
-    values = held_bytes(volume)
+def sizes_of(volume: Volume, settings: ConvertSettings, beside: int = 0) -> Sizes:
+    """Return the sizes of a volume, with bytes that are kept beside it.
+
+    64-bit integers are counted twice, since they become shorter numbers.
+    """
+    values = held_bytes(volume) + beside
     if volume.values.dtype.kind in "iu" and volume.values.dtype.itemsize == 8:
         values += volume.values.nbytes // 2
     words = words_of(volume.shape, settings)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
+from dmc_cli.isovalue_choices import isovalue_text
 from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
 from dmc_cli.volume_formats import FORMATS
 from dmc_cli.volume_io import (
@@ -150,15 +151,16 @@ def _shared(output: Output, other: Output, files: FileKeys) -> SettingsError:
             f"{output.path} is the {output.role} and {other.path} the {other.role} of {item.input}, which is"
             " one file; expected a file for each; choose another name for one of them"
         )
-    isovalue, is_same = item.surface.isovalue, item.input == first.input
+    is_same = item.input == first.input
     is_same = is_same or bool(files.of_input(item.input) & files.of_input(first.input))
-    if is_same and isovalue == first.surface.isovalue:
+    isovalue, other_isovalue = (isovalue_text(one.surface.isovalue) for one in (item, first))
+    if is_same and item.surface.isovalue == first.surface.isovalue:
         return SettingsError(
-            f"{output.path} is the output of {item.input} at {isovalue:g} twice; expected each input at each"
+            f"{output.path} is the output of {item.input} at {isovalue} twice; expected each input at each"
             " isovalue once; leave one of the two out, or choose another name for its output"
         )
     return SettingsError(
-        f"{output.path} is the output of {first.input} at {first.surface.isovalue:g} and of {item.input} at"
-        f" {isovalue:g}; expected one file an item; use {{stem}} and {{isovalue}} in its name, and where they"
-        " do not differ {parent}, {index} or more digits, as in {isovalue:.9f}"
+        f"{output.path} is the output of {first.input} at {other_isovalue} and of {item.input} at {isovalue};"
+        " expected one file an item; use {stem} and {isovalue} in its name, and where they do not differ"
+        " {parent}, {index} or more digits, as in {isovalue:.9f}"
     )

@@ -69,7 +69,7 @@ def _write_files(made: Sequence[Made]) -> None:
     output = made[0].settings.output
     mesh = made[0].mesh
     if len(made) > 1:
-        mesh = grouped({f"isovalue_{short_number(one.settings.surface.isovalue)}": one.mesh for one in made})
+        mesh = grouped({_group_name(one): one.mesh for one in made})
     with made[0].watch.stage("write", "writing"):
         written = write_mesh(
             output.path, mesh, output_format=output.output_format, ascii=output.ascii, force=output.force
@@ -81,6 +81,14 @@ def _write_files(made: Sequence[Made]) -> None:
                 write_halfedges(halfedges, one.dump, force=output.force)
         for key, told in warning_keys(written.warnings).items():
             one.report[key] += told
+
+
+def _group_name(made: Made) -> str:
+    """Return what a mesh's group is called: by its isovalue, and the words that chose it if there are any."""
+    choice = made.report["surface"]["choice"]
+    words = f"{choice['chosen']}_" if choice else ""
+    isovalue = short_number(made.settings.surface.settled_isovalue)
+    return f"isovalue_{words}{isovalue}" if not choice or choice["band"] is None else f"isovalue_{words[:-1]}"
 
 
 def _write_report(made: Made) -> None:

@@ -18,9 +18,10 @@ templates      names of a batch's outputs
 batch_file     a batch's options out of a TOML file
 batch_plan     the items of a batch
 batch          the command that runs them
-isovalue       what to tell who gave no isovalue
+isovalue       what to tell who gave no isovalue to measure against
 conversions    what an input becomes at each isovalue
 progress       how far a run is
+histogram      how many nodes have which value, drawn
 description    volumes and installations as values that JSON can hold
 summary        reports and descriptions in a few lines
 """

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     help="Items at work at the same time; each has an equal share of --memory, or of the machine's.",
 )
 @options.surface_options
+@options.part_options
 @options.mesh_options
 @options.read_options
 @options.noise_options

@@ -29,7 +29,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
 
     Raises:
         SettingsError: No input, standard input for several, a pattern without a file, an isovalue or a
-            template that is missing or wrong, an output that is an input or another output, a file that is no
+            template that is wrong, an output that is an input or another output, a file that is no
             TOML or has keys that are no options.
     """
     given = {
@@ -58,10 +58,6 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
 def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings]:
     """Yield the conversions of one table: each input with each isovalue."""
     read = gather(ReadSettings, values)
-    if not values.get("isovalue"):
-        raise SettingsError(
-            "no isovalue was given; expected one or more, with -i or as `isovalue` in the file"
-        )
     if not values.get("inputs"):
         raise SettingsError(
             "no input was given; expected one or more, as `inputs` in the file or in each item"

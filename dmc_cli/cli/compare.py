@@ -6,8 +6,7 @@ import click
 
 from dmc_cli.cli import options
 from dmc_cli.cli.comparison_table import csv_table, markdown_table, text_table
-from dmc_cli.cli.isovalue import missing_isovalue
-from dmc_cli.cli.parameters import NameList, complete_files
+from dmc_cli.cli.parameters import Isovalue, NameList, complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand, SectionedOption
 from dmc_cli.cli.terminal import echo_lines
@@ -24,8 +23,8 @@ from dmc_cli.settings import CompareSettings, ReadSettings
     "-i",
     "--isovalue",
     section="Comparison",
-    type=float,
-    help="The level of the surface, in the volume's physical values (HU for CT).",
+    type=Isovalue(),
+    help=options.ISOVALUE_HELP,
 )
 @options.setting(
     CompareSettings,
@@ -91,8 +90,6 @@ def compare(
       dmc compare synth:genus_two:64 -i 0.001 --methods dmc,dmc:centroid --format markdown
     """
     read = options.gather(ReadSettings, values)
-    if values["isovalue"] is None:
-        raise missing_isovalue(input, read)
     settings = options.gather(CompareSettings, values, input=input, read=read)
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):

@@ -6,7 +6,14 @@ from typing import Any
 
 from dmc_cli.cli.options import gather, isovalues_of
 from dmc_cli.cli.templates import fill_template, name_part
-from dmc_cli.settings import ConvertSettings, MeshSettings, OutputSettings, ReadSettings, SurfaceSettings
+from dmc_cli.settings import (
+    ConvertSettings,
+    MeshSettings,
+    OutputSettings,
+    PartSettings,
+    ReadSettings,
+    SurfaceSettings,
+)
 from dmc_cli.volume_io import exists
 
 _COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
@@ -53,7 +60,7 @@ def conversions_of(
 
 
 def conversion_of(
-    source: str, values: dict[str, Any], read: ReadSettings, isovalue: float, path: str
+    source: str, values: dict[str, Any], read: ReadSettings, isovalue: float | str | None, path: str
 ) -> ConvertSettings:
     """Return the conversion of an input at an isovalue to a file, by the options as they are."""
     return gather(
@@ -62,6 +69,7 @@ def conversion_of(
         input=source,
         read=read,
         surface=gather(SurfaceSettings, values, isovalue=isovalue),
+        part=gather(PartSettings, values),
         mesh=gather(MeshSettings, values),
         output=gather(OutputSettings, values, path=path),
     )

@@ -6,11 +6,11 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
-from dmc_cli.cli.isovalue import missing_isovalue
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import echo_summaries
 from dmc_cli.errors import SettingsError
+from dmc_cli.isovalue_choices import isovalue_text
 from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.printable import short_number
 from dmc_cli.settings import ConvertSettings, ReadSettings
@@ -20,6 +20,7 @@ from dmc_cli.settings import ConvertSettings, ReadSettings
 @options.input_argument
 @options.output_argument
 @options.surface_options
+@options.part_options
 @options.mesh_options
 @options.read_options
 @options.noise_options
@@ -31,11 +32,13 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
 
     INPUT is a file, packed or not, FILE:/DATASET of HDF5, a folder of DICOM or of images, a zip,
     synth:FIELD:N (for example synth:iwp:128), or - for standard input. OUTPUT is a mesh file, whose
-    suffix tells the format, or - for standard output. With several isovalues it is a template with
+    suffix tells the format, or - for standard output. Without -i the summary tells which isovalue
+    was chosen, and which others there are. With several isovalues it is a template with
     {isovalue} in it, or one file of a format that has groups (OBJ); the input is read once.
 
     \b
     Examples:
+      dmc convert sample_data/dicom/head_ct skull.ply
       dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 600
       dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
       dmc convert sample_data/nrrd/tooth.nrrd 'tooth_{isovalue}.ply' -i 500:900:200
@@ -44,8 +47,6 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
 
     read = options.gather(ReadSettings, values)
     isovalues = options.isovalues_of(values)
-    if not isovalues:
-        raise missing_isovalue(input, read)
     if len(isovalues) == 1 and "{isovalue" not in path:
         items, is_grouped = [conversion_of(input, values, read, isovalues[0], path)], False
     else:
@@ -81,8 +82,8 @@ def _several(
     for isovalue, count in counts.items():
         if count > 1:
             raise SettingsError(
-                f"isovalue {short_number(isovalue)} was given {count} times; expected each once; leave the"
-                " others out"
+                f"isovalue {_shown(isovalue)} was given {count} times; expected each once; leave the others"
+                " out"
             )
     is_grouped = "{isovalue" not in path
     items = list(conversions_of(input, values | {"output": path}, read, base=Path(), one_mesh=is_grouped))
@@ -90,6 +91,11 @@ def _several(
         _check_groups(items[0], len(items))
     refuse_overlaps(items, one_mesh=is_grouped)
     return items, is_grouped
+
+
+def _shown(isovalue: float | str | None) -> str:
+    """Return an isovalue as it was given."""
+    return short_number(isovalue) if isinstance(isovalue, float) else isovalue_text(isovalue)
 
 
 def _check_groups(first: ConvertSettings, count: int) -> None:

@@ -3,17 +3,18 @@
 import platform
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from dmc_cli.errors import AmbiguousVolumeError, WriteError
+from dmc_cli.cli.histogram import binned
+from dmc_cli.errors import AmbiguousVolumeError, SettingsError, WriteError
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
 from dmc_cli.version import VERSION
-from dmc_cli.volume import Volume, VolumeEntry, intact
+from dmc_cli.volume import Suggestions, Volume, VolumeEntry, intact
 from dmc_cli.volume_io import survey_volumes
 
 _PACKAGES = (
@@ -22,11 +23,17 @@ _PACKAGES = (
 
 
 def describe(
-    path: str, settings: ReadSettings, progress: Progress, isovalues: Sequence[float] | None = None
+    path: str,
+    settings: ReadSettings,
+    progress: Progress,
+    isovalues: Sequence[float | str | None] | None = None,
+    components_at: Sequence[float | str | None] | None = None,
 ) -> dict[str, Any]:
     """Tell what a volume is, and which volumes its path offers; with isovalues, what surfaces it has there.
 
-    No isovalues at all stand for round numbers over the volume's range; None leaves surfaces out.
+    No isovalues at all, or None among them, stand for round numbers over the volume's range; None leaves
+    surfaces out. `components_at` are isovalues whose objects' components are listed, None among them for the
+    one that convert takes.
     Where there are several series and none is chosen only the list is given: no value is read.
     """
     entries, volume, notes = _surveyed(path, settings, progress)
@@ -44,13 +51,21 @@ def describe(
     ]
     if volume is None:
         return {"path": path, "series": series}
-    with intact(volume.values, path):
-        ends = volume.value_range()
-    spectrum = {}
+    suggestions = Suggestions(volume)
+    with intact(volume.values, path), progress.stage("counting values"):
+        ends, suggested = suggestions.ends, [asdict(one) for one in suggestions.suggested()]
+        kind, counted = suggestions.kind, suggestions.histogram
+    spectrum: dict[str, Any] = {}
     if isovalues is not None:
         from dmc_cli.app import contour_spectrum
 
-        spectrum = {"isovalues": contour_spectrum(volume, isovalues, settings.threads, progress)}
+        levels = [_number(isovalue, suggestions) for isovalue in isovalues if isovalue is not None]
+        spectrum["isovalues"] = contour_spectrum(volume, levels, settings.threads, progress)
+    if components_at is not None:
+        from dmc_cli.app import list_object_components
+
+        levels = [_number(isovalue, suggestions) for isovalue in components_at]
+        spectrum["components"] = list_object_components(volume, levels, settings.threads, progress)
     return {
         "path": path,
         "format": volume.format,
@@ -63,10 +78,31 @@ def describe(
         "slope": volume.slope,
         "intercept": volume.intercept,
         "value_range": None if ends is None else list(ends),
+        "kind": kind,
+        "value_unit": volume.value_unit,
+        "suggested_isovalues": suggested,
+        "histogram": binned(counted.values.tolist(), counted.counts.tolist(), counted.ends),
         "series": series,
         **spectrum,
         **warning_keys([*notes, *volume.warnings]),
     }
+
+
+def _number(isovalue: float | str | None, suggestions: Suggestions) -> float:
+    """Return an isovalue as a number of the volume.
+
+    Raises:
+        SettingsError: It is a band, whose surface is that of other values.
+    """
+    if isinstance(isovalue, float):
+        return isovalue
+    chosen = suggestions.choose(isovalue)
+    if chosen.band is not None:
+        raise SettingsError(
+            f"isovalue is {isovalue!r}, a band; expected isovalues of the volume's own values; give its ends"
+            " as numbers"
+        )
+    return chosen.isovalue
 
 
 def _surveyed(

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from dmc_cli.errors import SettingsError
+from dmc_cli.isovalue_choices import EXPECTED, PRESETS, is_choice, parse_choice
+
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
@@ -61,29 +64,31 @@ class Triple(click.ParamType[Any]):
 
 
 class Isovalues(click.ParamType[Any]):
-    """A number, or several as `first:last:step`, in steps of decimal numbers as they are written."""
+    """A number, several as `first:last:step` in steps of decimal numbers, or how to choose one."""
 
-    name = "NUMBER"
+    name = "NUMBER|NAME"
+
+    def __init__(self, *, takes_steps: bool = True) -> None:
+        self.takes_steps = takes_steps
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the numbers, the last one among them if a step ends there."""
         if isinstance(value, tuple):
             return value
+        if is_choice(str(value)):
+            return (self._choice(str(value), param, ctx),)
         parts = str(value).split(":")
         try:
-            if len(parts) == 1:
-                return (float(parts[0]),)
+            if len(parts) == 1 or not self.takes_steps:
+                return (float(str(value)),)
             from decimal import Decimal  # of several alone: a millisecond of a run
 
             first, last, step = (Decimal(part.strip()) for part in parts)
             if not all(number.is_finite() for number in (first, last, step)):
                 raise ValueError
         except (ValueError, ArithmeticError):
-            self.fail(
-                f"{value!r} is no isovalue; expected a number, or first:last:step as in 100:900:50",
-                param,
-                ctx,
-            )
+            steps = ", first:last:step as in 100:900:50" if self.takes_steps else ""
+            self.fail(f"{value!r} is no isovalue; expected {EXPECTED}{steps}", param, ctx)
         if step <= 0 or last < first:
             self.fail(
                 f"{value!r} has no numbers; expected first:last:step, the last not below the first, and"
@@ -94,6 +99,34 @@ class Isovalues(click.ParamType[Any]):
         if (last - first) / step > MOST_ISOVALUES:
             self.fail(f"{value!r} has more than {MOST_ISOVALUES} numbers; take larger steps", param, ctx)
         return tuple(float(first + n * step) for n in range(int((last - first) / step) + 1))
+
+    def _choice(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the words of a choice as the settings have them."""
+        try:
+            parse_choice(value)
+        except SettingsError as error:
+            self.fail(str(error), param, ctx)
+        return value.strip().lower()
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> "list[CompletionItem[Any]]":
+        """Complete the words that choose an isovalue."""
+        from click.shell_completion import CompletionItem
+
+        return [CompletionItem(word) for word in ("otsu", *PRESETS) if word.startswith(incomplete)]
+
+
+class Isovalue(Isovalues):
+    """A number, or how to choose one."""
+
+    def __init__(self) -> None:
+        super().__init__(takes_steps=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number, or the words."""
+        (found,) = super().convert(value, param, ctx)
+        return found
 
 
 class Size(click.ParamType[Any]):

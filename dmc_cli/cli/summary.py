@@ -3,11 +3,15 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from dmc_cli.cli.histogram import histogram_lines
 from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.printable import short_number
 
 _MOST_VOLUMES = 100
 """Volumes of a file that are shown, at most."""
+
+_MOST_COMPONENTS = 20
+"""Components that are shown, at most."""
 
 _BAR = 24
 """Characters of the longest bar in a table."""
@@ -15,6 +19,7 @@ _BAR = 24
 _SLOW_STAGES = (
     "compile",
     "read",
+    "prepare",
     "surface",
     "normals",
     "halfedges",
@@ -44,7 +49,9 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of the summary; what the report does not hold is left out."""
     yield from (f"warning: {warning}" for warning in _warnings(report))
     yield f"volume    {volume_line(report['input'])}"
+    yield from _part_lines(report.get("part"))
     yield f"surface   {_surface_line(report['surface'])}"
+    yield from _choice_lines(report["surface"].get("choice"))
     yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
@@ -125,6 +132,8 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
         yield f"volume    {volume_line(description)}"
         ends = description["value_range"]
         yield "values    " + ("none that is finite" if ends is None else f"{ends[0]:g} to {ends[1]:g}")
+        if "kind" in description:
+            yield f"kind      {description['kind']}"
         if (description["slope"], description["intercept"]) != (1.0, 0.0):
             yield f"scaling   {description['slope']:g} * stored value + {description['intercept']:g}"
         yield "affine    " + _matrix(description["affine"])
@@ -142,8 +151,34 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
             yield from (f"  {number:<4}  {volume}" for number, volume in enumerate(shown))
             if len(entry["volumes"]) > len(shown):
                 yield f"  and {len(entry['volumes']) - len(shown)} more; --json has them all"
+    yield from _suggestion_lines(description)
     yield from _spectrum_lines(description.get("isovalues", []))
+    for found in description.get("components", []):
+        yield from _component_lines(found)
     yield from (f"warning   {warning}" for warning in _warnings(description))
+
+
+def _suggestion_lines(description: dict[str, Any]) -> Iterator[str]:
+    """Yield the isovalues that the values suggest, and their histogram with these marked."""
+    suggested = description.get("suggested_isovalues", [])
+    if suggested:
+        told = ", ".join(f"{one['choice']} ({_number(one['isovalue'], 6)})" for one in suggested)
+        yield f"isovalues {told}; the first one is taken without -i"
+    if description.get("histogram") and not {"isovalues", "components"} & description.keys():
+        yield from histogram_lines(description["histogram"], suggested)
+
+
+def _component_lines(found: dict[str, Any]) -> Iterator[str]:
+    """Yield the components of an object, the largest first."""
+    told = f"{found['count']} component(s) at or above {short_number(found['isovalue'])}"
+    yield f"parts     {told}, {found['specks']} of them specks under {_number(found['speck_volume'], 3)} mm³"
+    if found["listed"]:
+        yield "           nodes        mm³  from x y z to x y z, mm"
+    for one in found["listed"][:_MOST_COMPONENTS]:
+        low, high = (" ".join(f"{end:.6g}" for end in ends) for ends in one["bounds"])
+        yield f"  {one['nodes']:>14}  {one['volume']:>9.6g}  {low} to {high}"
+    if found["count"] > _MOST_COMPONENTS:
+        yield f"  and {found['count'] - _MOST_COMPONENTS} more; --json lists the largest thousand"
 
 
 def _spectrum_lines(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -189,10 +224,49 @@ def _warnings(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _surface_line(surface: dict[str, Any]) -> str:
+    choice = surface.get("choice")
+    if choice and choice["band"]:
+        low, high = choice["band"]
+        mapped = f"min(value - {low:g}, {high:g} - value)".replace("- -", "+ ")
+        return f"of what lies from {low:g} to {high:g}: isovalue 0 of the trilinear {mapped}"
     text = f"isovalue {surface['isovalue']:g}"
+    if choice and choice["chosen"]:
+        text += f" ({choice['chosen']})"
     if surface["stored_isovalue"] != surface["isovalue"]:
         text += f", cut at the stored value {surface['stored_isovalue']:g}"
     return text
+
+
+def _part_lines(part: dict[str, Any] | None) -> Iterator[str]:
+    """Yield what was done to have a part of the volume."""
+    for key, name in (("dropped", "component(s) dropped"), ("filled", "cavit(ies) filled")):
+        if part is not None and key in part:
+            done = part[key]
+            what = name.replace("cavit(ies)", "cavity" if done["components"] == 1 else "cavities")
+            size = f"{done['nodes']} nodes, {_number(done['volume'], 6)} mm³"
+            yield f"part      {done['components']} {what}: {size}"
+    if part is not None and "dropped" not in part and part.get("components", {}).get("specks"):
+        yield _speck_line(part["components"])
+
+
+def _speck_line(found: dict[str, Any]) -> str:
+    """Tell how many components are specks, and how they are dropped."""
+    limit = _number(found["speck_volume"], 3)
+    return (
+        f"part      {found['count']} components, {found['specks']} of them specks under {limit} mm³; --keep"
+        f" largest drops all but one, --min-volume {limit} the specks"
+    )
+
+
+def _choice_lines(choice: dict[str, Any] | None) -> Iterator[str]:
+    """Yield why an isovalue was chosen where none was asked for, and what else there is."""
+    if choice is None or choice["asked"] is not None:
+        return
+    others = [f"{name} ({_number(isovalue, 6)})" for name, isovalue in choice["others"].items()]
+    if "otsu" not in (choice["chosen"], *choice["others"]):
+        others.append("otsu")
+    told = f"{choice['chosen']} is the default{', ' + choice['reason'] if choice['reason'] else ''}"
+    yield f"isovalue  {told}; others by -i: {', '.join(others)} or a number; dmc info draws them"
 
 
 def _mesh_line(mesh: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from string import Formatter
 from typing import Any
 
 from dmc_cli.errors import SettingsError
+from dmc_cli.isovalue_choices import isovalue_text
 from dmc_cli.settings import STREAM
 
 _FORMATS = {"isovalue": r"0?\d{0,2}(\.\d{1,2})?[efg]?", "index": r"0?\d{0,2}d?"}
@@ -41,19 +42,32 @@ def fill_template(option: str, template: str, fields: dict[str, Any], base: Path
         text += literal
         if field is None:
             continue
-        if field not in fields or conversion or not re.fullmatch(_FORMATS.get(field, ""), form or ""):
+        if field not in fields or conversion or not _takes(field, fields[field], form or ""):
             shown = f"{field}!{conversion}" if conversion else f"{field}:{form}" if form else field
             raise _not_filled(option, template, fields, f"found {{{shown[:60]}}}")
         if field == "parent":
             follows = next((after for after, *_ in pieces[position + 1 :]), "")
             text += _folder(fields["parent"], base, leads=not text, is_path=follows.startswith("/"))
         else:
-            text += format(fields[field], form or ("g" if field == "isovalue" else ""))
+            text += _filled(field, fields[field], form or "")
     if Path(text).name in ("", os.pardir):
         raise SettingsError(
             f"{option} is {template[:200]!r}, which names no file; give a template of file names"
         )
     return str(base / text)
+
+
+def _takes(field: str, value: Any, form: str) -> bool:
+    """Return whether a field can be filled in so: words that choose an isovalue have no form of a number."""
+    is_word = field == "isovalue" and not isinstance(value, float | int)
+    return not form if is_word else bool(re.fullmatch(_FORMATS.get(field, ""), form))
+
+
+def _filled(field: str, value: Any, form: str) -> str:
+    """Return the text of a field."""
+    if field == "isovalue" and not isinstance(value, float | int):
+        return name_part(isovalue_text(value).replace(":", "-"))
+    return format(value, form or ("g" if field == "isovalue" else ""))
 
 
 def name_part(text: str) -> str:

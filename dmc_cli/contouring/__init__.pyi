@@ -14,5 +14,6 @@ from .kernels import (
     normal_kernels as normal_kernels,
 )
 from .normals import compute_normals as compute_normals
+from .stages.classification import find_inside as find_inside
 from .surface import Surface as Surface, SurfaceCounts as SurfaceCounts
 from .vertex_colors import color_vertices as color_vertices

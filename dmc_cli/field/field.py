@@ -168,7 +168,7 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field = Field()
     field.values, field.kind = volume.bytes, volume.kind
     source = volume.volume
-    field.isovalue = stored_isovalue(source, settings.isovalue)
+    field.isovalue = stored_isovalue(source, settings.settled_isovalue)
     field.sign = -1.0 if source.slope < 0 else 1.0
     field.outside = -1.0 if settings.inside == "above" else 1.0
     field.least = _step_below(field.isovalue, volume.dtype)

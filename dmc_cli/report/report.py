@@ -52,6 +52,8 @@ class RunFacts:
         vertex_count: Vertices of the mesh as it is written.
         quad_count: Its quads.
         triangle_count: Its triangles.
+        choice: How the isovalue was chosen, or None where it was given as a number.
+        part: What was done to have a part of the volume, or None where the whole was wanted.
         measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
         simplification: What simplification did, or None if there was none.
         warnings: What else the user is told, after the volume's own.
@@ -69,6 +71,8 @@ class RunFacts:
     quad_count: int
     triangle_count: int
     measures: Measures | None
+    choice: Mapping[str, Any] | None = None
+    part: Mapping[str, Any] | None = None
     simplification: Mapping[str, Any] | None = None
     warnings: tuple[Notice, ...] = ()
     timings_ms: Mapping[str, float]
@@ -86,6 +90,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
             facts.volume, with_hash=measures is not None, no_data_nodes=facts.counts.no_data_nodes
         ),
         "settings": _settings_section(facts.settings, facts.resolved),
+        "part": facts.part,
         "surface": _surface_section(facts),
         "mesh": _mesh_section(facts),
         **measured_sections(measures),
@@ -193,7 +198,13 @@ def _settings_section(settings: ConvertSettings, resolved: Mapping[str, Any]) ->
     """Return every setting under the name of its option, in one level."""
     output = asdict(settings.output)
     section = {"input": settings.input, "output": output.pop("path")}
-    section |= asdict(settings.surface) | asdict(settings.mesh) | asdict(settings.read) | output
+    section |= (
+        asdict(settings.surface)
+        | asdict(settings.part)
+        | asdict(settings.mesh)
+        | asdict(settings.read)
+        | output
+    )
     section |= {"device": settings.device, "threads": settings.threads}
     return section | dict(resolved)
 
@@ -203,7 +214,7 @@ def _surface_section(facts: RunFacts) -> dict[str, Any]:
     del counts["no_data_nodes"]
     chosen = facts.settings.surface
     found = {"method": chosen.method, "isovalue": chosen.isovalue, "stored_isovalue": facts.stored_isovalue}
-    return found | counts
+    return found | {"choice": facts.choice} | counts
 
 
 def _own_warnings(counts: SurfaceCounts) -> list[Notice]:

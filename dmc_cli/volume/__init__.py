@@ -5,6 +5,9 @@ checks      which values and places will do
 mapping     files mapped into memory, and what happens where one shrinks
 volume      the volume
 space       the axes of the output
+histogram   how many nodes have which value
+otsu        values parted into classes
+suggestions  what kind of volume there is, and which isovalues suit it
 """
 
 import lazy_loader

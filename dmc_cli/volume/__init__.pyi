@@ -13,6 +13,8 @@ from .checks import (
     storable_type as storable_type,
     widened_type as widened_type,
 )
+from .histogram import Histogram as Histogram, count_values as count_values
 from .mapping import intact as intact, map_file as map_file, mapped_file as mapped_file
 from .space import RAS_LPS as RAS_LPS, UNIT_LENGTHS as UNIT_LENGTHS, output_affine as output_affine
+from .suggestions import Chosen as Chosen, Suggestion as Suggestion, Suggestions as Suggestions
 from .volume import Space as Space, Volume as Volume, VolumeEntry as VolumeEntry

@@ -77,6 +77,8 @@ class Volume:
         files: The files that were read, in slice order.
         format: The reader's name: one of those of `volume_formats.FORMATS`, or synthetic.
         warnings: What the user is told, for example of a missing orientation.
+        modality: What it was made by, as the file says in DICOM's words (CT, MR, ...), else empty.
+        value_unit: What physical values are measured in by the file's own statement (HU), else empty.
         gradient: The exact gradient of the field that the values are samples of, if it is known: points to
             gradients, both (N, 3) float64, the points in millimetres as `affine` has them; only directions
             count. None of a scan.
@@ -94,6 +96,8 @@ class Volume:
     files: tuple[Path, ...] = ()
     format: str = ""
     warnings: tuple[Notice, ...] = ()
+    modality: str = ""
+    value_unit: str = ""
     gradient: PointFunction | None = None
     formula: PointFunction | None = None
 

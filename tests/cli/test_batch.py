@@ -160,7 +160,7 @@ def test_paths_are_relative_to_the_file_and_options_go_before_it(run, scans, mon
     ("words", "message"),
     [
         (["nothing/*.nii", "-i", "0"], "no file matches nothing/*.nii"),
-        (["synth:iwp:8"], "no isovalue was given"),
+        (["synth:iwp:8", "-i", "half"], "'half' is no isovalue"),
         (
             ["synth:iwp:8", "-i", "0", "-o", "{stm}.ply"],
             "expected {stem}, {name}, {parent}, {isovalue}, {index}",

@@ -123,7 +123,7 @@ def test_a_file_without_items_and_values_as_options_take_them(plan):
         ("inputs = 'a'\nisovalue = 1\nhelp = true", "'help' is no option of a file"),
         ("items = [1]", "items is no list of tables"),
         ("items = 'a'", "items is no list of tables"),
-        ("inputs = 'a'\nisovalue = []", "no isovalue was given"),
+        ("inputs = 'a'\nisovalue = 'otsu:9'", "otsu:N:K, the Kth of N isovalues"),
         ("inputs = 'a'\nisovalue = 'x'", "isovalue is \\['x'\\]; 'x' is no isovalue"),
         ("inputs = 'no*such'\nisovalue = 1", "no file matches no\\*such"),
         ("inputs = ''\nisovalue = 1", "an input's name is empty"),
@@ -233,9 +233,17 @@ def test_two_files_on_the_command_line_are_inputs(plan):
     assert [item.input for item in items] == ["a.toml", "b.toml"]
 
 
-def test_a_batch_needs_an_isovalue_and_one_file_an_item(plan):
-    with pytest.raises(SettingsError, match="no isovalue was given; expected one or more"):
-        plan("a")
+def test_without_isovalues_each_volume_decides(plan):
+    (item,) = plan("a")
+    assert (item.surface.isovalue, item.output.path) == (None, "a_auto.ply")
+    assert [item.output.path for item in plan("a", "-i", "otsu:2:1", "-i", "20%", "-i", "5")] == [
+        *("a_otsu-2-1.ply", "a_20%.ply", "a_5.ply")
+    ]
+    with pytest.raises(SettingsError, match=r"found \{isovalue:.2f\}"):
+        plan("a", "-i", "otsu", "-o", "{stem}_{isovalue:.2f}.ply")
+
+
+def test_a_batch_needs_one_file_an_item(plan):
     with pytest.raises(SettingsError, match=r"c\.ply is the output of a at 0 and of b at 0"):
         plan("a", "b", "-i", 0, "-o", "c.ply")
     with pytest.raises(click.UsageError, match="Missing"):

@@ -12,6 +12,7 @@ from PIL import Image
 from dmc_cli.app.closed_tunnels import ClosedTunnels
 from dmc_cli.cli import comparison_table
 from dmc_cli.figures import style
+from dmc_cli.mesh_io import read_mesh
 from dmc_cli.methods import METHODS
 from dmc_cli.volume.volume import Volume
 
@@ -47,17 +48,27 @@ def test_figures_are_those_of_the_reports_of_convert(run, tmp_path):
         }
 
 
-@pytest.mark.parametrize(
-    ("words", "status", "message"),
-    [
-        ([], 2, "no isovalue was given; synth:torus:24 has values from -1.03"),
-        (["-i", 99], 5, "there is no surface at isovalue 99: the values run from -1.03"),
-    ],
-)
-def test_an_isovalue_that_is_missing_or_outside_is_answered_with_the_range(run, words, status, message):
-    result = run("compare", "synth:torus:24", *words)
-    assert result.exit_code == status
+def test_an_isovalue_outside_is_answered_with_the_range(run):
+    result = run("compare", "synth:torus:24", "-i", 99)
+    assert result.exit_code == 5
+    message = "there is no surface at isovalue 99: the values run from -1.03"
     assert message in " ".join(result.stderr.split())
+
+
+def test_an_isovalue_is_chosen_as_convert_chooses_it(run, tmp_path):
+    given = ["compare", "synth:torus:16", "--methods", "mc", "--format", "json", "--repeats", 1]
+    run("convert", "synth:torus:16", tmp_path / "a.ply", "--method", "mc", "--report", tmp_path / "a.json")
+    made = json.loads((tmp_path / "a.json").read_text())
+    for words, choice in (
+        ([], made["surface"]["choice"]),
+        (["-i", "50%"], None),
+        (["-i", "band:-0.2:0"], None),
+    ):
+        told = json.loads(run(*given, *words).stdout)
+        assert told["choice"] == choice or told["choice"]["asked"] == words[1]
+        run("convert", "synth:torus:16", tmp_path / "a.ply", "--method", "mc", "--force", *words)
+        assert told["methods"][0]["vertices"] == len(read_mesh(str(tmp_path / "a.ply")).points)
+    assert told["settings"]["isovalue"] == "band:-0.2:0"
 
 
 def test_json_tells_what_was_compared_and_where(run):

@@ -146,3 +146,63 @@ def test_kernels_of_the_index_are_those_of_several_isovalues_alone(run, tmp_path
     assert "indexed_classification" not in loaded
     run(*TORUS, tmp_path / "a_{isovalue}.ply", "-i", 0, "-i", 0.05)
     assert "indexed_classification" in loaded
+
+
+def told(run, tmp_path, *words):
+    """Return the summary and the report's section on the surface of a conversion."""
+    result = run("convert", *words, "--force", "--report", tmp_path / "told.json")
+    assert result.exit_code == 0, result.stderr
+    return result.stderr, json.loads((tmp_path / "told.json").read_text())["surface"]
+
+
+def test_without_an_isovalue_bone_of_ct_is_taken_and_told(run, tmp_path, sample_data):
+    summary, surface = told(run, tmp_path, sample_data / "dicom/head_ct", tmp_path / "a.ply")
+    assert surface["isovalue"] == 300.0
+    assert surface["choice"]["asked"] is None
+    assert "bone is the default, of a CT in HU; others by -i: soft (-30)" in summary
+    run("convert", sample_data / "dicom/head_ct", tmp_path / "b.ply", "-i", 300)
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+
+
+def test_without_an_isovalue_half_of_a_mask_is_taken_and_otsu_of_what_else_there_is(run, tmp_path):
+    mask = np.zeros((9, 9, 9), np.uint8)
+    mask[2:6, 2:6, 2:6] = 1
+    np.save(tmp_path / "mask.npy", mask)
+    _, surface = told(run, tmp_path, tmp_path / "mask.npy", tmp_path / "a.ply")
+    assert (surface["isovalue"], surface["choice"]["chosen"]) == (0.5, "50%")
+    summary, surface = told(run, tmp_path, "synth:torus:16", tmp_path / "a.ply")
+    assert surface["choice"]["chosen"] == "otsu"
+    assert "otsu is the default, by the histogram; others by -i: otsu:2:1" in summary
+
+
+def test_several_choices_are_several_files_or_groups(run, tmp_path):
+    words = ["-i", "otsu", "-i", "30%", "-i", 0]
+    assert run(*TORUS, tmp_path / "{isovalue}.ply", *words).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.ply", "30%.ply", "otsu.ply"]
+    assert run(*TORUS, tmp_path / "all.obj", *words).exit_code == 0
+    groups = [line for line in (tmp_path / "all.obj").read_text().split("\n") if line.startswith("g ")]
+    assert [name.rpartition("_")[0] for name in groups] == ["g isovalue_otsu", "g isovalue_30%", "g isovalue"]
+    result = run(*TORUS, tmp_path / "{isovalue}.ply", "-i", "otsu", "-i", "otsu", "--force")
+    assert (result.exit_code, "isovalue otsu was given 2 times" in result.stderr) == (2, True)
+
+
+def test_a_preset_of_values_that_are_not_told_to_be_in_hu_is_refused(run, tmp_path, sample_data):
+    result = run("convert", sample_data / "nrrd/tooth.nrrd", tmp_path / "a.ply", "-i", "bone")
+    assert result.exit_code == 2
+    message = " ".join(result.stderr.split())
+    assert "of nrrd without a word of HU, from 0 to 1300; expected a file that says HU itself" in message
+    assert "-i 300" in message
+    assert not any(tmp_path.iterdir())
+
+
+def test_info_tells_kind_and_isovalues_and_draws_them(run, sample_data):
+    result = run("info", sample_data / "dicom/head_ct")
+    assert "kind      CT in HU" in result.stdout
+    assert "◄ bone 300" in result.stdout
+    description = json.loads(run("info", sample_data / "nrrd/tooth.nrrd", "--json").stdout)
+    assert description["kind"] == "field"
+    assert description["suggested_isovalues"][0] == {"choice": "otsu", "isovalue": 654.5}
+    assert sum(description["histogram"]["counts"]) == 103 * 94 * 161
+    listed = run("info", "synth:torus:16", "--isovalues", "-i", "30%", "-i", 0, "--json")
+    assert [row["isovalue"] for row in json.loads(listed.stdout)["isovalues"]][1] == 0.0
+    assert run("info", "synth:torus:16", "--isovalues", "-i", "band:0:1").exit_code == 2

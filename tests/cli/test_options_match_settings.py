@@ -14,6 +14,7 @@ OF_COMMAND = {
     "convert": (
         settings.ReadSettings,
         settings.SurfaceSettings,
+        settings.PartSettings,
         settings.MeshSettings,
         settings.OutputSettings,
         settings.ConvertSettings,
@@ -32,7 +33,8 @@ REGISTERED = {
 """Choices that no annotation has, but a registry."""
 
 NOT_SETTINGS = {"input", "quiet", "verbose", "help", "as_json", "isovalue", "lists_isovalues", "figures"}
-GATHERED = {"read", "surface", "mesh", "output", "share"}  # fields that are settings themselves
+NOT_SETTINGS |= {"lists_components"}
+GATHERED = {"read", "surface", "part", "mesh", "output", "share"}  # fields that are settings themselves
 PAIRS = [
     (command, owner, field)
     for command, owners in OF_COMMAND.items()

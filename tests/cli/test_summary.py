@@ -121,6 +121,7 @@ def measured(**changes):
         "deviation": None,
         "curvature": None,
         "distance": None,
+        "thickness": None,
     }
     return list(measure_lines(made | changes))
 

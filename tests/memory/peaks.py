@@ -5,8 +5,8 @@
 The numbers are Linux's own: the high-water mark of the resident memory, set back before each stage through
 `/proc/self/clear_refs`. Pages of a mapped file, which the system takes back when it needs them, are left out:
 during a stage they grow, or go when the file is let go, so as many as there are at its begin or its end count
-for its peak. What was resident before, Python, Warp and its kernels, is left out as well. Every convert runs in a process forked from this
-one, in which Warp is loaded and no thread has begun.
+for its peak. What was resident before, Python, Warp and its kernels, is left out as well. Every convert runs
+in a process forked from this one, in which Warp is loaded and no thread has begun.
 """
 
 import contextlib

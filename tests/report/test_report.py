@@ -121,7 +121,7 @@ def test_the_input_is_told_in_the_order_x_y_z(report):
 
 def test_every_setting_is_told_resolved(report, facts):
     settings = report["settings"]
-    parts = (facts.settings.surface, facts.settings.mesh, facts.settings.read)
+    parts = (facts.settings.surface, facts.settings.part, facts.settings.mesh, facts.settings.read)
     expected = {f.name for part in parts for f in fields(part)}
     expected |= {f.name for f in fields(facts.settings.output)} - {"path"}
     assert set(settings) == expected | {"input", "output", "device"}

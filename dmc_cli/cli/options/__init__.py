@@ -5,6 +5,7 @@ from what the methods declare; only the help text and its heading are added.
 
 from_settings  an option from a field, settings from options
 reading        input, noise
+part           which part of the volume is wanted
 surface        isovalue, method and what it has of its own
 mesh           simplification, remeshing, relaxation
 output         files, report, requirements

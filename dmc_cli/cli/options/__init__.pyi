@@ -8,6 +8,7 @@ from .output import (
     output_argument as output_argument,
     output_options as output_options,
 )
+from .part import part_options as part_options
 from .reading import (
     input_argument as input_argument,
     noise_options as noise_options,
@@ -21,6 +22,7 @@ from .run import (
     verbosity_options as verbosity_options,
 )
 from .surface import (
+    ISOVALUE_HELP as ISOVALUE_HELP,
     isovalues_of as isovalues_of,
     isovalues_option as isovalues_option,
     shape_of_surface_options as shape_of_surface_options,

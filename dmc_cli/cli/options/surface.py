@@ -7,6 +7,7 @@ import click
 
 from dmc_cli.cli.options.from_settings import Decorator, default_of, setting, stack
 from dmc_cli.cli.parameters import Isovalues, complete_values
+from dmc_cli.isovalue_choices import PRESETS
 from dmc_cli.methods import METHODS, method_named, option_values
 from dmc_cli.settings import SurfaceSettings
 
@@ -39,7 +40,12 @@ def _method_help() -> str:
     return f"Contouring method: {known}."
 
 
-_ISOVALUE_HELP = "The level of the surface, in the volume's physical values (HU for CT)."
+ISOVALUE_HELP = (
+    "The level of the surface, in the volume's physical values (HU for CT), or how to choose it: otsu, otsu:N"
+    " (the uppermost of N between N + 1 classes), otsu:N:K (the Kth of them), a share of the range of values"
+    " as in 20%, band:LOW:HIGH (what lies between), of CT in HU"
+    f" {', '.join(PRESETS)}. Without it: bone of CT in HU, half of a mask, else otsu."
+)
 
 isovalues_option = setting(
     SurfaceSettings,
@@ -49,13 +55,16 @@ isovalues_option = setting(
     section="Surface",
     type=Isovalues(),
     multiple=True,
-    help=f"{_ISOVALUE_HELP} Several: give it again, or first:last:step.",
+    help=f"{ISOVALUE_HELP} Several: give it again, or first:last:step.",
 )
 
 
-def isovalues_of(values: dict[str, Any]) -> list[float]:
-    """Return the isovalues of an option that may be given several times, each a number or several."""
-    return list(chain.from_iterable(values.get("isovalue") or ()))
+def isovalues_of(values: dict[str, Any]) -> list[float | str | None]:
+    """Return the isovalues of an option that may be given several times, each a number, several or words.
+
+    Where none is given there is one, None, which the volume decides.
+    """
+    return list(chain.from_iterable(values.get("isovalue") or ())) or [None]
 
 
 shape_of_surface_options = stack(

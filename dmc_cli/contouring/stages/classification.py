@@ -125,7 +125,7 @@ def _levels(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     """Return the thresholds between the kinds of nodes."""
     dtype = volume.dtype
     levels = Levels()
-    isovalue = stored_isovalue(volume.volume, settings.isovalue)
+    isovalue = stored_isovalue(volume.volume, settings.settled_isovalue)
     negative = volume.volume.slope < 0
     cut = _above(dtype, isovalue) if negative else isovalue
     levels.cut, levels.cut_mask = _threshold(dtype, cut)

@@ -111,6 +111,8 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
         path=name,
         files=tuple(dict.fromkeys(frame.header.file.path for frame in geometry.frames)),
         format="dicom",
+        modality=stack.modality,
+        value_unit=_value_unit(geometry.frames),
         warnings=(
             *notices("W-FILE-DAMAGED", found.warnings()),
             *notices("W-FILES-LEFT-OUT", aside),
@@ -125,6 +127,13 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *slices.warnings,
         ),
     )
+
+
+def _value_unit(frames: list[Frame]) -> str:
+    """Return what all slices say that their values are measured in, empty where they differ or do not say."""
+    kinds = {frame.kind_of_values for frame in frames if not frame.is_blank}
+    (kind,) = kinds if len(kinds) == 1 else ("US",)
+    return "" if kind == "US" else kind
 
 
 def _scale_told(frames: list[Frame]) -> list[str]:

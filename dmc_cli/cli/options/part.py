@@ -1,0 +1,42 @@
+"""Offer the options of which part of a volume is wanted."""
+
+from dmc_cli.cli.options.from_settings import setting, stack
+from dmc_cli.settings import PartSettings
+
+part_options = stack(
+    setting(
+        PartSettings,
+        "crop",
+        section="Part",
+        type=str,
+        metavar="X,Y,Z",
+        help="Keep a box of nodes, first:last for x, y and z, both kept: in nodes, mm of the volume's space,"
+        " or % of its extent, as in 10:200,:,25%:75%.",
+    ),
+    setting(
+        PartSettings,
+        "keep",
+        section="Part",
+        type=str,
+        metavar="largest|N",
+        help="Keep the largest component of the object, or the N largest.",
+    ),
+    setting(
+        PartSettings,
+        "min_volume",
+        section="Part",
+        type=float,
+        metavar="MM3",
+        help="Drop the object's components of less than this volume.",
+    ),
+    setting(
+        PartSettings,
+        "fill_cavities",
+        section="Part",
+        type=str,
+        metavar="[MM3]",
+        is_flag=False,
+        flag_value="all",
+        help="Fill what the object encloses, all of it or cavities of at most this volume.",
+    ),
+)

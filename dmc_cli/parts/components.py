@@ -1,0 +1,240 @@
+"""Find the connected components of the object's nodes, or of those outside it: size, volume, bounds.
+
+A node stands for the box round it, half a spacing each way.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from dmc_cli.array_types import BoolArray, Float64Array, Int64Array, IntArray
+from dmc_cli.contouring import find_inside
+from dmc_cli.field import DeviceVolume, Grid, GridShape, grid_of
+from dmc_cli.parts.joining import join_runs
+from dmc_cli.parts.runs import Runs, list_runs, mark_runs_kernel
+from dmc_cli.settings import SurfaceSettings
+from dmc_cli.volume import Volume
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+UNIT = 1 << 16
+"""Parts of a node's volume, in whole numbers of which sums are exact, whatever their order."""
+
+RUN_BYTES = 4 + 4 + 4 + 4 + 4 * 4
+"""Bytes a run takes: its ends, its parent, its root, and its component's number while that is found."""
+
+
+@dataclass(frozen=True)
+class Components:
+    """The components of a set of nodes, the largest first, of equal ones the one that begins first.
+
+    Attributes:
+        runs: The runs of the set.
+        numbers: The component of each run, int32 (n,), on the device.
+        nodes: How many nodes each has, int64 (c,).
+        volume_mm3: What their boxes take, float64 (c,).
+        low: The least node along x, y, z, int64 (c, 3).
+        high: The greatest one.
+        is_open: Whether it reaches an end of the volume or of its data, bool (c,).
+    """
+
+    runs: Runs
+    numbers: Any
+    nodes: Int64Array
+    volume_mm3: Float64Array
+    low: Int64Array
+    high: Int64Array
+    is_open: BoolArray
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.nodes)
+
+
+@dataclass(frozen=True)
+class NodeSets:
+    """The nodes of the object and the others, a bit a node, uint32 [row, word].
+
+    Attributes:
+        inside: Nodes with data at or above the isovalue.
+        data: Nodes with data; None where all have.
+        grid: The volume's own grid.
+    """
+
+    inside: Any
+    data: Any | None
+    grid: GridShape
+
+    def object_bits(self, *, is_inside: bool) -> Any:
+        """Return the bits of the object: the nodes at or above the isovalue, or those with data below it."""
+        return self.inside if is_inside else self._rest(self.inside, self.data)
+
+    def outer_bits(self, *, is_inside: bool) -> Any:
+        """Return the bits of all nodes that are none of the object's, those without data among them."""
+        return self._rest(self.object_bits(is_inside=is_inside), None)
+
+    def _rest(self, bits: Any, among: Any | None) -> Any:
+        """Return the bits of the nodes that have none."""
+        device = str(bits.device)
+        found = ~bits.numpy()
+        if among is not None:
+            found &= among.numpy()
+        if self.grid.nx % 32:
+            found[:, -1] &= np.uint32((1 << self.grid.nx % 32) - 1)
+        return wp.array(found, dtype=wp.uint32, device=device)
+
+
+def find_sets(volume: DeviceVolume, settings: SurfaceSettings) -> NodeSets:
+    """Return which nodes lie on which side of the isovalue."""
+    grid = grid_of(volume.volume.shape, 0)
+    plain = SurfaceSettings(isovalue=settings.isovalue, inside=settings.inside)  # an open border
+    found = find_inside(volume, plain, grid)
+    volume.device.finish()
+    inside = found.inside.rows
+    if found.data is None:
+        return NodeSets(inside, None, grid)
+    return NodeSets(wp.array(inside.numpy() & found.data.numpy(), dtype=wp.uint32), found.data, grid)
+
+
+def find_components(
+    volume: DeviceVolume,
+    settings: SurfaceSettings,
+    sets: NodeSets,
+    *,
+    of_object: bool,
+    reserve: Callable[[int], None] | None = None,
+) -> Components:
+    """Return the components of the object's nodes, or of all others.
+
+    Args:
+        volume: The volume on its device.
+        settings: The isovalue, and which side is the object.
+        sets: The nodes on both sides.
+        of_object: Which of both sets.
+        reserve: Is told how many bytes that takes, before they are taken; it may raise.
+    """
+    device, grid = volume.device, sets.grid
+    is_inside = settings.inside == "above"
+    bits = sets.object_bits(is_inside=is_inside) if of_object else sets.outer_bits(is_inside=is_inside)
+    beside = 2 * bits.size * 4
+
+    def reserve_runs(count: int) -> None:
+        if reserve is not None:
+            reserve(beside + RUN_BYTES * count)
+
+    runs = list_runs(bits, device, reserve_runs)
+    root = join_runs(runs, grid, device)
+    numbers, count = _numbers(root.numpy())
+    weights = slice_weights(volume.volume)
+    totals = wp.zeros((count, 2), dtype=wp.int64, device=device.name)
+    boxes = np.empty((count, 7), np.int32)
+    boxes[:, :3], boxes[:, 3:] = np.iinfo(np.int32).max, -1
+    ends = wp.array(boxes, dtype=wp.int32, device=device.name)
+    label = wp.array(numbers, dtype=wp.int32, device=device.name)
+    missing = sets.data if sets.data is not None and not of_object else device.empty((0, 0), wp.uint32)
+    inputs = [grid.struct(), runs.starts, runs.begin, runs.end, label, missing]
+    weight = wp.array(weights, dtype=wp.int64, device=device.name)
+    device.launch_whole(measure_runs_kernel, grid.rows, [*inputs, weight], [totals, ends])
+    return _sorted(runs, numbers, totals.numpy(), ends.numpy(), volume)
+
+
+def _numbers(root: IntArray) -> tuple[IntArray, int]:
+    """Return the component of each run, int32 (n,), by their first runs, and how many there are."""
+    is_root = root == np.arange(len(root), dtype=np.int32)
+    order = np.cumsum(is_root, dtype=np.int32)
+    return order[root] - np.int32(1), int(order[-1]) if len(order) else 0
+
+
+def _sorted(
+    runs: Runs, numbers: IntArray, totals: Int64Array, ends: IntArray, volume: DeviceVolume
+) -> Components:
+    """Return components, numbered in the order of their first runs, in the order of their volumes."""
+    order = np.argsort(-totals[:, 1], kind="stable")
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order))
+    unit = abs(float(np.linalg.det(volume.volume.affine[:3, :3]))) / UNIT
+    return Components(
+        runs=runs,
+        numbers=wp.array(rank[numbers], dtype=wp.int32, device=volume.device.name),
+        nodes=totals[order, 0],
+        volume_mm3=totals[order, 1] * unit,
+        low=ends[order, :3].astype(np.int64),
+        high=ends[order, 3:6].astype(np.int64),
+        is_open=ends[order, 6] > 0,
+    )
+
+
+def slice_weights(volume: Volume) -> Int64Array:
+    """Return what a node of each slice takes, in parts of a node at the mean spacing, int64 (nz,)."""
+    positions = volume.slice_positions
+    if positions is None:
+        return np.full(volume.shape[2], UNIT, np.int64)
+    steps = np.diff(positions) / volume.spacing[2]
+    thick = (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]])) / 2
+    return np.rint(thick * UNIT).astype(np.int64)
+
+
+def mark_components(
+    components: Components, is_marked: BoolArray, grid: GridShape, volume: DeviceVolume
+) -> Any:
+    """Return the bits of the nodes of marked components, uint32 [row, word], on the host."""
+    device, runs = volume.device, components.runs
+    bits = device.empty((grid.rows, grid.words), wp.uint32)
+    marks = wp.array(is_marked.astype(np.uint8), dtype=wp.uint8, device=device.name)
+    device.launch(
+        mark_runs_kernel, grid.rows, [runs.starts, runs.begin, runs.end, components.numbers, marks], [bits]
+    )
+    return bits.numpy()
+
+
+@wp.kernel
+def measure_runs_kernel(
+    # In:
+    first: wp.int32,
+    grid: Grid,
+    starts: wp.array(dtype=wp.int64),
+    begin: wp.array(dtype=wp.int32),
+    end: wp.array(dtype=wp.int32),
+    component: wp.array(dtype=wp.int32),
+    data: wp.array2d(dtype=wp.uint32),
+    weights: wp.array(dtype=wp.int64),
+    # In and out:
+    totals_inout: wp.array2d(dtype=wp.int64),
+    ends_inout: wp.array2d(dtype=wp.int32),
+) -> None:
+    """Add each run to its component: nodes, weight; least and greatest place; whether it is open.
+
+    Sums and extremes of whole numbers are the same in any order. One thread a row.
+    """
+    row = first + wp.tid()
+    k = row / grid.ny
+    j = row - k * grid.ny
+    at_end = j == 0 or j == grid.ny - 1 or k == 0 or k == grid.nz - 1
+    for n in range(wp.int32(starts[row]), wp.int32(starts[row + 1])):
+        c = component[n]
+        length = wp.int64(end[n] - begin[n])
+        wp.atomic_add(totals_inout, c, 0, length)
+        wp.atomic_add(totals_inout, c, 1, length * weights[k])
+        wp.atomic_min(ends_inout, c, 0, begin[n])
+        wp.atomic_min(ends_inout, c, 1, j)
+        wp.atomic_min(ends_inout, c, 2, k)
+        wp.atomic_max(ends_inout, c, 3, end[n] - 1)
+        wp.atomic_max(ends_inout, c, 4, j)
+        wp.atomic_max(ends_inout, c, 5, k)
+        is_open = at_end or begin[n] == 0 or end[n] == grid.nx
+        if data.shape[0] > 0 and not is_open:
+            is_open = lacks_data(data, row, begin[n], end[n])
+        if is_open:
+            wp.atomic_max(ends_inout, c, 6, 1)
+
+
+@wp.func
+def lacks_data(data: wp.array2d(dtype=wp.uint32), row: wp.int32, begin: wp.int32, end: wp.int32) -> wp.bool:
+    """Return whether a run has a node without data."""
+    found = bool(False)
+    for i in range(begin, end):
+        found = found or ((data[row, i / 32] >> wp.uint32(i % 32)) & wp.uint32(1)) == wp.uint32(0)
+    return found

@@ -1,0 +1,140 @@
+"""Keep some components of the object, and fill what it encloses; each stage tells what it changed.
+
+Components are joined along the grid's edges, so a dropped node's neighbours are dropped as well or lie
+outside: every crossed edge of what stays is crossed where it was. Only in cells that a dropped component
+shares with one that stays, which touch across a cell's face or corners, does the trilinear function change,
+and with it where in the cell a vertex lies. What is filled was enclosed along the edges; leaks across faces
+are closed.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.array_types import BoolArray
+from dmc_cli.errors import EmptySurfaceError
+from dmc_cli.field import DeviceVolume, upload_volume
+from dmc_cli.parts.components import Components, find_components, find_sets, mark_components
+from dmc_cli.parts.flips import flip_nodes
+from dmc_cli.settings import PartSettings, SurfaceSettings
+from dmc_cli.volume import Volume
+
+LISTED = 1000
+"""Components that are listed, at most."""
+
+SPECK = 1e-3
+"""A component is a speck if its volume is less than this share of the largest one's."""
+
+Reserve = Callable[[int], None]
+"""Is told how many bytes are about to be taken; it may raise."""
+
+
+def list_components(
+    volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve | None = None
+) -> dict[str, Any]:
+    """Return the object's components, as a report has them; the arguments are those of `select_part`."""
+    sets = find_sets(volume, settings)
+    found = find_components(volume, settings, sets, of_object=True, reserve=reserve)
+    return _section(found, volume.volume)
+
+
+def select_part(
+    volume: DeviceVolume, settings: SurfaceSettings, part: PartSettings, reserve: Reserve | None = None
+) -> tuple[DeviceVolume, dict[str, Any]]:
+    """Return a volume whose object is the part that is wanted, and what was done.
+
+    Args:
+        volume: The volume on its device.
+        settings: The isovalue, a number, and which side is the object.
+        part: Which components to keep, which cavities to fill.
+        reserve: Is told how many bytes are about to be taken in all; it may raise.
+
+    Raises:
+        EmptySurfaceError: No component is left.
+    """
+    size = volume.volume.values.nbytes
+
+    def reserve_runs(more: int) -> None:
+        if reserve is not None:
+            reserve(size + more)
+
+    reserve_runs(0)
+    values = volume.volume.values.copy()
+    told: dict[str, Any] = {}
+    sets = find_sets(volume, settings)
+    found = find_components(volume, settings, sets, of_object=True, reserve=reserve_runs)
+    told["components"] = _section(found, volume.volume)
+    dropped = _dropped(found, part)
+    if len(found) and dropped.all():
+        raise EmptySurfaceError(
+            f"no component is left: the largest of {len(found)} has {found.volume_mm3[0]:g} mm3; expected one"
+            f" of at least {part.min_volume:g} mm3; choose a smaller --min-volume"
+        )
+    if part.most_kept is not None or part.min_volume is not None:
+        told["dropped"] = _tally(found, dropped)
+        if dropped.any():
+            bits = mark_components(found, dropped, sets.grid, volume)
+            volume = _flipped(volume, settings, values, bits)
+    if part.largest_cavity is not None:
+        sets = find_sets(volume, settings)
+        outer = find_components(volume, settings, sets, of_object=False, reserve=reserve_runs)
+        filled = ~outer.is_open & (outer.volume_mm3 <= part.largest_cavity)
+        told["filled"] = _tally(outer, filled)
+        if filled.any():
+            volume = _flipped(volume, settings, values, mark_components(outer, filled, sets.grid, volume))
+    return volume, told
+
+
+def _flipped(volume: DeviceVolume, settings: SurfaceSettings, values: Any, bits: Any) -> DeviceVolume:
+    """Return the volume with flipped nodes; `values`, its own or a copy, are changed."""
+    flip_nodes(volume.volume, values, settings.settled_isovalue, bits)
+    return upload_volume(replace(volume.volume, values=values, gradient=None, formula=None), volume.device)
+
+
+def _dropped(found: Components, part: PartSettings) -> BoolArray:
+    """Return which components are not kept."""
+    dropped = np.zeros(len(found), bool)
+    if part.most_kept is not None:
+        dropped[part.most_kept :] = True
+    if part.min_volume is not None:
+        dropped |= found.volume_mm3 < part.min_volume
+    return dropped
+
+
+def _tally(found: Components, chosen: BoolArray) -> dict[str, Any]:
+    """Return how many components were chosen, their nodes and volume."""
+    return {
+        "components": int(np.count_nonzero(chosen)),
+        "nodes": int(found.nodes[chosen].sum()),
+        "volume": float(found.volume_mm3[chosen].sum()),
+    }
+
+
+def _section(found: Components, volume: Volume) -> dict[str, Any]:
+    """Return what a report has of components: how many, how many specks, and the largest ones."""
+    limit = SPECK * found.volume_mm3[0] if len(found) else 0.0
+    return {
+        "count": len(found),
+        "specks": int(np.count_nonzero(found.volume_mm3 < limit)),
+        "speck_volume": float(limit),
+        "listed": [
+            {
+                "nodes": int(found.nodes[n]),
+                "volume": float(found.volume_mm3[n]),
+                "bounds": _bounds(volume, found.low[n], found.high[n]),
+            }
+            for n in range(min(len(found), LISTED))
+        ],
+    }
+
+
+def _bounds(volume: Volume, low: Any, high: Any) -> list[list[float]]:
+    """Return the least and largest coordinates of a box of nodes, in mm of the volume's space."""
+    ends = np.stack([low, high]).astype(np.float64)
+    if volume.slice_positions is not None:
+        ends[:, 2] = volume.slice_positions[[int(low[2]), int(high[2])]] / volume.spacing[2]
+    corners = np.stack(np.meshgrid(*ends.T, indexing="ij")).reshape(3, -1)
+    points = volume.affine[:3, :3] @ corners + volume.affine[:3, 3:]
+    return [points.min(axis=1).tolist(), points.max(axis=1).tolist()]
