@@ -7,7 +7,7 @@ imported when they are called.
 from collections.abc import Callable
 from dataclasses import dataclass
 from pkgutil import resolve_name
-from typing import Any
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,22 +17,35 @@ class MeshFormat:
     Attributes:
         title: Its name.
         suffix: The one that means it.
+        other_suffixes: More that do.
         encode: From a `MeshFile` to chunks of bytes.
         read: From a path to a `MeshFile`.
+        encoding: Text, binary, or either: binary unless `--ascii` asks for text.
+        holds_quads: Whether faces of four corners stay whole; else they are split into triangles.
         holds_normals: Whether there is a place for normals.
-        holds_values: Whether there is one for values of vertices and faces.
+        holds_vertex_values: Whether there is one for values of vertices.
+        holds_face_values: Whether there is one for values of faces.
         holds_groups: Whether there is one for names of parts.
-        is_binary: Whether it is binary unless `--ascii` asks for text.
+        takes_element: Whether there is a choice of the kind of element that a face is.
     """
 
     title: str
     suffix: str
     encode: str
     read: str
+    encoding: Literal["text", "binary", "either"] = "text"
+    holds_quads: bool = True
     holds_normals: bool = True
-    holds_values: bool = False
+    holds_vertex_values: bool = False
+    holds_face_values: bool = False
     holds_groups: bool = False
-    is_binary: bool = False
+    other_suffixes: tuple[str, ...] = ()
+    takes_element: bool = False
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Return all suffixes that mean it."""
+        return (self.suffix, *self.other_suffixes)
 
 
 FORMATS: dict[str, MeshFormat] = {
@@ -41,14 +54,108 @@ FORMATS: dict[str, MeshFormat] = {
         suffix=".ply",
         encode="ply:encode_ply",
         read="ply:read_ply",
-        holds_values=True,
-        is_binary=True,
+        encoding="either",
+        holds_vertex_values=True,
+        holds_face_values=True,
     ),
     "obj": MeshFormat(
         title="OBJ", suffix=".obj", encode="obj:encode_obj", read="obj:read_obj", holds_groups=True
     ),
     "off": MeshFormat(
         title="OFF", suffix=".off", encode="off:encode_off", read="off:read_off", holds_normals=False
+    ),
+    "stl": MeshFormat(
+        title="STL",
+        suffix=".stl",
+        encode="stl:encode_stl",
+        read="stl:read_stl",
+        encoding="either",
+        holds_quads=False,
+        holds_normals=False,
+    ),
+    "vtp": MeshFormat(
+        title="VTP",
+        suffix=".vtp",
+        encode="vtk:encode_vtp",
+        read="vtk:read_vtp",
+        encoding="either",
+        holds_vertex_values=True,
+        holds_face_values=True,
+    ),
+    "vtu": MeshFormat(
+        title="VTU",
+        suffix=".vtu",
+        encode="vtk:encode_vtu",
+        read="vtk:read_vtu",
+        encoding="either",
+        holds_vertex_values=True,
+        holds_face_values=True,
+    ),
+    "vtk": MeshFormat(
+        title="legacy VTK",
+        suffix=".vtk",
+        encode="vtk:encode_legacy",
+        read="vtk:read_legacy",
+        encoding="either",
+        holds_vertex_values=True,
+        holds_face_values=True,
+    ),
+    "glb": MeshFormat(
+        title="GLB",
+        suffix=".glb",
+        encode="glb:encode_glb",
+        read="glb:read_glb",
+        encoding="binary",
+        holds_vertex_values=True,
+        holds_groups=True,
+    ),
+    "3mf": MeshFormat(
+        title="3MF",
+        suffix=".3mf",
+        encode="three_mf:encode_3mf",
+        read="three_mf:read_3mf",
+        encoding="binary",
+        holds_quads=False,
+        holds_normals=False,
+        holds_groups=True,
+    ),
+    "msh": MeshFormat(
+        title="Gmsh",
+        suffix=".msh",
+        encode="gmsh:encode_gmsh",
+        read="gmsh:read_gmsh",
+        encoding="either",
+        holds_normals=False,
+        holds_vertex_values=True,
+        holds_face_values=True,
+        holds_groups=True,
+    ),
+    "inp": MeshFormat(
+        title="Abaqus",
+        suffix=".inp",
+        encode="abaqus:encode_abaqus",
+        read="abaqus:read_abaqus",
+        holds_normals=False,
+        holds_groups=True,
+        takes_element=True,
+    ),
+    "nas": MeshFormat(
+        title="Nastran",
+        suffix=".nas",
+        other_suffixes=(".bdf",),
+        encode="nastran:encode_nastran",
+        read="nastran:read_nastran",
+        holds_normals=False,
+        holds_groups=True,
+    ),
+    "k": MeshFormat(
+        title="LS-DYNA",
+        suffix=".k",
+        other_suffixes=(".key",),
+        encode="ls_dyna:encode_ls_dyna",
+        read="ls_dyna:read_ls_dyna",
+        holds_normals=False,
+        holds_groups=True,
     ),
 }
 """The formats by their names, as `--output-format` takes them."""
@@ -62,4 +169,4 @@ def function(place: str) -> Callable[..., Any]:
 
 def known_suffixes() -> list[str]:
     """Return the suffixes that mean a format, in the order of the list."""
-    return [known.suffix for known in FORMATS.values()]
+    return [suffix for known in FORMATS.values() for suffix in known.suffixes]

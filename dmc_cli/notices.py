@@ -49,6 +49,8 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
     "W-SPACE-UNKNOWN": "one of two meshes names no space; its axes are taken for those of the other",
     "W-NORMALS-LEFT-OUT": "the mesh's format holds no normals",
+    "W-QUADS-SPLIT": "the mesh's format holds no quads: they were split into triangles",
+    "W-GROUPS-LEFT-OUT": "the mesh's format holds no names of parts",
     "W-MESH-UNREAD": "a mesh file holds more than is read of it (normals, values, other cells)",
     "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",
 }

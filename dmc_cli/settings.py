@@ -46,6 +46,12 @@ VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9", "I"]
 Requirement = Literal["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]
 
+Element = Literal["S4R", "S4", "M3D4", "SFM3D4", "R3D4"]
+MeshValue = Literal["quality", "deviation", "valence"]
+
+FACE_VALUES = ("quality",)
+"""Values that a face has; the others are values of a vertex."""
+
 METHOD_OPTIONS = ("topology", "placement", "triangulation", "border", "gradients")
 """Options of the surface that a method has or has not."""
 
@@ -322,9 +328,11 @@ class OutputSettings:
 
     `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
     `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
-    and volume; grid indices have none. `curvature` has the report tell that, too. `require` lists what
-    the mesh must be; `check` verifies every invariant of the result; `dry_run` does everything but write
-    the mesh; `memory` is the budget in bytes that the forecast is held against.
+    and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
+    `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
+    `curvature` has the report tell that, too. `require` lists what the mesh must be; `check` verifies every
+    invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in bytes
+    that the forecast is held against.
     """
 
     path: str
@@ -333,6 +341,8 @@ class OutputSettings:
     space: OutputSpace = "native"
     unit: OutputUnit = "mm"
     ascii: bool = False
+    values: tuple[MeshValue, ...] = ()
+    element: Element | None = None
     force: bool = False
     allow_empty: bool = False
     halfedges: str | None = None
@@ -422,8 +432,10 @@ class ConvertSettings:
 
     @property
     def needs_halfedges(self) -> bool:
-        """Return whether halfedges are needed: to change the mesh, to measure it or for the dump."""
-        return self.mesh.is_changed or self.output.halfedges is not None or self.output.is_measured
+        """Return whether halfedges are needed: to change or measure the mesh, for valences or the dump."""
+        output = self.output
+        is_wanted = output.halfedges is not None or output.is_measured or "valence" in output.values
+        return self.mesh.is_changed or is_wanted
 
     @property
     def needs_colors(self) -> bool:

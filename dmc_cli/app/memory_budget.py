@@ -8,10 +8,11 @@ some 200 MiB more. `tests/memory` holds it against what runs take.
 """
 
 from dataclasses import dataclass, replace
-from pathlib import PurePath
 
 from dmc_cli.errors import MemoryBudgetError
 from dmc_cli.memory_limits import available_memory, total_memory
+from dmc_cli.mesh_formats import FORMATS
+from dmc_cli.mesh_io import choose_format
 from dmc_cli.methods import Cost, method_named
 from dmc_cli.runtime import SPARE_SHARE
 from dmc_cli.settings import ConvertSettings, OutputSettings
@@ -43,6 +44,12 @@ TRACKED = Cost(vertex=12 + 4 + 2, face=1)
 """Of remeshing: the vertices before it, each with its nearest quad; flags."""
 
 NORMALS = Cost(vertex=12)
+VALUES = Cost(vertex=8, face=4)
+"""Of the file: deviation and valence, quality."""
+
+LISTED = Cost(vertex=8)
+"""Deviations while they are listed."""
+
 CHECKS = Cost(vertex=5, face=16)
 """Walks round vertices, and comparisons of the halfedges."""
 
@@ -52,8 +59,9 @@ WRITING = Cost(vertex=3)
 PAGE_WORDS = 1 << 17
 """Words whose ranks fill a huge page, which is there as a whole if one of them is."""
 
-TEXT_ROW, TEXT_ROWS = 240, 1 << 15
-"""Bytes of a row of text on its way to a file, in all its stages, and rows that are on their way together."""
+TEXT_ROW, SPLIT_ROW, ROWS = 240, 800, 1 << 15
+"""Bytes of a row of text, or of a face that is split, on its way to a file, in all its stages, and rows that
+are on their way together."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +106,9 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
     if output.normals or output.halfedges is not None:
         alive += NORMALS
         stages["normals"] = alive
+    if output.values:
+        alive += VALUES
+        stages["values"] = alive + LISTED
     if output.is_measured:
         stages["report"] = alive + (INTERSECTIONS if output.finds_intersections else MEASURES)
     if output.check:
@@ -110,16 +121,20 @@ def forecast(sizes: Sizes, settings: ConvertSettings, *, even_slices: bool = Tru
     """Return the bytes that each stage of a run takes, the values counted in."""
     costs = stage_costs(settings, even_slices=even_slices)
     stages = {stage: sizes.bytes_of(cost) for stage, cost in costs.items()}
-    if _is_text(settings.output):
-        stages["write"] += TEXT_ROW * min(max(sizes.vertices, sizes.faces), TEXT_ROWS)
+    stages["write"] += _row_bytes(settings.output) * min(max(sizes.vertices, sizes.faces), ROWS)
     return stages
 
 
-def _is_text(output: OutputSettings) -> bool:
-    """Return whether a file of the mesh, or of its halfedges, is text."""
-    name = output.output_format or PurePath(output.path).suffix.lower().lstrip(".")
-    halfedges = output.halfedges or "none.npz"
-    return not output.dry_run and (output.ascii or name != "ply" or not halfedges.lower().endswith(".npz"))
+def _row_bytes(output: OutputSettings) -> int:
+    """Return what a row takes on its way to the file of the mesh, or of its halfedges."""
+    if output.dry_run:
+        return 0
+    mesh_format = FORMATS[choose_format(output.path, output.output_format)]
+    if not mesh_format.holds_quads or mesh_format.encoding == "binary":
+        return SPLIT_ROW
+    is_text = mesh_format.encoding == "text" or output.ascii
+    has_text_dump = output.halfedges is not None and not output.halfedges.lower().endswith(".npz")
+    return TEXT_ROW if is_text or has_text_dump else 0
 
 
 def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: ConvertSettings) -> None:

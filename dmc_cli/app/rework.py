@@ -15,7 +15,15 @@ from dmc_cli.field import upload_volume
 from dmc_cli.files import check_output, write_output
 from dmc_cli.measures import kernel_modules as report_kernels, locate_mesh, mask_of_largest, plain
 from dmc_cli.mesh import connect, connecting_kernels, file_of_mesh, mesh_of_file
-from dmc_cli.mesh_io import MeshFile, choose_format, flip_faces, keep_faces, read_mesh, write_mesh
+from dmc_cli.mesh_io import (
+    MeshFile,
+    check_encoding,
+    choose_format,
+    flip_faces,
+    keep_faces,
+    read_mesh,
+    write_mesh,
+)
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
@@ -76,7 +84,7 @@ def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> Rework
 def _check_outputs(settings: ReworkSettings) -> None:
     """Raise DmcError, before any work, if an output has a name or a place that will not do."""
     refuse_overlaps([_as_conversion(settings)], [settings.mesh])
-    choose_format(settings.path, settings.output_format)
+    check_encoding(choose_format(settings.path, settings.output_format), ascii=settings.ascii)
     for path in (settings.path, settings.report):
         if path is not None:
             check_output(path, force=settings.force)

@@ -11,6 +11,8 @@ from dmc_cli.mesh_io import (
     HalfedgeDump,
     MeshFile,
     check_dump_name,
+    check_encoding,
+    check_values,
     choose_format,
     grouped,
     write_halfedges,
@@ -38,7 +40,9 @@ def check_outputs(settings: ConvertSettings) -> None:
     """Raise DmcError, before any work, if an output has a name or a place that will not do."""
     output = settings.output
     refuse_overlaps([settings])
-    choose_format(output.path, output.output_format)
+    name = choose_format(output.path, output.output_format)
+    check_encoding(name, ascii=output.ascii, element=output.element)
+    check_values(name, output.values)
     check_output(output.path, force=output.force)
     if output.halfedges is not None:
         check_dump_name(output.halfedges)
@@ -72,7 +76,12 @@ def _write_files(made: Sequence[Made]) -> None:
         mesh = grouped({_group_name(one): one.mesh for one in made})
     with made[0].watch.stage("write", "writing"):
         written = write_mesh(
-            output.path, mesh, output_format=output.output_format, ascii=output.ascii, force=output.force
+            output.path,
+            mesh,
+            output_format=output.output_format,
+            ascii=output.ascii,
+            element=output.element,
+            force=output.force,
         )
     for one in made:
         halfedges = one.settings.output.halfedges

@@ -34,7 +34,8 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
     synth:FIELD:N (for example synth:iwp:128), or - for standard input. OUTPUT is a mesh file, whose
     suffix tells the format, or - for standard output. Without -i the summary tells which isovalue
     was chosen, and which others there are. With several isovalues it is a template with
-    {isovalue} in it, or one file of a format that has groups (OBJ); the input is read once.
+    {isovalue} in it, or one file of a format that has groups, such as OBJ; the input
+    is read once.
 
     \b
     Examples:

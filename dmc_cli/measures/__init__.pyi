@@ -24,8 +24,12 @@ from .intersections import (
     count_intersections as count_intersections,
     find_intersections as find_intersections,
 )
-from .kernels import kernel_modules as kernel_modules
-from .lists import list_deviation as list_deviation, list_elements as list_elements
+from .kernels import kernel_modules as kernel_modules, list_kernels as list_kernels
+from .lists import (
+    list_deviation as list_deviation,
+    list_elements as list_elements,
+    list_shapes as list_shapes,
+)
 from .location import (
     frame_of_volume as frame_of_volume,
     locate_mesh as locate_mesh,

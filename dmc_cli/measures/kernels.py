@@ -55,8 +55,11 @@ def kernel_modules(
         from dmc_cli.measures import nearest, sampling
 
         modules += [sampling, nearest]
-    if lists:
-        from dmc_cli.measures import lists as listing
+    return modules + list_kernels() if lists else modules
 
-        modules.append(listing)
-    return modules
+
+def list_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels list measures face by face and vertex by vertex."""
+    from dmc_cli.measures import lists
+
+    return [lists]

@@ -3,9 +3,11 @@
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import Float64Array
+from dmc_cli.array_types import Float32Array, Float64Array
 from dmc_cli.field import Field, Grid, cell_node, cell_values, trilinear_value
 from dmc_cli.measures.elements import face_numbers, mesh_origin
+from dmc_cli.measures.quality import point_at
+from dmc_cli.measures.shape import quad_shape, triangle_shape
 from dmc_cli.measures.verdict import NAMES, NUMBERS, FaceNumbers
 from dmc_cli.mesh import Mesh, Placement, require_mesh
 from dmc_cli.runtime import ITEMS_A_CHUNK
@@ -27,6 +29,28 @@ def list_elements_kernel(
     """List the numbers of a face. One thread per face."""
     face = first + wp.tid()
     numbers_out[face] = face_numbers(points, corners, face, origin)
+
+
+@wp.kernel
+def list_shapes_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    origin: wp.vec3d,
+    # Out:
+    shapes_out: wp.array[wp.float32],
+) -> None:
+    """List the shape of a quad, the mean ratio of a triangle. One thread per face."""
+    face = first + wp.tid()
+    a = point_at(points, corners[4 * face], origin)
+    b = point_at(points, corners[4 * face + 1], origin)
+    c = point_at(points, corners[4 * face + 2], origin)
+    if corners[4 * face + 3] < 0:
+        shapes_out[face] = wp.float32(triangle_shape(a, b, c).ratio)
+    else:
+        d = point_at(points, corners[4 * face + 3], origin)
+        shapes_out[face] = wp.float32(quad_shape(a, b, c, d).quality)
 
 
 @wp.kernel
@@ -68,6 +92,22 @@ def list_elements(mesh: Mesh) -> dict[str, Float64Array]:
     found = {name: table[:, n] for n, name in enumerate(NAMES)}
     for name in ("mean_ratio", "radius_ratio"):
         found[name] = np.stack([found[name], found.pop(f"{name}_of_second")], axis=1)
+    return found
+
+
+def list_shapes(mesh: Mesh) -> Float32Array:
+    """Return one number for the shape of each face, (F,) float32: 1 at best, 0 without area.
+
+    Of a quad it is equation 9 of the paper of 2021, of a triangle equation 8.
+
+    Raises:
+        CallError: It is no mesh, or its faces name vertices that it does not have.
+    """
+    require_mesh(mesh)
+    shapes = mesh.device.empty(mesh.face_count, wp.float32)
+    inputs = [mesh.positions, mesh.corners, mesh_origin(mesh)]
+    mesh.device.launch(list_shapes_kernel, mesh.face_count, inputs, [shapes], ITEMS_A_CHUNK)
+    found: Float32Array = shapes.numpy()
     return found
 
 

@@ -44,7 +44,13 @@ def mesh_of_file(file: MeshFile, device: Device) -> Mesh:
 
 
 def file_of_mesh(
-    mesh: Mesh, normals: Any | None = None, space: Space = "none", unit: OutputUnit = "mm"
+    mesh: Mesh,
+    normals: Any | None = None,
+    space: Space = "none",
+    unit: OutputUnit = "mm",
+    *,
+    vertex_values: Mapping[str, AnyArray] | None = None,
+    face_values: Mapping[str, AnyArray] | None = None,
 ) -> MeshFile:
     """Return a mesh as files have it; on CPU the arrays are the same memory.
 
@@ -54,6 +60,8 @@ def file_of_mesh(
             read hold as long as no vertex has moved.
         space: The axes that its coordinates are in.
         unit: Their unit.
+        vertex_values: Values of its vertices beside those that it has, as `MeshFile` takes them.
+        face_values: Values of its faces likewise.
 
     Raises:
         CallError: It is no mesh, its faces name vertices that it does not have, a value has a type or a name
@@ -66,8 +74,8 @@ def file_of_mesh(
         normals=None if normals is None else normals.numpy() if isinstance(normals, wp.array) else normals,
         space=space,
         unit=unit,
-        vertex_values=_on_host(mesh.vertex_values),
-        face_values=_on_host(mesh.face_values),
+        vertex_values=_on_host(mesh.vertex_values) | dict(vertex_values or {}),
+        face_values=_on_host(mesh.face_values) | dict(face_values or {}),
     )
     check_triangle_count(mesh.triangle_count, file.triangle_count)
     return file

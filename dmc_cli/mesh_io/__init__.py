@@ -4,8 +4,12 @@ mesh_file      a mesh as readers return it and writers take it
 text           numbers as text, fast
 numbers        numbers out of text
 parsed         what was read, checked
-ply/, obj, off  meshes as chunks of bytes, and out of files
 selection      some faces of a mesh, or all turned round
+triangles      quads split into triangles
+numbered       nodes, elements and parts as solvers have them
+meshio_file    what meshio reads
+ply/, vtk/, glb/, obj, off, stl, three_mf  meshes as chunks of bytes, and out of files
+gmsh, abaqus, nastran, ls_dyna  likewise, for solvers
 halfedge_numbers  next and previous in NumPy
 halfedge_dump  halfedge structures as chunks of bytes
 write          a mesh to a file, whole or not at all

@@ -14,4 +14,9 @@ from .mesh_file import (
 )
 from .read import read_mesh as read_mesh
 from .selection import flip_faces as flip_faces, keep_faces as keep_faces
-from .write import choose_format as choose_format, write_mesh as write_mesh
+from .write import (
+    check_encoding as check_encoding,
+    check_values as check_values,
+    choose_format as choose_format,
+    write_mesh as write_mesh,
+)

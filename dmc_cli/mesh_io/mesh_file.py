@@ -4,7 +4,7 @@ Faces have three or four corners, in rows of four. Whatever a vertex or a face h
 with a name; formats that cannot hold values say so when they are written.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -89,9 +89,15 @@ class MeshFile:
         """Return the number of faces with four corners."""
         return len(self.faces) - self.triangle_count
 
+    @property
+    def tags(self) -> dict[str, str]:
+        """Return what names the space and the unit in a file's comments: nothing for none and for mm."""
+        found: dict[str, str] = {} if self.space == "none" else {"SPACE": self.space}
+        return found if self.unit == "mm" else found | {"UNIT": self.unit}
+
 
 def grouped(meshes: Mapping[str, MeshFile]) -> MeshFile:
-    """Return one mesh with a group for each of several in the same space and unit; values are left out."""
+    """Return one mesh with a group for each of several in the same space and unit, and the values of all."""
     first = next(iter(meshes.values()))
     counts = [len(mesh.points) for mesh in meshes.values()]
     starts = np.cumsum([0, *counts[:-1]])
@@ -106,8 +112,44 @@ def grouped(meshes: Mapping[str, MeshFile]) -> MeshFile:
         normals=np.concatenate(normals) if len(normals) == len(meshes) else None,
         space=first.space,
         unit=first.unit,
+        vertex_values=_joined([mesh.vertex_values for mesh in meshes.values()]),
+        face_values=_joined([mesh.face_values for mesh in meshes.values()]),
         groups={name: len(mesh.faces) for name, mesh in meshes.items()},
     )
+
+
+def _joined(tables: Sequence[Mapping[str, AnyArray]]) -> dict[str, AnyArray]:
+    """Return the values that all tables have, one after the other."""
+    return {
+        name: np.concatenate([table[name] for table in tables])
+        for name in tables[0]
+        if all(name in table for table in tables)
+    }
+
+
+def parts_of(mesh: MeshFile, name: str) -> Iterator[tuple[str, MeshFile]]:
+    """Yield each group with its own vertices, by its name; without groups the mesh by the name given."""
+    if not mesh.groups:
+        yield name, mesh
+        return
+    start = 0
+    for group, count in mesh.groups.items():
+        faces, rows = mesh.faces[start : start + count], slice(start, start + count)
+        is_there = faces != NO_CORNER
+        used = np.unique(faces[is_there])
+        numbers = np.zeros(len(mesh.points), np.int32)
+        numbers[used] = np.arange(len(used), dtype=np.int32)
+        part = MeshFile(
+            points=mesh.points[used],
+            faces=np.where(is_there, numbers[faces], np.int32(NO_CORNER)),
+            normals=None if mesh.normals is None else mesh.normals[used],
+            space=mesh.space,
+            unit=mesh.unit,
+            vertex_values={value: array[used] for value, array in mesh.vertex_values.items()},
+            face_values={value: array[rows] for value, array in mesh.face_values.items()},
+        )
+        yield group, part
+        start += count
 
 
 def _check_rows(name: str, array: AnyArray, columns: int, *dtypes: type[np.generic]) -> None:

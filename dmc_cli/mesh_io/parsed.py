@@ -1,5 +1,6 @@
 """Make a mesh of what a file had, once that is checked."""
 
+from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Any, get_args
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Int32Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, fits_float32
+from dmc_cli.mesh_io.mesh_file import NO_CORNER, VALUE_TYPES, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
@@ -54,6 +55,27 @@ def make_mesh(
     faces = _rows_of_four(counts, corners)
     space, unit = find_space(comments), find_unit(comments)
     return MeshFile(points=points, faces=faces, space=space, unit=unit, **more)
+
+
+def usable_values(arrays: Mapping[str, AnyArray], told: list[str]) -> dict[str, AnyArray]:
+    """Return the arrays that a mesh can have as values; the names of others are added to what is told."""
+    values = {}
+    for name, found in arrays.items():
+        array = found[:, 0] if found.ndim == 2 and found.shape[1] == 1 else found
+        array = array.astype(np.int32) if _fits_int32(array) else array
+        is_word = name.isascii() and name.split() == [name]
+        if is_word and array.dtype in VALUE_TYPES and array.ndim in (1, 2) and array.size:
+            values[name] = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+        elif len(array):
+            told.append(f"values {name}")
+    return values
+
+
+def _fits_int32(array: AnyArray) -> bool:
+    """Return whether these are integers of 64 bits, which no mesh has, that would do with 32."""
+    limits = np.iinfo(np.int32)
+    is_long = array.dtype.kind in "iu" and array.dtype.itemsize == 8
+    return is_long and bool((array >= limits.min).all() and (array <= limits.max).all())
 
 
 def unread(path: object, parts: list[str]) -> tuple[Notice, ...]:

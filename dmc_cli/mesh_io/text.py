@@ -11,7 +11,7 @@ from itertools import chain, zip_longest
 import numpy as np
 import orjson
 
-from dmc_cli.array_types import AnyArray, Float32Array, Int32Array, IntArray
+from dmc_cli.array_types import AnyArray, ByteArray, Float32Array, Int32Array, IntArray
 
 CHUNK_ROWS = 1 << 15
 """Rows turned to text at once: some MB of text; larger gains nothing and takes more memory."""
@@ -26,8 +26,14 @@ _PADDING = 0
 
 def chunks_of(array: AnyArray, dtype: type[np.generic] | None = None) -> Iterator[AnyArray]:
     """Yield the rows of an array in contiguous chunks of this type or its own, none for an empty array."""
-    for start in range(0, len(array), CHUNK_ROWS):
-        yield np.ascontiguousarray(array[start : start + CHUNK_ROWS], dtype=dtype)
+    for start, stop in spans(len(array)):
+        yield np.ascontiguousarray(array[start:stop], dtype=dtype)
+
+
+def spans(count: int) -> Iterator[tuple[int, int]]:
+    """Yield where each chunk of so many rows begins and ends."""
+    for start in range(0, count, CHUNK_ROWS):
+        yield start, min(start + CHUNK_ROWS, count)
 
 
 def float_lines(rows: Float32Array, prefix: bytes = b"") -> bytes:
@@ -56,6 +62,49 @@ def number_lines(rows: AnyArray) -> bytes:
     odd = rows[is_odd]  # null in JSON
     words = np.where(np.isnan(odd), b"nan", np.where(odd > 0, b"inf", b"-inf")).tolist()
     return b"".join(chain.from_iterable(zip_longest(lines.split(b"null"), words, fillvalue=b"")))
+
+
+def framed_lines(rows: AnyArray, words: Sequence[bytes]) -> bytes:
+    """Write each row as its finite numbers between words: the first word, a number, the second word, ...
+
+    Args:
+        rows: Shape (n, columns), n at least 1, contiguous.
+        words: One more than a row has numbers; the last one ends the row.
+    """
+    digits, lengths = _number_texts(rows)
+    gaps = [len(word) for word in (*words[1:-1], words[-1] + words[0])]
+    ends = len(words[0]) + np.cumsum(lengths + np.tile(gaps, len(rows)))
+    text = np.empty(ends[-1], np.uint8)
+    is_digit = np.ones(len(text), bool)
+    text[: len(words[0])] = np.frombuffer(words[0], np.uint8)
+    is_digit[: len(words[0])] = False
+    for column, word in enumerate((*words[1:-1], words[-1] + words[0])):
+        places = ends[column :: rows.shape[1], None] + np.arange(-len(word), 0)
+        text[places] = np.frombuffer(word, np.uint8)
+        is_digit[places] = False
+    text[is_digit] = digits
+    return text[: len(text) - len(words[0])].tobytes()
+
+
+def right_aligned(rows: AnyArray, width: int) -> ByteArray:
+    """Write finite numbers at the right of fields of one width; uint8, shape (n, columns, width).
+
+    Args:
+        rows: Shape (n, columns), n at least 1, contiguous; no number takes more than the width.
+        width: Characters of a field.
+    """
+    digits, lengths = _number_texts(rows)
+    fields = np.full((len(lengths), width), ord(" "), np.uint8)
+    fields[np.arange(width) >= width - lengths[:, None]] = digits
+    return fields.reshape(*rows.shape, width)
+
+
+def _number_texts(rows: AnyArray) -> tuple[ByteArray, IntArray]:
+    """Return the characters of all numbers without anything between, and how many each number has."""
+    json = orjson.dumps(rows, option=orjson.OPT_SERIALIZE_NUMPY)
+    text = np.frombuffer(json[2:-2].replace(b"],[", b",") + b",", np.uint8)
+    is_end = text == ord(",")
+    return text[~is_end], np.diff(np.flatnonzero(is_end), prepend=-1) - 1
 
 
 def join_lines(texts: Sequence[bytes]) -> bytes:

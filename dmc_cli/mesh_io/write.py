@@ -1,6 +1,6 @@
 """Write a mesh to a file of any format: the one way to write."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 
@@ -9,7 +9,7 @@ from dmc_cli.files import write_output
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
-from dmc_cli.settings import STREAM
+from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def choose_format(path: str, output_format: str | None = None) -> str:
         return output_format
     suffix = PurePath(path).suffix.lower()
     for name, mesh_format in FORMATS.items():
-        if suffix == mesh_format.suffix:
+        if suffix in mesh_format.suffixes:
             return name
     known = ", ".join(known_suffixes())
     if path == STREAM:
@@ -44,12 +44,45 @@ def choose_format(path: str, output_format: str | None = None) -> str:
     )
 
 
+def check_encoding(name: str, *, ascii: bool, element: Element | None = None) -> None:
+    """Raise SettingsError if text or a kind of element is asked for and the format has none."""
+    if element is not None and not FORMATS[name].takes_element:
+        known = ", ".join(other for other, found in FORMATS.items() if found.takes_element)
+        raise SettingsError(
+            f"the element {element} was asked for (--element), but {FORMATS[name].title} files have no choice"
+            f" of elements; expected {known}; leave it out, or choose that format"
+        )
+    if ascii and FORMATS[name].encoding == "binary":
+        known = ", ".join(other for other, found in FORMATS.items() if found.encoding != "binary")
+        raise SettingsError(
+            f"text was asked for (--ascii), but {FORMATS[name].title} files are binary; expected one of"
+            f" {known}; leave --ascii out, or choose another format"
+        )
+
+
+def check_values(name: str, values: Sequence[MeshValue]) -> None:
+    """Raise SettingsError if values are asked for that the format cannot hold."""
+    for value in values:
+        kind = "face" if value in FACE_VALUES else "vertex"
+        able = [
+            other
+            for other, found in FORMATS.items()
+            if (found.holds_face_values if kind == "face" else found.holds_vertex_values)
+        ]
+        if name not in able:
+            raise SettingsError(
+                f"{value} was asked for (--values), a value of each {kind}, but {FORMATS[name].title} files"
+                f" hold none; expected one of {', '.join(able)}; leave it out, or choose another format"
+            )
+
+
 def write_mesh(
     path: str,
     mesh: MeshFile,
     *,
     output_format: str | None = None,
     ascii: bool = False,
+    element: Element | None = None,
     force: bool = False,
 ) -> WrittenFile:
     """Write a mesh completely or not at all.
@@ -59,10 +92,11 @@ def write_mesh(
         mesh: What to write.
         output_format: Which format; without it the suffix of `path` tells.
         ascii: Text where the format could be binary too.
+        element: What a quad is to a solver, where the format has a choice.
         force: Replace a file that exists.
 
     Raises:
-        SettingsError: The format is not known.
+        SettingsError: The format is not known, or has no text or no choice of elements.
         CallError: It is no `MeshFile`, or has values that the format cannot name.
         WriteError: The file exists, or it cannot be written; an older file is untouched.
     """
@@ -71,15 +105,29 @@ def write_mesh(
             f"a {type(mesh).__name__} was found; expected a MeshFile; make one with file_of_mesh(mesh) first"
         )
     name = choose_format(path, output_format)
-    size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii), force=force)
+    check_encoding(name, ascii=ascii, element=element)
+    choices = {} if element is None else {"element": element}
+    size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii, **choices), force=force)
     return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))
 
 
 def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
     """Yield a warning of each thing that the format cannot hold."""
+    title = mesh_format.title
+    if mesh.quad_count and not mesh_format.holds_quads:
+        told = (
+            f"{title} files hold no quads: each of {mesh.quad_count} was split into two triangles, along the"
+            " diagonal that gives the larger smallest angle"
+        )
+        yield Notice("W-QUADS-SPLIT", told)
     if mesh.normals is not None and not mesh_format.holds_normals:
-        yield Notice("W-NORMALS-LEFT-OUT", f"{mesh_format.title} files hold no normals: they were left out")
-    names = [*mesh.vertex_values, *mesh.face_values]
-    if names and not mesh_format.holds_values:
-        told = f"{mesh_format.title} files hold no values of vertices and faces; left out: {', '.join(names)}"
+        yield Notice("W-NORMALS-LEFT-OUT", f"{title} files hold no normals: they were left out")
+    kinds = {"vertices": mesh.vertex_values, "faces": mesh.face_values}
+    held = {"vertices": mesh_format.holds_vertex_values, "faces": mesh_format.holds_face_values}
+    names = [name for kind, values in kinds.items() if not held[kind] for name in values]
+    if names:
+        of_what = " and ".join(kind for kind in kinds if not held[kind])
+        told = f"{title} files hold no values of {of_what}; left out: {', '.join(names)}"
         yield Notice("W-VALUES-LEFT-OUT", told)
+    if mesh.groups and not mesh_format.holds_groups:
+        yield Notice("W-GROUPS-LEFT-OUT", f"{title} files hold no groups; left out: {', '.join(mesh.groups)}")

@@ -9,6 +9,7 @@ import trimesh
 
 from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 from tests import shapes
 from tests.measures.meshes import plain_valences
@@ -34,6 +35,8 @@ def without(shape, *gone):
     """The shape without some faces."""
     return shape[0], np.delete(shape[1], gone, axis=0)
 
+
+FIVE_POINTS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0], [1, 1, 1]])
 
 CASES = {
     "tetrahedron": (shapes.tetrahedron(), {"genus": 0, "euler_characteristic": 2}),
@@ -61,11 +64,11 @@ CASES = {
         {"genus": 0, "euler_characteristic": 1, "boundary_edges": 24, "boundary_loops": 1},
     ),
     "two triangles at a vertex": (
-        (np.eye(5, 3), np.array([[0, 1, 2, -1], [0, 3, 4, -1]], np.int32)),
+        (FIVE_POINTS, np.array([[0, 1, 2, -1], [0, 3, 4, -1]], np.int32)),
         {"genus": None, "euler_characteristic": 1, "boundary_edges": 6, "non_manifold_vertices": 1},
     ),
     "three triangles at an edge": (
-        (np.eye(5, 3), np.array([[0, 1, 2, -1], [1, 0, 3, -1], [0, 1, 4, -1]], np.int32)),
+        (FIVE_POINTS, np.array([[0, 1, 2, -1], [1, 0, 3, -1], [0, 1, 4, -1]], np.int32)),
         {"genus": None, "non_manifold_edges": 1},
     ),
 }
@@ -85,6 +88,11 @@ def test_topology_is_what_it_is_known_to_be(run, tmp_path, name, mesh_format):
     path = tmp_path / f"mesh{FORMATS[mesh_format].suffix}"
     write_mesh(str(path), MeshFile(points=np.asarray(points, float), faces=faces))
     found = json.loads(run("measure", path, "--json").stdout)
+    if not FORMATS[mesh_format].holds_quads:
+        written = read_mesh(path)  # tests/mesh_io holds which triangles these are
+        points, faces = written.points, written.faces
+        whole = CASES[name][0][1]
+        assert (len(faces), written.quad_count) == ((whole >= 0).sum() - 2 * len(whole), 0)
     triangles = int((faces[:, 3] < 0).sum())
     assert (found["mesh"]["triangles"], found["mesh"]["quads"]) == (triangles, len(faces) - triangles)
     topology = found["topology"]

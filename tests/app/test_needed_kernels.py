@@ -14,6 +14,7 @@ RUNS = {
     "no normals": ({"normals": False}, {}),
     "dump": ({"normals": False, "halfedges": "h.npz"}, {}),
     "report": ({"report": "r.json"}, {}),
+    "values": ({"values": ("quality", "deviation", "valence")}, {}),
     "patterns": ({}, {"simplify": "all"}),
     "patterns with colours": ({"halfedges": "h.npz"}, {"simplify": "all"}),
     "relaxed": ({}, {"relax": 2}),
@@ -34,6 +35,7 @@ LEFT_OUT = {
         "coloring",
         "sweep",
     },
+    "values": {"processing", "coloring", "topology", "components"},
     "patterns": {"relax", "sweep", "measures"},
     "relaxed": {
         "simplify_3x3y",

@@ -201,6 +201,6 @@ def test_a_full_disk_ends_with_status_9(run):
 
 
 def test_an_unknown_suffix_is_a_usage_error(run, tmp_path):
-    result = run(*TORUS, tmp_path / "torus.stl", "-i", 0)
+    result = run(*TORUS, tmp_path / "torus.stp", "-i", 0)
     assert result.exit_code == 2
-    assert "has the suffix .stl; expected one of .ply, .obj, .off" in result.stderr
+    assert "has the suffix .stp; expected one of .ply, .obj, .off" in result.stderr

@@ -96,9 +96,9 @@ def test_groups_go_to_standard_output_as_well(run, run_process, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["{}/a.ply"], "a format that has groups (obj)"),
-        (["{}/a_{{index}}.ply"], "a format that has groups (obj)"),
-        (["-", "--output-format", "ply"], "a format that has groups (obj)"),
+        (["{}/a.ply"], "a format that has groups (obj, glb"),
+        (["{}/a_{{index}}.ply"], "a format that has groups (obj, glb"),
+        (["-", "--output-format", "ply"], "a format that has groups (obj, glb"),
         (["-", "--output-format", "obj", "--report", "-"], "report is -"),
         (["{}/a_{{isovalue}}.ply", "--report", "{}/r.json"], "expected one file an item"),
         (["{}/a_{{isovalue}}.ply", "--report", "-"], "report is -"),

@@ -67,13 +67,21 @@ def format_table():
     """Return the formats of volumes and meshes as a Markdown table, as the registries have them."""
     volumes = [named(known.title, known.suffixes) for known in volume_formats.FORMATS.values()]
     meshes = [
-        f"{known.title}{' (binary, or text with `--ascii`)' if known.is_binary else ''}"
+        f"{known.title} ({known.suffix}{', or text with `--ascii`' if known.encoding == 'either' else ''})"
         for known in mesh_formats.FORMATS.values()
     ]
-    normals = [known.title for known in mesh_formats.FORMATS.values() if known.holds_normals]
+    quads, normals, vertex_values, face_values, groups = (
+        ", ".join(known.title for known in mesh_formats.FORMATS.values() if getattr(known, f"holds_{what}"))
+        for what in ("quads", "normals", "vertex_values", "face_values", "groups")
+    )
     lines = ["| | formats |", "| --- | --- |"]
     lines.append(f"| volumes | {', '.join([*volumes, 'synthetic fields'])} |")
-    lines.append(f"| meshes | {', '.join(meshes)}; normals in {' and '.join(normals)} |")
+    lines.append(f"| meshes | {', '.join(meshes)} |")
+    lines.append(f"| quads stay whole in | {quads}; elsewhere they are split, which the summary says |")
+    lines.append(f"| normals in | {normals} |")
+    lines.append(f"| values of vertices in | {vertex_values} |")
+    lines.append(f"| values of faces in | {face_values} |")
+    lines.append(f"| several parts in | {groups} |")
     lines.append("| report | JSON, described by [docs/report-schema.json](docs/report-schema.json) |")
     return "\n".join(lines) + "\n"
 

@@ -11,15 +11,13 @@ from dmc_cli.mesh_formats import FORMATS, function
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from tests import shapes
+from tests.mesh_io.layouts import LAYOUTS
 
 WORDS = (
     "nan", "inf", "-1", "0", "2.5", "3", "4", "1e39", "1e300", "9" * 30, "list", "uchar", "double",
     "property", "element", "face", "vertex", "x", "a_0", "f", "v", "//", "OFF", "comment",
     "end_header\n", "\n", "\xff",
 )  # fmt: skip
-KINDS = [
-    (name, ascii) for name in FORMATS for ascii in ((False, True) if FORMATS[name].is_binary else (True,))
-]
 
 
 def content(name, ascii):
@@ -56,7 +54,7 @@ def damage(draw, data):
     return data[:place]
 
 
-@pytest.mark.parametrize(("name", "ascii"), KINDS)
+@pytest.mark.parametrize(("name", "ascii"), LAYOUTS)
 @given(data=st.data())
 def test_damage_gives_a_message_or_a_mesh(tmp_path_factory, name, ascii, data):
     found = content(name, ascii)

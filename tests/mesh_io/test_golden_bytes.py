@@ -1,11 +1,13 @@
 """The cube, byte for byte: a change of any writer shows here first."""
 
 import dataclasses
+import hashlib
 import struct
 
 import numpy as np
 import pytest
 
+from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.write import write_mesh
 from dmc_cli.notices import Notice
@@ -93,3 +95,35 @@ def test_chunks_do_not_show(tmp_path, grid, monkeypatch, name, ascii):
     whole = written(tmp_path, grid, name, ascii=ascii)
     monkeypatch.setattr("dmc_cli.mesh_io.text.CHUNK_ROWS", 97)
     assert written(tmp_path, grid, name, ascii=ascii, force=True) == whole
+
+
+HASHES: dict[str, str] = {
+    "cube.stl": "5eec0e1a15623bb3",
+    "cube.ascii.stl": "96ee2a87a986676b",
+    "cube.vtp": "07cfc9a92ea57467",
+    "cube.ascii.vtp": "c6046489b4a3deea",
+    "cube.vtu": "9ed8a67f55410ead",
+    "cube.ascii.vtu": "b13cb699b61affee",
+    "cube.vtk": "d76a575184674187",
+    "cube.ascii.vtk": "37a2387d56780739",
+    "cube.glb": "cc4d8d53ad831a20",
+    "cube.msh": "088e665f44af2d29",
+    "cube.ascii.msh": "e38a2683008cd155",
+    "cube.inp": "657dc3723bf0cb81",
+    "cube.nas": "2043959c813322d9",
+    "cube.k": "70a774299242ed9c",
+}
+"""Of the cube with a value a vertex and two a face, by the name of its file."""
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_the_bytes_of_the_cube_are_as_they_were(tmp_path, cube, name):
+    """Whoever changes a writer on purpose looks at the file, and writes its hash down anew."""
+    values = {"vertex_values": {"a": cube.points[:, 0]}, "face_values": {"labels": cube.faces[:, :2].copy()}}
+    data = written(tmp_path, dataclasses.replace(cube, **values), name, ascii="ascii" in name)
+    assert hashlib.sha256(data).hexdigest()[:16] == HASHES[name]
+
+
+def test_every_format_has_its_bytes_held():
+    known = {name.rpartition(".")[2] for name in HASHES} | {"ply", "obj", "off"}
+    assert known | {"3mf"} == {each.suffix[1:] for each in FORMATS.values()}  # 3MF follows zlib's version

@@ -1,10 +1,15 @@
 """An output has the format that its suffix or option names, and no other suffix is taken."""
 
+import re
+
 import pytest
 
 from dmc_cli.errors import SettingsError
+from dmc_cli.mesh_formats import known_suffixes
 from dmc_cli.mesh_io.halfedge_dump import check_dump_name
 from dmc_cli.mesh_io.write import choose_format, write_mesh
+
+KNOWN = ", ".join(known_suffixes())
 
 
 @pytest.mark.parametrize(
@@ -26,8 +31,8 @@ def test_the_format_is_the_one_asked_for_or_the_suffix(path, asked, chosen):
     ("path", "told"),
     [
         ("-", "^standard output has no suffix; name the format with --output-format$"),
-        ("a", r"^a has no suffix; expected one of \.ply, \.obj, \.off; rename the output, or name"),
-        ("a.STL", r"^a\.STL has the suffix \.stl; expected one of \.ply, \.obj, \.off; rename"),
+        ("a", rf"^a has no suffix; expected one of {re.escape(KNOWN)}; rename the output, or name"),
+        ("a.STP", rf"^a\.STP has the suffix \.stp; expected one of {re.escape(KNOWN)}; rename"),
     ],
 )
 def test_an_unknown_suffix_is_told(path, told):

@@ -8,7 +8,7 @@ from dmc_cli import mesh_formats
 from dmc_cli.cli.options.from_settings import setting, stack
 from dmc_cli.cli.parameters import ChoiceList, complete_files
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.settings import OutputSettings, Requirement
+from dmc_cli.settings import MeshValue, OutputSettings, Requirement
 
 output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
 
@@ -42,6 +42,20 @@ output_options = stack(
     ),
     setting(
         OutputSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
+    ),
+    setting(
+        OutputSettings,
+        "values",
+        section="Output",
+        type=ChoiceList(get_args(MeshValue)),
+        again=ChoiceList.again,
+        help=f"Values in the file, of each vertex or face: {', '.join(get_args(MeshValue))}.",
+    ),
+    setting(
+        OutputSettings,
+        "element",
+        section="Output",
+        help="What a quad is in an Abaqus file: a shell (S4R by default), a membrane, a surface, rigid.",
     ),
     setting(
         OutputSettings,

@@ -1,0 +1,60 @@
+"""Every format of meshes as its users meet it: by suffix, to standard output, with warnings, and measured."""
+
+import json
+
+import pytest
+
+from dmc_cli.mesh_formats import FORMATS
+from tests.mesh_io.layouts import LAYOUTS
+
+SPHERE = ("convert", "synth:sphere:14", "-i", 0.1)
+
+
+@pytest.mark.parametrize(("name", "ascii"), LAYOUTS)
+def test_a_format_is_chosen_told_and_measured(run, tmp_path, name, ascii):
+    path, report = tmp_path / f"a{FORMATS[name].suffix.upper()}", tmp_path / "r.json"
+    text = ["--ascii"] if ascii else []
+    assert run(*SPHERE, path, *text, "--report", report).exit_code == 0
+    told = json.loads(report.read_text())
+    assert ("W-QUADS-SPLIT" in told["warning_codes"]) == (not FORMATS[name].holds_quads)
+    assert ("W-NORMALS-LEFT-OUT" in told["warning_codes"]) == (not FORMATS[name].holds_normals)
+    measured = json.loads(run("measure", path, "--json").stdout)
+    counts = {"quads": told["mesh"]["quads"], "triangles": 0}
+    if not FORMATS[name].holds_quads:
+        counts = {"quads": 0, "triangles": 2 * told["mesh"]["quads"]}
+    assert {key: measured["mesh"][key] for key in counts} == counts
+    assert measured["mesh"]["vertices"] == told["mesh"]["vertices"]
+    assert measured["mesh"]["volume"] == pytest.approx(told["mesh"]["volume"], rel=1e-5)
+    assert (measured["topology"]["genus"], measured["topology"]["boundary_edges"]) == (0, 0)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_standard_output_takes_the_same_bytes(run, tmp_path, name):
+    path = tmp_path / "a.dat"
+    run(*SPHERE, path, "--output-format", name)
+    result = run(*SPHERE, "-", "--output-format", name, "-q")
+    assert result.stdout_bytes == path.read_bytes()
+    assert result.stderr == ""
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.dat"]
+
+
+def test_the_summary_says_that_quads_are_split(run, tmp_path):
+    told = " ".join(run(*SPHERE, tmp_path / "a.stl").stderr.split())
+    assert "STL files hold no quads: each of" in told
+    assert "W-QUADS-SPLIT" in told
+
+
+@pytest.mark.parametrize("name", ["glb", "3mf"])
+def test_text_of_a_binary_format_is_refused_before_any_work(run, tmp_path, name):
+    result = run(*SPHERE, tmp_path / f"a.{name}", "--ascii")
+    assert result.exit_code == 2
+    assert "files are binary; expected one of ply, obj, off" in " ".join(result.stderr.split())
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["glb", "3mf"])
+def test_isovalues_share_a_file_as_groups(run, tmp_path, name):
+    path = tmp_path / f"a.{name}"
+    assert run("convert", "synth:sphere:14", path, "-i", 0.1, "-i", 0.3).exit_code == 0
+    measured = json.loads(run("measure", path, "--json").stdout)
+    assert measured["topology"]["components"] == 2
