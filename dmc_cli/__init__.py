@@ -11,6 +11,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     methods        the methods of contouring, and what each takes
     volume_formats  the formats of volumes, what each looks like and takes
     mesh_formats   the formats of meshes, and what each holds
+    requirements   what may be required of a mesh: words, and figures of the report beside numbers
     errors         every error that is raised on purpose
     notices        every warning's code, and what it means
     progress       who is told how far a run is

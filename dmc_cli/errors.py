@@ -66,9 +66,13 @@ class EmptySurfaceError(DmcError, ValueError):
 
 
 class RequirementError(DmcError, ValueError):
-    """The mesh is not what `--require` asks for."""
+    """The mesh is not what `--require` asks for; `report` is the report on it, with the verdicts."""
 
     exit_status = 6
+
+    def __init__(self, message: str, report: dict[str, object]) -> None:
+        super().__init__(message)
+        self.report = report
 
 
 class DeviceError(DmcError, RuntimeError):

@@ -13,6 +13,13 @@ from dmc_cli.crops import parse_crop
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.isovalue_choices import parse_choice
 from dmc_cli.methods import METHODS, method_named, methods_that, settled_number, settled_option
+from dmc_cli.requirements import (
+    CONVERT_FIGURES,
+    MEASURE_FIGURES,
+    MESH_FIGURES,
+    looks_at,
+    settled_requirements,
+)
 from dmc_cli.setting_checks import (
     check_format,
     check_noise,
@@ -44,7 +51,6 @@ SyntheticField = Literal[
 ]
 VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9", "I"]
-Requirement = Literal["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]
 
 Element = Literal["S4R", "S4", "M3D4", "SFM3D4", "R3D4"]
 MeshValue = Literal["quality", "deviation", "valence"]
@@ -330,9 +336,9 @@ class OutputSettings:
     `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
     and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
     `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
-    `curvature` has the report tell that, too. `require` lists what the mesh must be; `check` verifies every
-    invariant of the result; `dry_run` does everything but write the mesh; `memory` is the budget in bytes
-    that the forecast is held against.
+    `curvature` has the report tell that, too. `require` lists what the mesh must be, words and comparisons
+    of `requirements.py`; `check` verifies every invariant of the result; `dry_run` does everything but write
+    the mesh; `memory` is the budget in bytes that the forecast is held against.
     """
 
     path: str
@@ -348,7 +354,7 @@ class OutputSettings:
     halfedges: str | None = None
     report: str | None = None
     curvature: bool = False
-    require: tuple[Requirement, ...] = ()
+    require: tuple[str, ...] = ()
     check: bool = False
     dry_run: bool = False
     memory: int | None = None
@@ -357,6 +363,7 @@ class OutputSettings:
         """Check every type and range once, at the door."""
         settle_types(self)
         check_format("output_format", self.output_format, mesh_formats.FORMATS)
+        object.__setattr__(self, "require", settled_requirements(self.require, CONVERT_FIGURES))
         if self.memory is not None and self.memory < 1:
             raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
         if self.space == "voxel" and self.unit != "mm":
@@ -377,7 +384,13 @@ class OutputSettings:
     @property
     def finds_intersections(self) -> bool:
         """Return whether the mesh's intersections are counted: for a report or a requirement."""
-        return self.report is not None or "no-self-intersections" in self.require
+        required = looks_at("quality.self_intersections", self.require, CONVERT_FIGURES)
+        return self.report is not None or required
+
+    @property
+    def finds_curvature(self) -> bool:
+        """Return whether the mesh's curvature is measured: for a report that tells it or a requirement."""
+        return self.curvature or looks_at("curvature.", self.require, CONVERT_FIGURES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -450,7 +463,8 @@ class MeasureSettings:
 
     `inside` is the side that was the object when the mesh was made with a closed border. `against` is another
     mesh that the distance is measured to, by `density` samples on a unit of area. `thickness` has that of
-    walls measured; so has `wall`, a length in the mesh's unit, with how much is thinner.
+    walls measured; so has `wall`, a length in the mesh's unit, with how much is thinner. `require` lists what
+    the mesh must be, words and comparisons of `requirements.py`.
     """
 
     mesh: str
@@ -462,6 +476,7 @@ class MeasureSettings:
     density: float | None = None
     thickness: bool = False
     wall: float | None = None
+    require: tuple[str, ...] = ()
     read: ReadSettings = field(default_factory=ReadSettings)
     device: str = "auto"
     threads: int | None = None
@@ -472,6 +487,7 @@ class MeasureSettings:
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
         check_path("against", self.against)
+        object.__setattr__(self, "require", settled_requirements(self.require, MEASURE_FIGURES))
         if self.density is not None and not 0 < self.density < math.inf:
             raise SettingsError(f"density is {self.density}; expected a positive number of samples")
         if self.wall is not None and not 0 < self.wall < math.inf:
@@ -486,8 +502,14 @@ class MeasureSettings:
 
     @property
     def measures_thickness(self) -> bool:
-        """Return whether the thickness of walls is measured."""
-        return self.thickness or self.wall is not None
+        """Return whether walls are measured: because it was asked for or for a requirement."""
+        asked = self.thickness or self.wall is not None
+        return asked or looks_at("thickness.", self.require, MEASURE_FIGURES)
+
+    @property
+    def finds_curvature(self) -> bool:
+        """Return whether the curvature is measured: because it was asked for or for a requirement."""
+        return self.curvature or looks_at("curvature.", self.require, MEASURE_FIGURES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -517,7 +539,7 @@ class ReworkSettings:
     ascii: bool = False
     force: bool = False
     report: str | None = None
-    require: tuple[Requirement, ...] = ()
+    require: tuple[str, ...] = ()
     dry_run: bool = False
     device: str = "auto"
     threads: int | None = None
@@ -528,6 +550,7 @@ class ReworkSettings:
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
         check_outputs({"mesh": self.path, "report": self.report}, STREAM)
+        object.__setattr__(self, "require", settled_requirements(self.require, MESH_FIGURES))
         check_format("output_format", self.output_format, mesh_formats.FORMATS)
         check_run(self.device, self.threads)
         if self.keep is not None and self.keep < 1:

@@ -228,7 +228,7 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         modules += list_kernels()
     if settings.output.is_measured:
         output = settings.output
-        modules += report_kernels(intersections=output.finds_intersections, curvature=output.curvature)
+        modules += report_kernels(intersections=output.finds_intersections, curvature=output.finds_curvature)
     return modules
 
 
@@ -309,7 +309,7 @@ def _measure(
             stages.placement,
             volume,
             intersections=output.finds_intersections and (is_last or output.report is not None),
-            curvature=is_last and output.curvature,
+            curvature=is_last and output.finds_curvature,
             components=is_last and output.report is not None,
         )
 

@@ -35,6 +35,7 @@ from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import (
     SCHEMA,
+    check_requirements,
     collect_versions,
     components_section,
     extent_section,
@@ -72,6 +73,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
     """Return the report on a mesh file, as `dmc measure` does.
 
     Raises:
+        RequirementError: The mesh is not what is required of it; the error has the report.
         MeshFileError: The mesh is missing or damaged.
         VolumeError: The volume cannot be read.
         DeviceError: There is no such device.
@@ -79,7 +81,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
     device = select_device(settings.device, settings.threads)
     modules = kernel_modules(
         intersections=True,
-        curvature=settings.curvature,
+        curvature=settings.finds_curvature,
         distance=settings.against is not None,
         thickness=settings.measures_thickness,
     )
@@ -95,16 +97,18 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
             reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
     values = reference.volume.values if reference is not None else np.empty(0)
     with progress.stage("measuring"), intact(values, settings.volume or ""):
-        return measure_mesh(
+        report = measure_mesh(
             device,
             mesh,
             settings.mesh,
             reference,
             other,
-            curvature=settings.curvature,
+            curvature=settings.finds_curvature,
             thickness=settings.measures_thickness,
             wall=settings.wall,
         )
+    check_requirements(report, settings.require)
+    return report
 
 
 def measure_mesh(
@@ -120,8 +124,8 @@ def measure_mesh(
 ) -> dict[str, Any]:
     """Return the report on a mesh file.
 
-    Its sections: schema, warnings, mesh, topology, quality, deviation, curvature, thickness, components,
-    distance, versions.
+    Its sections: schema, warnings, mesh, topology, quality, deviation, requirements (none yet), curvature,
+    thickness, components, distance, versions.
 
     Args:
         device: Where to work.
@@ -165,6 +169,7 @@ def measure_mesh(
         "topology": plain(topology_section(topology)),
         "quality": plain(quality_section(quality, measure_elements(found), count_intersections(found))),
         "deviation": plain(asdict(deviation)) if deviation else None,
+        "requirements": [],
         "curvature": plain(asdict(measure_curvature(found))) if curvature else None,
         "thickness": plain(asdict(measure_thickness(found, wall))) if thickness else None,
         "components": plain(components_section(list_components(found))),

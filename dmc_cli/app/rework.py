@@ -249,14 +249,15 @@ def _make_report(
             measured = measure_mesh(device, replace(mesh, warnings=()), settings.path, reference)
     told = {key: measured.pop(key, []) for key in ("warnings", "warning_codes")}
     own = warning_keys(work.warnings)
-    keys = ("topology", "quality", "deviation", "components")
     return {
         "schema": SCHEMA,
         **{key: list(dict.fromkeys([*own[key], *told[key]])) for key in told},
         "input": {"path": settings.mesh, **work.read},
         "settings": plain(_settings_section(settings, device)),
         "mesh": measured["mesh"],
-        **{key: measured.get(key) for key in keys},
+        **{key: measured.get(key) for key in ("topology", "quality", "deviation")},
+        "requirements": [],
+        "components": measured.get("components"),
         "simplification": plain(work.simplification) or None,
         "timings_ms": {},
         "memory": {},
@@ -275,7 +276,7 @@ def _settings_section(settings: ReworkSettings, device: Device) -> dict[str, Any
 def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch: Stopwatch) -> ReworkResult:
     """Check what is required, then write the mesh and the report, which names what is not met."""
     try:
-        check_requirements({key: report[key] for key in report if key != "settings"}, settings.require)
+        check_requirements(report, settings.require)
     except RequirementError:
         _write_report(settings, report, watch)
         raise

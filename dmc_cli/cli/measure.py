@@ -11,6 +11,7 @@ from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import measure_lines
 from dmc_cli.cli.terminal import echo_lines
+from dmc_cli.errors import RequirementError
 from dmc_cli.printable import json_text
 from dmc_cli.settings import MeasureSettings, ReadSettings
 
@@ -78,6 +79,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
     metavar="N",
     help="Samples on a unit of area; without it, 250000 on the mesh with the larger area.",
 )
+@options.require_option(MeasureSettings, "End with status 6 unless the mesh is")
 @options.read_options
 @options.noise_options
 @options.json_option
@@ -105,8 +107,14 @@ def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
             from dmc_cli.app import measure_file
-        report = measure_file(settings, progress)
+        failure = None
+        try:
+            report = measure_file(settings, progress)
+        except RequirementError as error:
+            report, failure = error.report, error
     if as_json:
         click.echo(json_text(report, indent=2))
     else:
         echo_lines(measure_lines(report))
+    if failure is not None:
+        raise failure

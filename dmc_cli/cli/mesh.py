@@ -1,18 +1,18 @@
 """Rework a mesh file: parts, formats, units, and relaxation on its volume: `dmc mesh`."""
 
-from typing import Any, get_args
+from typing import Any
 
 import click
 
 from dmc_cli import mesh_formats
 from dmc_cli.cli import options
 from dmc_cli.cli.isovalue import missing_isovalue
-from dmc_cli.cli.parameters import ChoiceList, Components, complete_files
+from dmc_cli.cli.parameters import Components, complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import rework_lines
 from dmc_cli.cli.terminal import echo_lines
-from dmc_cli.settings import MeshSettings, ReadSettings, Requirement, ReworkSettings
+from dmc_cli.settings import MeshSettings, ReadSettings, ReworkSettings
 
 
 @click.command(cls=SectionedCommand)
@@ -97,14 +97,7 @@ from dmc_cli.settings import MeshSettings, ReadSettings, Requirement, ReworkSett
     shell_complete=complete_files,
     help="Write a JSON report; - is standard output.",
 )
-@options.setting(
-    ReworkSettings,
-    "require",
-    section="Output",
-    type=ChoiceList(get_args(Requirement)),
-    again=ChoiceList.again,
-    help=f"Write no mesh and end with status 6 unless it is: {', '.join(get_args(Requirement))}.",
-)
+@options.require_option(ReworkSettings, "Write no mesh and end with status 6 unless it is")
 @options.setting(
     ReworkSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."
 )

@@ -207,3 +207,16 @@ class ChoiceList(click.ParamType[Any]):
         before, comma, last = incomplete.rpartition(",")
         others = [choice for choice in self.choices if choice not in before.split(",")]
         return [CompletionItem(before + comma + choice) for choice in others if choice.startswith(last)]
+
+
+class RequirementList(ChoiceList):
+    """What is required of a mesh, with commas between: names of a fixed set, and comparisons.
+
+    Which comparisons there are is the settings' to know.
+    """
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Split at commas; the default and TOML files give a list."""
+        if isinstance(value, (tuple, list)):
+            value = ",".join(value)
+        return tuple(part.strip() for part in value.split(",") if part.strip())

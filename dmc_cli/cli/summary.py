@@ -63,6 +63,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
             f"deviation at most {_number(deviation['max_relative'])} of the value range,"
             f" {_number(deviation['max_mm'])} mm; rounding at most {_number(deviation['rounding_mm'])} mm"
         )
+    yield from _requirement_lines(report)
     if timings := report.get("timings_ms"):
         yield f"time      {_time_line(timings)}"
 
@@ -115,6 +116,18 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
                 f"{name}: mean {_number(way['mean'], 3)}, 95 % within {_number(way['percentile_95'], 3)},"
                 f" at most {_number(way['max'], 3)} {distance['unit']} ({way['samples']} samples)"
             )
+    yield from _requirement_lines(report)
+
+
+def _requirement_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield what is met of what was required in one line, and a line for each that is not."""
+    verdicts = report.get("requirements", [])
+    if met := [verdict["require"] for verdict in verdicts if verdict["met"]]:
+        yield f"required  {', '.join(met)}: met"
+    for verdict in verdicts:
+        if not verdict["met"]:
+            found = "no value" if verdict["found"] is None else _number(verdict["found"], 6)
+            yield f"required  {verdict['require']}: not met ({found} was found)"
 
 
 def volume_line(volume: dict[str, Any]) -> str:

@@ -81,7 +81,10 @@ class RunFacts:
 
 
 def build_report(facts: RunFacts) -> dict[str, Any]:
-    """Return the report as plain dicts, lists, strings and numbers, keys in a fixed order."""
+    """Return the report as plain dicts, lists, strings and numbers, keys in a fixed order.
+
+    No requirement is judged yet: `check_requirements` does that.
+    """
     measures = facts.measures
     report = {
         "schema": SCHEMA,
@@ -94,6 +97,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "surface": _surface_section(facts),
         "mesh": _mesh_section(facts),
         **measured_sections(measures),
+        "requirements": [],
         "curvature": asdict(measures.curvature) if measures and measures.curvature else None,
         "components": components_section(measures.components if measures else None),
         "simplification": facts.simplification,

@@ -1,13 +1,24 @@
-"""Check what `--require` asks of a mesh."""
+"""Judge a mesh by what `--require` asks of it: a verdict for each word and each comparison.
+
+A word looks at one or several figures of the report, a comparison at one. What has no value is not met.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import cause_and_remedy
 from dmc_cli.mesh import COARSE
 from dmc_cli.methods import method_named, methods_that
-from dmc_cli.settings import Requirement
+from dmc_cli.requirements import (
+    CONVERT_FIGURES,
+    MEASURE_FIGURES,
+    MESH_FIGURES,
+    WORDS,
+    Comparison,
+    parse_requirement,
+)
 
 ON_SURFACE = 1e-5
 """Largest deviation, as a share of the value range, of a vertex that is on the surface: a hundred times what
@@ -15,20 +26,107 @@ float32 local coordinates cost, and far below what a picture or a measurement co
 
 Section = Mapping[str, Any]
 
+_REMEDIES = {
+    "deviation": "name the volume that the mesh was made from",
+    "distance": "--against",
+    "simplification": "--simplify",
+}
+"""What has a section of the report measured that is not always there."""
 
-def check_requirements(report: Section, names: Iterable[Requirement]) -> None:
-    """Raise unless the mesh is everything that is asked.
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What became of one requirement.
+
+    Attributes:
+        require: The word or the comparison, as it was given.
+        found: The figure that it looks at; of a word, how much is in its way: 0 if nothing is. None if there
+            is no value.
+        failure: What is told if it is not met: what was found, what was expected, what may help; else None.
+    """
+
+    require: str
+    found: float | None
+    failure: str | None = None
+
+    @property
+    def section(self) -> dict[str, Any]:
+        """Return it as the report has it."""
+        return {"require": self.require, "found": self.found, "met": self.failure is None}
+
+
+def judge(report: Section, required: Iterable[str]) -> list[Verdict]:
+    """Return the verdict on each requirement, in their order; one that is named twice counts once.
 
     Args:
-        report: A report with its measured sections: mesh, topology and deviation.
-        names: Requirements; one that is named twice counts once.
+        report: A report with its measured sections.
+        required: Words and comparisons.
 
     Raises:
-        RequirementError: Names every requirement that is not met, what was found, and what may help.
+        SettingsError: One is neither.
     """
-    failures = [failure for name in dict.fromkeys(names) if (failure := CHECKS[name](report))]
+    return [_verdict(report, text) for text in dict.fromkeys(required)]
+
+
+def check_requirements(report: dict[str, Any], required: Iterable[str]) -> None:
+    """Put the verdicts into the report, and raise unless the mesh is everything that is asked.
+
+    Raises:
+        RequirementError: Names every requirement that is not met, what was found, and what may help; it has
+            the report.
+    """
+    verdicts = judge(report, required)
+    report["requirements"] = [verdict.section for verdict in verdicts]
+    failures = [verdict.failure for verdict in verdicts if verdict.failure is not None]
     if failures:
-        raise RequirementError("the mesh is not what --require asks for: " + "; ".join(failures))
+        told = "the mesh is not what --require asks for: " + "; ".join(failures)
+        raise RequirementError(told, report)
+
+
+def _verdict(report: Section, text: str) -> Verdict:
+    asked = parse_requirement(text, _figures(report))
+    if isinstance(asked, Comparison):
+        found = _figure(report, asked.figure)
+        return Verdict(require=text, found=found, failure=_compared(report, text, asked, found))
+    figures = [_figure(report, name) for name in WORDS[asked]]
+    found = None if None in figures else sum(figures)
+    return Verdict(require=text, found=found, failure=CHECKS[asked](report))
+
+
+def is_of_file(report: Section) -> bool:
+    """Return whether a report is on the mesh of a file, which no option makes by another method."""
+    return "surface" not in report
+
+
+def _figures(report: Section) -> tuple[str, ...]:
+    """Return the whole names of the figures that the report has by the command that it is of."""
+    if not is_of_file(report):
+        return CONVERT_FIGURES
+    return MESH_FIGURES if "settings" in report else MEASURE_FIGURES
+
+
+def _figure(report: Section, name: str) -> Any:
+    """Return a figure by its whole name; None where it, or its section, has no value."""
+    found: Any = report
+    for key in name.split("."):
+        found = None if found is None else found.get(key)
+    return found
+
+
+def _compared(report: Section, text: str, asked: Comparison, found: float | None) -> str | None:
+    """Say that a figure is not as required; None if it is."""
+    if asked.holds(found):
+        return None
+    if found is not None:
+        return f"{text}: {_shown(found)} was found; expected {asked.expected}"
+    section = asked.figure.partition(".")[0]
+    remedy = f" ({_REMEDIES[section]})" if section in _REMEDIES and not report.get(section) else ""
+    return f"{text}: the figure has no value; expected {asked.expected}{remedy}"
+
+
+def _shown(found: float) -> str:
+    """Return a figure as a message has it: a count whole, another number shortly."""
+    return str(found) if isinstance(found, int) else f"{found:.6g}"
 
 
 def _manifold(report: Section) -> str | None:
@@ -44,11 +142,15 @@ def _manifold(report: Section) -> str | None:
     return f"manifold: {', '.join(found)} were found; expected none{_manifold_advice(report)}"
 
 
+def _advice(report: Section, text: str) -> str:
+    """Return what may help in brackets, but of the mesh of a file nothing: no option makes that anew."""
+    return "" if is_of_file(report) else f" ({text})"
+
+
 def _manifold_advice(report: Section) -> str:
     """Name the topology whose meshes are manifold, or where the method has none, the methods that have."""
-    chosen = report.get("settings")
-    if chosen is None or method_named(chosen["method"]).manifold:
-        return " (--topology manifold)"
+    if is_of_file(report) or method_named(report["settings"]["method"]).manifold:
+        return _advice(report, "--topology manifold")
     return f" (--method {' or '.join(methods_that(lambda method: bool(method.manifold)))})"
 
 
@@ -56,7 +158,8 @@ def _closed(report: Section) -> str | None:
     edges, loops = report["topology"]["boundary_edges"], report["topology"]["boundary_loops"]
     if not edges:
         return None
-    return f"closed: {edges} boundary edges in {loops} loop(s) were found; expected none (--border closed)"
+    advice = _advice(report, "--border closed")
+    return f"closed: {edges} boundary edges in {loops} loop(s) were found; expected none{advice}"
 
 
 def _all_quads(report: Section) -> str | None:
@@ -64,7 +167,8 @@ def _all_quads(report: Section) -> str | None:
     if not triangles:
         return None
     methods = " or ".join(methods_that(lambda method: method.faces == "quads"))
-    return f"all-quads: {triangles} triangles were found; expected none (--method {methods})"
+    advice = _advice(report, f"--method {methods}")
+    return f"all-quads: {triangles} triangles were found; expected none{advice}"
 
 
 def _on_surface(report: Section) -> str | None:
@@ -93,9 +197,9 @@ def _placement_advice(report: Section) -> str:
 
     Where the method has none, name the methods that have.
     """
-    chosen = report.get("settings")
-    if chosen is None:  # of a mesh file
+    if is_of_file(report):
         return ""
+    chosen = report["settings"]
     method = method_named(chosen["method"])
     if not method.on_surface:
         return f" (--method {' or '.join(methods_that(lambda other: bool(other.on_surface)))})"

@@ -189,7 +189,7 @@ def test_no_option_takes_what_no_words_could_give(plan):
         ("remesh = 2.0", "'2.0' is not a valid integer"),
         ("relax = [1]", "expected a text or a number"),
         ("shape = [4, 5, 6.5]", "expected three integers"),
-        ("require = [1]", "'1' is not one of"),
+        ("require = [1]", "require is '1'; expected one of"),
         ("force = 1", "expected true or false"),
         ("force = 'true'", "expected true or false"),
         ("border = 1", "'1' is not one of"),

@@ -13,7 +13,12 @@ CONVERT = ["convert", "synth:sphere:8", "out.ply", "-i", "0"]
         ([*CONVERT, "--shape", "4,4,x"], "expected three integers with commas between"),
         ([*CONVERT, "--spacing", "1,1,-1"], "spacing is (1.0, 1.0, -1.0); expected three positive lengths"),
         ([*CONVERT, "--memory", "lots"], "'lots' is no size; expected a number of bytes, as in 4G"),
-        ([*CONVERT, "--require", "closed,pretty"], "'pretty' is not one of manifold, closed"),
+        ([*CONVERT, "--require", "closed,pretty"], "require is 'pretty'; expected one of manifold, closed"),
+        (
+            [*CONVERT, "--require", "shape_mn>=1"],
+            "no figure of the report is called; expected one such as shape_m",
+        ),
+        (["measure", "a.ply", "--require", "max<=1"], "expected one of deviation.max, curvature.mean.max"),
         ([*CONVERT, "--topology", "weird"], "'weird' is not one of 'manifold', 'asymptotic'"),
         ([*CONVERT, "--method", "zz"], "method is 'zz'; expected one of dmc"),
         ([*CONVERT, "--device", "tpu"], "device is 'tpu'; expected auto, cpu, cuda or cuda:N"),

@@ -1,12 +1,11 @@
 """The documents' statements hold in the code, where a test can tell."""
 
 import re
-from typing import get_args
 
 import numpy as np
 import pytest
 
-from dmc_cli import errors, settings
+from dmc_cli import errors, requirements
 from dmc_cli.cli.signals import Stopped
 from dmc_cli.files.atomic import part_of
 from tests.docs.readme import README, ROOT
@@ -79,7 +78,7 @@ def test_the_file_that_an_output_grows_in_is_the_one_that_is_told():
 
 
 def test_every_word_of_require_is_in_the_table_of_options():
-    assert ", ".join(get_args(settings.Requirement)) in TEXT
+    assert ", ".join(requirements.WORDS) in TEXT
 
 
 @pytest.mark.parametrize(("placement", "status"), [("exact", 0), ("centroid", 6)])

@@ -7,6 +7,7 @@ from .output import (
     json_option as json_option,
     output_argument as output_argument,
     output_options as output_options,
+    require_option as require_option,
 )
 from .part import part_options as part_options
 from .reading import (

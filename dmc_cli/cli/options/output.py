@@ -5,12 +5,27 @@ from typing import get_args
 import click
 
 from dmc_cli import mesh_formats
-from dmc_cli.cli.options.from_settings import setting, stack
-from dmc_cli.cli.parameters import ChoiceList, complete_files
+from dmc_cli.cli.options.from_settings import Decorator, setting, stack
+from dmc_cli.cli.parameters import ChoiceList, RequirementList, complete_files
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.settings import MeshValue, OutputSettings, Requirement
+from dmc_cli.requirements import WORDS
+from dmc_cli.settings import MeshValue, OutputSettings
 
 output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
+
+
+def require_option(owner: type, effect: str) -> Decorator:
+    """Make the option of what a mesh must be; `effect` says what comes of it if it is not."""
+    return setting(
+        owner,
+        "require",
+        section="Output",
+        type=RequirementList(tuple(WORDS)),
+        again=RequirementList.again,
+        help=f"{effect}: {', '.join(WORDS)}; or a figure of the report beside a number, as in"
+        " 'shape_min>=0.3,components<=1'.",
+    )
+
 
 output_options = stack(
     setting(
@@ -80,14 +95,7 @@ output_options = stack(
         is_flag=True,
         help="Report the mean and the Gaussian curvature at the vertices, too.",
     ),
-    setting(
-        OutputSettings,
-        "require",
-        section="Output",
-        type=ChoiceList(get_args(Requirement)),
-        again=ChoiceList.again,
-        help=f"Write no mesh and end with status 6 unless it is: {', '.join(get_args(Requirement))}.",
-    ),
+    require_option(OutputSettings, "Write no mesh and end with status 6 unless it is"),
     setting(
         OutputSettings, "check", section="Output", is_flag=True, help="Verify every invariant before writing."
     ),
