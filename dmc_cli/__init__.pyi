@@ -2,8 +2,10 @@
 
 from .app import (
     ConvertResult as ConvertResult,
+    LabelResult as LabelResult,
     ReworkResult as ReworkResult,
     convert as convert,
+    convert_labels as convert_labels,
     measure_file as measure_file,
     rework_file as rework_file,
 )
@@ -40,6 +42,7 @@ from .processing import relax as relax, remesh as remesh, simplify as simplify
 from .runtime import select_device as select_device
 from .settings import (
     ConvertSettings as ConvertSettings,
+    LabelSettings as LabelSettings,
     MeasureSettings as MeasureSettings,
     MeshSettings as MeshSettings,
     OutputSettings as OutputSettings,

@@ -44,6 +44,8 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-OPTION-PREFERRED": "an option that was given is followed, not what the file or a text beside it says",
     "W-OPTION-UNUSED": "an option that was given has no effect on this input",
     "W-VALUES-MAPPED": "values have a further meaning (real-world values, uptake) that is not applied",
+    "W-LABEL-MAP": "a volume that looks like a label map was cut at an isovalue; `--labels` makes its shells",
+    "W-LABELS-ABSENT": "labels that the file, or a table beside it, names, but no node has",
     "W-NO-DATA": "nodes without data: the surface ends there",
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",

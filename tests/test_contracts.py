@@ -27,8 +27,8 @@ def packages_in(folder):
     return {f"{name}.{path.parent.name}" for path in folder.glob("*/__init__.py")}
 
 
-SHARED_STAGES = {"dmc_cli.contouring.dual_grid", "dmc_cli.contouring.stages"}
-"""Folders of contouring that are no method, but what methods have in common."""
+SHARED_STAGES = {f"dmc_cli.contouring.{name}" for name in ("dual_grid", "label_surfaces", "stages")}
+"""Folders of contouring that are no method: what methods have in common, and surfaces of labels."""
 
 
 def modules_of(folder, formats, keys):

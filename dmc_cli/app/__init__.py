@@ -10,6 +10,9 @@ mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
 writing        what is written of it
 several        one input at several isovalues
+label_choice, label_files, label_surfaces  layers, files and meshes of labels
+label_report, label_writing  what is told of them, and written
+label_conversion  a label map to the surfaces of its labels
 measurement    a mesh file measured
 rework         a mesh file made into another one
 closed_tunnels  tunnels of the trilinear surface that a mesh does not have

@@ -12,6 +12,12 @@ from .conversion import (
     convert as convert,
 )
 from .kept_volume import KeptVolume as KeptVolume
+from .label_conversion import LabelResult as LabelResult, convert_labels as convert_labels
+from .label_surfaces import (
+    list_shells as list_shells,
+    make_label_mesh as make_label_mesh,
+    patch_volumes as patch_volumes,
+)
 from .measurement import measure_file as measure_file
 from .object_components import list_object_components as list_object_components
 from .overlaps import refuse_overlaps as refuse_overlaps

@@ -33,6 +33,7 @@ from dmc_cli.contouring import (
     every_kernel_module,
     extract_surface,
     kernel_modules as surface_kernels,
+    label_kernels,
     mesh_kernel_modules,
 )
 from dmc_cli.errors import DeviceError
@@ -55,7 +56,7 @@ from dmc_cli.report import (
 )
 from dmc_cli.runtime import launch_kernels, load_kernels, select_device
 from dmc_cli.settings import FACE_VALUES, ConvertSettings, MeshValue, OutputUnit
-from dmc_cli.volume import Volume, intact, output_affine
+from dmc_cli.volume import Volume, intact, output_affine, told_as_labels
 
 
 @dataclass(frozen=True)
@@ -202,10 +203,12 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True)
-    every_measure = report_kernels(intersections=True, curvature=True, distance=True, lists=True)
+    every_measure = report_kernels(
+        intersections=True, curvature=True, distance=True, lists=True, thickness=True
+    )
     from dmc_cli.parts import kernel_modules as part_kernels
 
-    parts = part_kernels(selects=True)
+    parts = [*part_kernels(selects=True), *label_kernels()]
     return [*launch_kernels(), *every_kernel_module(), *parts, *processing, *every_measure]
 
 
@@ -333,7 +336,7 @@ def _make_report(
         quad_count=stages.mesh.face_count - stages.mesh.triangle_count,
         triangle_count=stages.mesh.triangle_count,
         measures=measures,
-        warnings=rounding_warnings(stages.mesh, stages.placement, volume),
+        warnings=(*told_as_labels(volume), *rounding_warnings(stages.mesh, stages.placement, volume)),
         simplification=stages.simplification or None,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),

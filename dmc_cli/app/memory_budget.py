@@ -15,7 +15,7 @@ from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io import choose_format
 from dmc_cli.methods import Cost, method_named
 from dmc_cli.runtime import SPARE_SHARE
-from dmc_cli.settings import ConvertSettings, OutputSettings
+from dmc_cli.settings import ConvertSettings, LabelSettings, OutputSettings
 from dmc_cli.volume import Volume, available_bytes, mapped_file
 
 MESH = Cost(vertex=12 + 12 + 8, face=16)
@@ -144,13 +144,13 @@ def reserve_values(shape: tuple[int, int, int], value_bytes: int, settings: Conv
         raise _too_much(f"the volume needs {_readable(value_bytes)}", free, settings)
     words = words_of(shape, settings)
     sizes = Sizes(value_bytes, words, words, rows=rows_of(shape, settings))
-    _reserve({"cells": sizes.bytes_of(_cells_cost(settings))}, 0, settings, "the volume and its cells")
+    reserve({"cells": sizes.bytes_of(_cells_cost(settings))}, 0, settings, "the volume and its cells")
 
 
 def reserve_cells(volume: Volume, settings: ConvertSettings, beside: int = 0) -> None:
     """Raise MemoryBudgetError unless the bits of the volume's nodes and cells fit, so many bytes beside."""
     sizes = sizes_of(volume, settings, beside)
-    _reserve(
+    reserve(
         {"cells": sizes.bytes_of(_cells_cost(settings))},
         held_bytes(volume) + beside,
         settings,
@@ -199,7 +199,7 @@ class MeshForecast:
         bits = replace(_cells_cost(self.settings), cell=0)
         kind = method_named(self.settings.surface.method).faces
         what = f"the volume and a mesh of {faces} {kind}"
-        _reserve(stages, sizes.bytes_of(bits), self.settings, what)
+        reserve(stages, sizes.bytes_of(bits), self.settings, what)
 
 
 def _cells_cost(settings: ConvertSettings) -> Cost:
@@ -238,7 +238,7 @@ def held_bytes(volume: Volume) -> int:
     return volume.values.nbytes if mapped_file(volume.values) is None else 0
 
 
-def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what: str) -> None:
+def reserve(stages: dict[str, int], taken: int, settings: ConvertSettings | LabelSettings, what: str) -> None:
     """Raise MemoryBudgetError unless the largest stage fits; so many bytes of it are taken already."""
     needed, budget, jobs = max(stages.values()), settings.output.memory, settings.share.jobs
     if budget is not None:
@@ -263,12 +263,12 @@ def _reserve(stages: dict[str, int], taken: int, settings: ConvertSettings, what
         )
 
 
-def _free(settings: ConvertSettings) -> int | None:
+def _free(settings: ConvertSettings | LabelSettings) -> int | None:
     """Return what can still be had, for all jobs together."""
     return available_bytes() if settings.share.jobs == 1 else settings.share.free
 
 
-def _too_much(what: str, free: int, settings: ConvertSettings) -> MemoryBudgetError:
+def _too_much(what: str, free: int, settings: ConvertSettings | LabelSettings) -> MemoryBudgetError:
     """Return the error that says what is free, why no more, and what would help."""
     jobs, found = settings.share.jobs, available_memory()
     limit = found.limit if found is not None else ""

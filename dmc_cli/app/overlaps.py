@@ -15,7 +15,7 @@ from typing import NamedTuple
 from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.isovalue_choices import isovalue_text
-from dmc_cli.settings import STREAM, ConvertSettings, ReadSettings
+from dmc_cli.settings import STREAM, ConvertSettings, LabelSettings, ReadSettings
 from dmc_cli.volume_formats import FORMATS
 from dmc_cli.volume_io import (
     Bounds,
@@ -37,13 +37,13 @@ _SINGLE_FILES = (
 class Output(NamedTuple):
     """An output of an item, or of the whole run: which it is, and where it goes."""
 
-    item: ConvertSettings | None
+    item: ConvertSettings | LabelSettings | None
     role: str
     path: str
 
 
 def refuse_overlaps(
-    items: Sequence[ConvertSettings],
+    items: Sequence[ConvertSettings | LabelSettings],
     others: Iterable[Path | str] = (),
     *,
     tells: bool = False,
@@ -84,7 +84,7 @@ def refuse_overlaps(
             _refuse_read(files.of_input(path), owners, path)
 
 
-def _outputs(item: ConvertSettings) -> Iterator[Output]:
+def _outputs(item: ConvertSettings | LabelSettings) -> Iterator[Output]:
     output = item.output
     for role, path in (("mesh", output.path), ("halfedges", output.halfedges), ("report", output.report)):
         if path is not None:
@@ -150,6 +150,11 @@ def _shared(output: Output, other: Output, files: FileKeys) -> SettingsError:
         return SettingsError(
             f"{output.path} is the {output.role} and {other.path} the {other.role} of {item.input}, which is"
             " one file; expected a file for each; choose another name for one of them"
+        )
+    if isinstance(item, LabelSettings) or isinstance(first, LabelSettings):
+        return SettingsError(
+            f"{output.path} and {other.path} are one file, for two labels of {item.input}; expected a file"
+            " for each; put {label} into the name of the output"
         )
     is_same = item.input == first.input
     is_same = is_same or bool(files.of_input(item.input) & files.of_input(first.input))

@@ -19,6 +19,7 @@ batch_file     a batch's options out of a TOML file
 batch_plan     the items of a batch
 batch          the command that runs them
 isovalue       what to tell who gave no isovalue to measure against
+labels         the surfaces of a label map
 conversions    what an input becomes at each isovalue
 progress       how far a run is
 histogram      how many nodes have which value, drawn

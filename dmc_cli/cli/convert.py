@@ -21,6 +21,7 @@ from dmc_cli.settings import ConvertSettings, ReadSettings
 @options.output_argument
 @options.surface_options
 @options.part_options
+@options.label_options
 @options.mesh_options
 @options.read_options
 @options.noise_options
@@ -35,7 +36,8 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
     suffix tells the format, or - for standard output. Without -i the summary tells which isovalue
     was chosen, and which others there are. With several isovalues it is a template with
     {isovalue} in it, or one file of a format that has groups, such as OBJ; the input
-    is read once.
+    is read once. With --labels INPUT is a label map, and OUTPUT a
+    template with {label} or {name} in it, or one file.
 
     \b
     Examples:
@@ -43,7 +45,13 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
       dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 600
       dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
       dmc convert sample_data/nrrd/tooth.nrrd 'tooth_{isovalue}.ply' -i 500:900:200
+      dmc convert labels.nii.gz 'shells/{label}.ply' --labels all
     """
+    if values["labels"] or values["conforming"] or values["label_names"]:
+        from dmc_cli.cli.labels import convert_labels
+
+        convert_labels(input, path, values, quiet=quiet, verbose=verbose)
+        return
     from dmc_cli.cli.conversions import conversion_of
 
     read = options.gather(ReadSettings, values)

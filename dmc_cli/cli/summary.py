@@ -12,6 +12,8 @@ _MOST_VOLUMES = 100
 
 _MOST_COMPONENTS = 20
 """Components that are shown, at most."""
+_MOST_LABELS = 40
+"""Labels that have a line of the summary, at most."""
 
 _BAR = 24
 """Characters of the longest bar in a table."""
@@ -21,6 +23,9 @@ _SLOW_STAGES = (
     "read",
     "prepare",
     "surface",
+    "smooth",
+    "repair",
+    "shells",
     "normals",
     "halfedges",
     "simplify",
@@ -80,6 +85,26 @@ def rework_lines(report: dict[str, Any]) -> Iterator[str]:
     if quality := report["quality"]:
         yield f"faces     {_intersections(quality)}"
     yield f"time      {_time_line(report['timings_ms'])}"
+
+
+def label_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of the summary of a label map: a line a label."""
+    yield from (f"warning: {warning}" for warning in _warnings(report))
+    yield f"volume    {volume_line(report['input'])}"
+    rows = report["labels"]
+    yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}; {len(rows)} label(s)"
+    for row in rows[:_MOST_LABELS]:
+        mesh, change = row["mesh"], row["mesh"]["volume_change_percent"]
+        name = "" if row["name"] == f"label_{row['label']}" else f" {row['name']}"
+        told = "" if change is None else f", {change:+.3f} % against its nodes"
+        yield (
+            f"label     {row['label']}{name}: {row['nodes']} nodes, {mesh['quads']} quads, volume"
+            f" {mesh['volume']:.6g}{told}"
+        )
+    if len(rows) > _MOST_LABELS:
+        yield f"          and {len(rows) - _MOST_LABELS} more; --report has them all"
+    if timings := report.get("timings_ms"):
+        yield f"time      {_time_line(timings)}"
 
 
 def measure_lines(report: dict[str, Any]) -> Iterator[str]:

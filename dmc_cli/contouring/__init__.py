@@ -9,6 +9,7 @@ dual_grid/            a vertex in each active cell, a quad round each crossed ed
 dual_marching_cubes/  quads only, one vertex per polygon (Grosso & Zint 2021)
 dual_contouring/      the dual of the grid, vertices by planes through their crossings
 surface_nets/         the dual of the grid, vertices at the mean of their crossings
+label_surfaces/       shells of a label map's labels, smooth without shrinking
 extraction            a volume and its settings to a surface, by whichever method
 vertex_colors         colours of vertices by the parity of their cells
 kernels               the modules with kernels that a run needs

@@ -13,6 +13,14 @@ from .kernels import (
     mesh_kernel_modules as mesh_kernel_modules,
     normal_kernels as normal_kernels,
 )
+from .label_surfaces import (
+    LabelNet as LabelNet,
+    NetSmoother as NetSmoother,
+    Shells as Shells,
+    extract_net as extract_net,
+    extract_shells as extract_shells,
+    label_kernels as label_kernels,
+)
 from .normals import compute_normals as compute_normals
 from .stages.classification import find_inside as find_inside
 from .surface import Surface as Surface, SurfaceCounts as SurfaceCounts

@@ -24,7 +24,11 @@ from .intersections import (
     count_intersections as count_intersections,
     find_intersections as find_intersections,
 )
-from .kernels import kernel_modules as kernel_modules, list_kernels as list_kernels
+from .kernels import (
+    finding_kernels as finding_kernels,
+    kernel_modules as kernel_modules,
+    list_kernels as list_kernels,
+)
 from .lists import (
     list_deviation as list_deviation,
     list_elements as list_elements,

@@ -63,3 +63,11 @@ def list_kernels() -> list[ModuleType]:
     from dmc_cli.measures import lists
 
     return [lists]
+
+
+def finding_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels find where a mesh intersects itself."""
+    from dmc_cli.measures import intersections, split_faces
+    from dmc_cli.mesh import tree_kernels
+
+    return [intersections, split_faces, *tree_kernels()]

@@ -7,6 +7,7 @@ from .halfedge_dump import (
 )
 from .halfedge_numbers import next_halfedges as next_halfedges, previous_halfedges as previous_halfedges
 from .mesh_file import (
+    LABELS as LABELS,
     NO_CORNER as NO_CORNER,
     MeshFile as MeshFile,
     count_triangles as count_triangles,

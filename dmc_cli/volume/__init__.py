@@ -3,7 +3,10 @@
 allocation  memory for values, or a refusal
 checks      which values and places will do
 mapping     files mapped into memory, and what happens where one shrinks
+label_table  what a file calls its labels
 volume      the volume
+labels      the labels of a label map, and their numbers for kernels
+label_guess  whether a volume looks like a label map
 space       the axes of the output
 histogram   how many nodes have which value
 otsu        values parted into classes

@@ -14,6 +14,13 @@ from .checks import (
     widened_type as widened_type,
 )
 from .histogram import Histogram as Histogram, count_values as count_values
+from .label_guess import looks_like_labels as looks_like_labels, told_as_labels as told_as_labels
+from .label_table import Color as Color, Label as Label
+from .labels import (
+    LabelValues as LabelValues,
+    encode_labels as encode_labels,
+    find_labels as find_labels,
+)
 from .mapping import intact as intact, map_file as map_file, mapped_file as mapped_file
 from .space import RAS_LPS as RAS_LPS, UNIT_LENGTHS as UNIT_LENGTHS, output_affine as output_affine
 from .suggestions import Chosen as Chosen, Suggestion as Suggestion, Suggestions as Suggestions

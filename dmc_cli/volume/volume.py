@@ -21,6 +21,7 @@ from dmc_cli.volume.checks import (
     checked_scale,
     checked_values,
 )
+from dmc_cli.volume.label_table import Label
 
 Space = Literal["RAS", "LPS", "none"]
 
@@ -83,6 +84,7 @@ class Volume:
             gradients, both (N, 3) float64, the points in millimetres as `affine` has them; only directions
             count. None of a scan.
         formula: That field itself, if it is known: points (N, 3) to physical values (N,).
+        labels: What the file calls the values of a label map, its other volumes' among them; mostly none.
     """
 
     values: AnyArray
@@ -100,6 +102,7 @@ class Volume:
     value_unit: str = ""
     gradient: PointFunction | None = None
     formula: PointFunction | None = None
+    labels: tuple[Label, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert or refuse, once, at the door.

@@ -26,6 +26,8 @@ values           values of a layout, mapped or copied
 sharp_fields     synthetic fields with sharp edges
 raw, synthetic, numpy_file, metaimage  formats whose headers are read by us
 nibabel_headers  what headers of nibabel's classes say of the values
+nifti_labels     labels that an extension of a NIfTI header names
+label_names      tables of labels, their names and colours
 nifti_intents    what the fourth and fifth axis of NIfTI count
 nifti, analyze, mgh, afni  formats whose headers nibabel reads
 slices           a volume from slices that have a scale each

@@ -1,6 +1,7 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .inputs import input_format as input_format, read_layout as read_layout
+from .label_names import read_label_names as read_label_names, table_beside as table_beside
 from .layout import exists as exists
 from .pair import pair_files as pair_files
 from .raw import RAW_TYPES as RAW_TYPES

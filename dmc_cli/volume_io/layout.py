@@ -22,7 +22,7 @@ from dmc_cli.errors import (
 )
 from dmc_cli.notices import Notice
 from dmc_cli.settings import ReadSettings
-from dmc_cli.volume import Space, VolumeEntry
+from dmc_cli.volume import Label, Space, VolumeEntry
 
 Triple = tuple[float, float, float]
 
@@ -61,6 +61,7 @@ class Layout:
         headers: Files beside `files` that were read.
         listed: Where there are several volumes to choose from: what each of them is, in order.
         warnings: What the user is told.
+        labels: What the file calls the labels of a label map.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Layout:
     headers: tuple[Path, ...] = ()
     listed: tuple[str, ...] = ()
     warnings: tuple[Notice, ...] = ()
+    labels: tuple[Label, ...] = ()
 
     @property
     def count(self) -> int:

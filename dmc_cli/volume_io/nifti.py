@@ -24,6 +24,7 @@ from dmc_cli.volume_io.layout import Layout, scale_affine
 from dmc_cli.volume_io.lengths import missing_spacing, settled_affine
 from dmc_cli.volume_io.nibabel_headers import negative_lengths, scaling, value_type
 from dmc_cli.volume_io.nifti_intents import named_axes
+from dmc_cli.volume_io.nifti_labels import extension_labels
 from dmc_cli.volume_io.pair import checked_pair
 from dmc_cli.volume_io.units import scales_in_mm
 
@@ -85,6 +86,7 @@ def nifti_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         intercept=intercept,
         format="nifti",
         warnings=(*notes, *told_of_scale),
+        labels=extension_labels(header_path, name, header.sizeof_hdr, _offset(header, name)),
     )
 
 

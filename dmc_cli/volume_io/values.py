@@ -59,6 +59,7 @@ def load_volume(layout: Layout, progress: Progress = SILENT) -> Volume:
         files=(*layout.headers, *layout.files),
         format=layout.format,
         warnings=layout.warnings,
+        labels=layout.labels,
     )
 
 

@@ -18,6 +18,7 @@ OF_COMMAND = {
         settings.MeshSettings,
         settings.OutputSettings,
         settings.ConvertSettings,
+        settings.LabelSettings,
     ),
     "info": (settings.ReadSettings,),
     "synth": (settings.SynthSettings,),
@@ -78,7 +79,8 @@ def test_every_option_fills_a_setting(command):
 
 
 def test_a_batch_takes_every_option_of_convert():
-    assert set(parameters("convert")) - set(parameters("batch")) == {"input", "path"}
+    of_labels = {"labels", "conforming", "label_names"}
+    assert set(parameters("convert")) - set(parameters("batch")) == {"input", "path"} | of_labels
     assert set(parameters("batch")) - set(parameters("convert")) == {"inputs", "output", "jobs"}
 
 

@@ -82,7 +82,10 @@ def format_table():
     lines.append(f"| values of vertices in | {vertex_values} |")
     lines.append(f"| values of faces in | {face_values} |")
     lines.append(f"| several parts in | {groups} |")
-    lines.append("| report | JSON, described by [docs/report-schema.json](docs/report-schema.json) |")
+    schemas = ", of labels by ".join(
+        f"[docs/{name}](docs/{name})" for name in ("report-schema.json", "labels-report-schema.json")
+    )
+    lines.append(f"| report | JSON, described by {schemas} |")
     return "\n".join(lines) + "\n"
 
 

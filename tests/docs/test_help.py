@@ -68,7 +68,18 @@ def test_defaults_are_told_of_each_method_where_they_differ(run, told):
 def test_options_stand_under_their_headings_and_general_ones_last(run):
     text = run("convert", "--help").stdout
     headings = re.findall(r"^([A-Z][\w ]*):$", text, re.MULTILINE)
-    expected = ["Surface", "Part", "Mesh", "Input", "Raw input", "Noise", "Output", "Run", "General"]
+    expected = [
+        "Surface",
+        "Part",
+        "Labels",
+        "Mesh",
+        "Input",
+        "Raw input",
+        "Noise",
+        "Output",
+        "Run",
+        "General",
+    ]
     assert headings[-len(expected) :] == expected
     for before, option, after in (("Surface:", "-i, --isovalue", "Mesh:"), ("Run:", "--memory", "General:")):
         assert text.index(before) < text.index(option) < text.index(after)

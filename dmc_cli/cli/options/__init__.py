@@ -7,6 +7,7 @@ from_settings  an option from a field, settings from options
 reading        input, noise
 part           which part of the volume is wanted
 surface        isovalue, method and what it has of its own
+labels         which labels of a label map, and as what
 mesh           simplification, remeshing, relaxation
 output         files, report, requirements
 run            device, threads, memory, verbosity

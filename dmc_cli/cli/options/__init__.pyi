@@ -1,6 +1,7 @@
 # What commands use of the options.
 
 from .from_settings import default_of as default_of, gather as gather, setting as setting, stack as stack
+from .labels import label_options as label_options
 from .mesh import mesh_options as mesh_options
 from .output import (
     force_option as force_option,

@@ -28,6 +28,7 @@ geometry     the affine of a stack of them
 philips      what Philips keeps of each frame, and its scale
 stack        images of one series with the same size and orientation
 segments     those of a segmentation object
+segment_table  what it calls its segments
 repetitions  times at each place, whether they belong together
 factors      what differs at one place
 directory    files that a DICOMDIR lists and that are missing

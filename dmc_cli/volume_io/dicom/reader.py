@@ -25,6 +25,7 @@ from dmc_cli.volume_io.dicom.packed_slices import plain_slices
 from dmc_cli.volume_io.dicom.philips import scale_told
 from dmc_cli.volume_io.dicom.pixels import read_slices
 from dmc_cli.volume_io.dicom.place import NoSlice
+from dmc_cli.volume_io.dicom.segment_table import segment_table
 from dmc_cli.volume_io.dicom.series import choose_stack, no_volume, put_aside, stacks_of
 from dmc_cli.volume_io.dicom.source import DicomFile, dicom_files
 from dmc_cli.volume_io.dicom.stack import Stack
@@ -126,6 +127,7 @@ def _volume(found: "_Found", name: str, settings: ReadSettings, progress: Progre
             *scale_told(geometry.frames),
             *slices.warnings,
         ),
+        labels=segment_table(found.stacks, stack),
     )
 
 

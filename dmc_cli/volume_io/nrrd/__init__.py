@@ -2,6 +2,7 @@
 
 header    the fields of a header
 labels    what it calls its axes
+segments  what 3D Slicer calls its segments
 geometry  where they put the grid
 reader    the volume that they describe
 """

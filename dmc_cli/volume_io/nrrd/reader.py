@@ -22,6 +22,7 @@ from dmc_cli.volume_io.layout import FROM_END, Encoding, Layout, check_file
 from dmc_cli.volume_io.nrrd.geometry import nrrd_geometry
 from dmc_cli.volume_io.nrrd.header import numbers, per_axis, read_header, vector
 from dmc_cli.volume_io.nrrd.labels import axis_names, spatial_axes, unnamed_order
+from dmc_cli.volume_io.nrrd.segments import segment_labels
 
 TYPES = {
     "int8": ("signed char", "int8", "int8_t"),
@@ -107,6 +108,7 @@ def nrrd_layout(path: Path, name: str, settings: ReadSettings) -> Layout:
         format="nrrd",
         listed=listed_volumes([image], settings, name),
         warnings=(*unnamed_order(fields, sizes), *_quantized(fields, dtype), *notes),
+        labels=segment_labels(path, name),
         **_placed(image, choice),
     )
 

@@ -1,0 +1,229 @@
+"""Convert a label map to the surfaces of its labels: closed shells, or one mesh that they share.
+
+volume -> labels -> conforming net -> smooth net -> shells -> report -> files
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.app.label_choice import Layer, choose_labels, read_layers
+from dmc_cli.app.label_files import group_names, is_template
+from dmc_cli.app.label_report import LabelSurface, label_report, node_size
+from dmc_cli.app.label_surfaces import (
+    LabelMesh,
+    corner_normals,
+    list_shells,
+    make_label_mesh,
+    patch_volumes,
+)
+from dmc_cli.app.label_writing import checked_paths, write_files
+from dmc_cli.app.memory_budget import held_bytes, reserve
+from dmc_cli.array_types import Float64Array
+from dmc_cli.contouring import label_kernels
+from dmc_cli.errors import EmptySurfaceError, SettingsError
+from dmc_cli.measures import finding_kernels, kernel_modules
+from dmc_cli.mesh_formats import FORMATS
+from dmc_cli.mesh_io import LABELS, MeshFile, check_encoding, choose_format, grouped
+from dmc_cli.progress import SILENT, Progress, Stopwatch
+from dmc_cli.runtime import Device, load_kernels, select_device
+from dmc_cli.settings import LabelSettings
+from dmc_cli.volume import (
+    Label,
+    Space,
+    Volume,
+    forecasting,
+    intact,
+    output_affine,
+)
+
+NODE_BYTES = 2 + 2
+"""Bytes a node beside its value: its code; bits of crossed edges and active cells, and their ranks."""
+
+QUAD_BYTES = 460
+"""Bytes a quad with the vertex that there is for each: the net with its links, smoothing, shells, files."""
+
+
+@dataclass(frozen=True)
+class LabelResult:
+    """What a conversion of labels leaves: the meshes as they were written, by their files, and the report."""
+
+    meshes: dict[str, MeshFile]
+    report: dict[str, Any]
+
+
+def convert_labels(settings: LabelSettings, progress: Progress = SILENT) -> LabelResult:
+    """Turn labels of a label map into mesh files, as `dmc convert --labels` does.
+
+    Args:
+        settings: Which labels of what, and where to.
+        progress: Who is told the stages.
+
+    Raises:
+        DmcError: What went wrong, by class; nothing was written then but a report that was asked for
+            together with `require`.
+    """
+    watch = Stopwatch(progress)
+    output = settings.output
+    name = choose_format(output.path, output.output_format)
+    check_encoding(name, ascii=output.ascii, element=output.element)
+    device = select_device(settings.device, settings.threads)
+    with watch.stage("compile", "loading kernels"):
+        load_kernels(device, _needed_kernels(settings), progress)
+    with (
+        watch.stage("read", "reading"),
+        forecasting(lambda shape, size: _reserve_nodes(shape, size, settings)),
+    ):
+        volumes = read_layers(settings, progress)
+    with ExitStack() as open_files:
+        for volume in volumes:
+            open_files.enter_context(intact(volume.values, settings.input))
+        return _convert(settings, volumes, device, watch)
+
+
+def _convert(
+    settings: LabelSettings, volumes: Sequence[Volume], device: Device, watch: Stopwatch
+) -> LabelResult:
+    """Make the surfaces of the labels of a volume, or of several layers, and write them."""
+    layers, told = choose_labels(settings, volumes)
+    labels = [label for layer in layers for label in layer.labels]
+    if not labels and not settings.output.allow_empty:
+        raise EmptySurfaceError(
+            f"{settings.input} has no label: every node is background (0); check that the right file was"
+            " read, or allow an empty mesh with --allow-empty"
+        )
+    paths = checked_paths(settings, volumes, labels)
+    _check_layers(settings, layers)
+    affine, space = output_affine(volumes[0], settings.output.space, settings.output.unit)
+    meshes, surfaces = [], []
+    for layer in layers:
+        if not layer.labels and len(layers) > 1:
+            continue
+        mesh = _layer_mesh(settings, layer, affine, device, watch)
+        meshes.append(mesh)
+        surfaces += list(_surfaces(settings, layer, mesh, affine, space))
+    files = _files(settings, meshes, surfaces, paths, space)
+    report = label_report(settings, volumes[0], surfaces, meshes, paths, told, device, watch)
+    write_files(settings, files, report, watch)
+    return LabelResult(files, report)
+
+
+def _layer_mesh(
+    settings: LabelSettings, layer: Layer, affine: Float64Array, device: Device, watch: Stopwatch
+) -> LabelMesh:
+    """Return the mesh of a layer's labels."""
+    return make_label_mesh(
+        layer.volume,
+        layer.stored,
+        affine,
+        device,
+        watch,
+        even_slices=settings.output.space == "voxel",
+        reserve=lambda quads: _reserve_mesh(layer.volume, quads, settings),
+    )
+
+
+def _check_layers(settings: LabelSettings, layers: Sequence[Layer]) -> None:
+    """Raise SettingsError if a mesh is to be shared by labels of several layers, which may overlap."""
+    used = [layer for layer in layers if layer.labels]
+    if not settings.conforming or len(used) < 2:
+        return
+    told = "; ".join(", ".join(str(label.number) for label in layer.labels) for layer in used)
+    raise SettingsError(
+        f"the labels of {settings.input} lie in {len(used)} layers, and may overlap: {told}; a conforming"
+        " mesh needs those of one; choose them with --labels, or leave --conforming out"
+    )
+
+
+def _files(
+    settings: LabelSettings,
+    meshes: Sequence[LabelMesh],
+    surfaces: Sequence[LabelSurface],
+    paths: Sequence[str],
+    space: Space,
+) -> dict[str, MeshFile]:
+    """Return what each file holds: the mesh that all share, one shell, or all shells as groups."""
+    labels = [surface.label for surface in surfaces]
+    if settings.conforming:
+        return {paths[0]: _conforming(settings, meshes[0], labels, space)}
+    if len(set(paths)) == len(surfaces):
+        return {path: surface.file for path, surface in zip(paths, surfaces, strict=True)}
+    if surfaces:
+        names = group_names(labels)
+        return {paths[0]: grouped({n: s.file for n, s in zip(names, surfaces, strict=True)})}
+    if is_template(paths[0]):
+        return {}
+    nothing = np.zeros((0, 3), np.float32), np.zeros((0, 4), np.int32)
+    return {paths[0]: MeshFile(points=nothing[0], faces=nothing[1], space=space, unit=settings.output.unit)}
+
+
+def _needed_kernels(settings: LabelSettings) -> list[ModuleType]:
+    """Return the modules with kernels that a run needs."""
+    modules = label_kernels() + finding_kernels()
+    return modules + kernel_modules(intersections=False) if settings.output.is_measured else modules
+
+
+def _surfaces(
+    settings: LabelSettings, layer: Layer, mesh: LabelMesh, affine: Float64Array, space: Space
+) -> Iterator[LabelSurface]:
+    """Yield the shell of each label of a layer as a file has it, with its volume."""
+    output = settings.output
+    node_volume = node_size(layer.volume, affine, output.space)
+    has_normals = output.normals and not settings.conforming
+    shells = list_shells(mesh, len(layer.labels))
+    for label, count, shell in zip(layer.labels, layer.counts.tolist(), shells, strict=True):
+        file = MeshFile(
+            points=shell.points,
+            faces=shell.faces,
+            normals=corner_normals(shell) if has_normals else None,
+            space=space,
+            unit=output.unit,
+        )
+        expected = None if node_volume is None else count * node_volume
+        enclosed = float(patch_volumes(shell.points, shell.faces).sum())
+        yield LabelSurface(label, count, file, expected, enclosed)
+
+
+def _conforming(settings: LabelSettings, mesh: LabelMesh, labels: Sequence[Label], space: Space) -> MeshFile:
+    """Return the mesh that all labels share; with the labels of each face, in groups if the format has any."""
+    output = settings.output
+    numbers = np.array([0, *[label.number for label in labels]], np.int64).astype(np.int32)
+    known = FORMATS[choose_format(output.path, output.output_format)]
+    faces, sides = mesh.faces, mesh.sides
+    groups: dict[str, int] = {}
+    if known.holds_groups:
+        order = np.lexsort((sides[:, 1], sides[:, 0]))
+        faces, sides = np.ascontiguousarray(faces[order]), sides[order]
+        pairs, pair_counts = np.unique(sides, axis=0, return_counts=True)
+        names = ["background", *group_names(labels)]
+        groups = {
+            f"{names[a]}--{names[b]}": int(count)
+            for (a, b), count in zip(pairs.tolist(), pair_counts.tolist(), strict=True)
+        }
+    has_values = known.holds_face_values or not known.holds_groups
+    return MeshFile(
+        points=mesh.points,
+        faces=faces,
+        space=space,
+        unit=output.unit,
+        face_values={LABELS: numbers[sides]} if has_values else {},
+        groups=groups,
+    )
+
+
+def _reserve_nodes(shape: tuple[int, int, int], size: int, settings: LabelSettings) -> None:
+    """Raise MemoryBudgetError unless a label map fits, before its values are read."""
+    needed = size + NODE_BYTES * math.prod(n + 2 for n in shape)
+    reserve({"codes": needed}, 0, settings, "the label map and its codes")
+
+
+def _reserve_mesh(volume: Volume, quads: int, settings: LabelSettings) -> None:
+    """Raise MemoryBudgetError unless a mesh of so many quads fits beside the label map."""
+    taken = held_bytes(volume) + NODE_BYTES * math.prod(n + 2 for n in volume.shape)
+    stages = {"surface": taken + QUAD_BYTES * quads}
+    reserve(stages, taken, settings, f"the label map and a mesh of {quads} quads")

@@ -1,0 +1,193 @@
+"""`dmc convert --labels` writes what it says, and refuses what cannot be done before anything is written."""
+
+import json
+
+import jsonschema
+import nrrd
+import numpy as np
+import pytest
+
+from dmc_cli import ConvertSettings, LabelSettings, OutputSettings, convert_labels
+from dmc_cli.mesh_io import read_mesh
+from tests.conftest import ROOT
+
+
+def three_boxes():
+    """Two boxes with a common wall, and one apart: labels 1, 2 and 40."""
+    labels = np.zeros((12, 14, 16), np.uint8)
+    labels[3:9, 3:9, 2:6], labels[3:9, 3:9, 6:10], labels[4:8, 9:12, 12:15] = 1, 2, 40
+    return labels
+
+
+@pytest.fixture
+def boxes(tmp_path):
+    """A NRRD file of the boxes in a left-handed space: spacing 1 x -2 x 3 mm."""
+    path = tmp_path / "boxes.nrrd"
+    header = {"space": "left-posterior-superior", "space directions": np.diag([1.0, -2.0, 3.0])}
+    nrrd.write(str(path), three_boxes().T, header | {"space origin": [5, 6, 7]})
+    return path
+
+
+def enclosed(mesh):
+    a, b, c, d = (mesh.points[mesh.faces[:, n]].astype(float) for n in range(4))
+    tetrahedra = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
+    return sum(np.einsum("qi,qi->", x, np.cross(y, z)) for x, y, z in tetrahedra) / 12
+
+
+def test_a_template_gives_a_file_a_label_in_folders_that_are_made(run, tmp_path, boxes):
+    template = tmp_path / "shells" / "{stem}" / "{label:03d}_{name}.ply"
+    result = run("convert", boxes, template, "--labels", "all")
+    assert result.exit_code == 0, result.stderr
+    folder = tmp_path / "shells" / "boxes"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "001_label_1.ply",
+        "002_label_2.ply",
+        "040_label_40.ply",
+    ]
+    assert "label     40: 36 nodes" in result.stderr
+    for label in (1, 2, 40):
+        mesh = read_mesh(str(folder / f"{label:03d}_label_{label}.ply"))
+        nodes = (three_boxes() == label).sum() * 6.0
+        assert enclosed(mesh) == pytest.approx(nodes, rel=0.01)  # positive: it looks outwards
+        assert mesh.space == "LPS"
+        middle = mesh.points - mesh.points.mean(axis=0)
+        assert (np.einsum("vi,vi->v", mesh.normals, middle) > 0).all()
+
+
+def test_chosen_labels_alone(run, tmp_path, boxes):
+    assert run("convert", boxes, tmp_path / "{label}.ply", "--labels", "2,40").exit_code == 0
+    assert sorted(path.name for path in tmp_path.glob("*.ply")) == ["2.ply", "40.ply"]
+    assert run("convert", boxes, tmp_path / "one.ply", "--labels", "1").exit_code == 0
+    assert (tmp_path / "one.ply").is_file()
+
+
+def test_one_file_with_groups(run, tmp_path, boxes):
+    assert run("convert", boxes, tmp_path / "a.obj", "--labels", "all").exit_code == 0
+    lines = (tmp_path / "a.obj").read_text().splitlines()
+    assert [line for line in lines if line.startswith("g ")] == ["g label_1", "g label_2", "g label_40"]
+
+
+def test_a_conforming_mesh_has_the_labels_of_both_sides(run, tmp_path, boxes):
+    result = run("convert", boxes, tmp_path / "a.ply", "--labels", "all", "--conforming")
+    assert result.exit_code == 0, result.stderr
+    mesh = read_mesh(str(tmp_path / "a.ply"))
+    pairs = mesh.face_values["labels"]
+    assert {tuple(pair) for pair in pairs.tolist()} == {(1, 0), (2, 0), (2, 1), (40, 0)}
+    assert (pairs == [2, 1]).all(axis=1).sum() == 36  # the wall of 6 x 6 nodes, once
+    a, b, c, d = (mesh.points[mesh.faces[:, n]].astype(float) for n in range(4))
+    volumes = np.einsum("qi,qi->q", np.cross(a, b), c + d) + np.einsum("qi,qi->q", np.cross(c, d), a + b)
+    for label in (1, 2, 40):
+        total = (volumes[pairs[:, 0] == label].sum() - volumes[pairs[:, 1] == label].sum()) / 12
+        assert total == pytest.approx((three_boxes() == label).sum() * 6.0, rel=0.01)
+
+
+def test_a_conforming_obj_has_a_group_a_pair(run, tmp_path, boxes):
+    assert run("convert", boxes, tmp_path / "a.obj", "--conforming").exit_code == 0
+    groups = [line for line in (tmp_path / "a.obj").read_text().splitlines() if line.startswith("g ")]
+    assert groups == [
+        "g label_1--background",
+        "g label_2--background",
+        "g label_2--label_1",
+        "g label_40--background",
+    ]
+
+
+def test_the_report_has_a_row_a_label(run, tmp_path, boxes):
+    report_file = tmp_path / "r.json"
+    words = [
+        "--labels",
+        "all",
+        "--report",
+        report_file,
+        "--require",
+        "manifold,closed,all-quads,no-self-intersections",
+    ]
+    assert run("convert", boxes, tmp_path / "{label}.ply", *words).exit_code == 0
+    report = json.loads(report_file.read_text())
+    jsonschema.validate(report, json.loads((ROOT / "docs" / "labels-report-schema.json").read_text()))
+    assert [row["label"] for row in report["labels"]] == [1, 2, 40]
+    row = report["labels"][2]
+    assert (row["nodes"], row["node_volume"]) == (36, 216.0)
+    assert abs(row["mesh"]["volume_change_percent"]) < 1
+    assert row["topology"]["components"] == 1
+    assert row["quality"]["self_intersections"] == report["mesh"]["self_intersections"] == 0
+    assert row["path"] == str(tmp_path / "40.ply")
+    assert report["settings"]["labels"] == ["all"]
+
+
+def test_grid_coordinates_and_units(run, tmp_path, boxes):
+    run("convert", boxes, tmp_path / "v.ply", "--labels", "40", "--space", "voxel", "--no-normals")
+    mesh = read_mesh(str(tmp_path / "v.ply"))
+    assert mesh.normals is None
+    assert enclosed(mesh) == pytest.approx(36, rel=0.01)
+    assert (mesh.points.min(axis=0) >= [11, 8, 3]).all()
+    run("convert", boxes, tmp_path / "u.ply", "--labels", "40", "--unit", "m")
+    assert enclosed(read_mesh(str(tmp_path / "u.ply"))) == pytest.approx(216e-9, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["a/{label}.ply", "--labels", "3"], "has the label 3; expected all, or one of 1, 2, 40"),
+        (
+            ["a.ply", "--labels", "all"],
+            "one file for the shells of 3 labels; expected a template with {label}",
+        ),
+        (["a/{label}.ply", "--conforming"], "is a template, but a conforming mesh is one file"),
+        (["a/{name}_{color}.ply", "--labels", "all"], "found {color}; expected {label}"),
+        (["a/{label}.ply", "--labels", "all", "-i", "0.5"], "--isovalue was given with labels"),
+        (["a/{label}.ply", "--labels", "all", "--simplify", "all"], "--simplify was given with labels"),
+        (["a/{label}.ply", "--labels", "all", "--halfedges", "h.npz"], "leave them out with labels"),
+        (
+            ["a/{label}.ply", "--labels", "all", "--require", "on-surface"],
+            "on-surface was required of labels",
+        ),
+        (["a/{label}.xyz", "--labels", "all"], "has the suffix .xyz; expected one of"),
+        (["a/{label}.ply", "--labels", "1,,2"], "has an empty name"),
+    ],
+)
+def test_what_cannot_be_done_is_said_and_nothing_written(run, tmp_path, monkeypatch, boxes, words, message):
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    result = run("convert", boxes, *words)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_an_existing_file_is_kept(run, tmp_path, boxes):
+    (tmp_path / "2.ply").write_text("mine")
+    result = run("convert", boxes, tmp_path / "{label}.ply", "--labels", "all")
+    assert result.exit_code == 9
+    assert (tmp_path / "2.ply").read_text() == "mine"
+    assert not (tmp_path / "1.ply").exists()
+    assert run("convert", boxes, tmp_path / "{label}.ply", "--labels", "all", "--force").exit_code == 0
+
+
+def test_a_map_without_labels_is_empty(run, tmp_path):
+    nrrd.write(str(tmp_path / "none.nrrd"), np.zeros((3, 3, 3), np.uint8))
+    result = run("convert", tmp_path / "none.nrrd", tmp_path / "{label}.ply", "--labels", "all")
+    assert result.exit_code == 5
+    assert "has no label: every node is background (0)" in result.stderr
+    allowed = run("convert", tmp_path / "none.nrrd", tmp_path / "a.ply", "--labels", "all", "--allow-empty")
+    assert allowed.exit_code == 0, allowed.stderr
+
+
+def test_values_that_are_no_labels_are_refused(run, tmp_path):
+    result = run("convert", "synth:sphere:8", tmp_path / "a.ply", "--labels", "all")
+    assert result.exit_code == 3
+    assert "is no label map" in result.stderr
+
+
+def test_too_little_memory_is_told_before_the_work(run, tmp_path, boxes):
+    result = run("convert", boxes, tmp_path / "{label}.ply", "--labels", "all", "--memory", "8K")
+    assert result.exit_code == 7
+    assert "the label map and its codes need" in result.stderr
+
+
+def test_the_api_does_the_same(tmp_path, boxes):
+    output = OutputSettings(path=str(tmp_path / "{label}.ply"), dry_run=True)
+    result = convert_labels(LabelSettings(input=str(boxes), output=output, labels=("1", "2")))
+    assert sorted(result.meshes) == [str(tmp_path / "1.ply"), str(tmp_path / "2.ply")]
+    assert list(tmp_path.glob("*.ply")) == []
+    assert ConvertSettings is not LabelSettings
