@@ -169,7 +169,7 @@ def reserve_beside(volume: Volume, more: int, settings: ConvertSettings, what: s
     """
     sizes = sizes_of(volume, settings)
     needed = sizes.bytes_of(_cells_cost(settings)) + more
-    _reserve({"prepare": needed}, held_bytes(volume), settings, f"the volume and {what}")
+    reserve({"prepare": needed}, held_bytes(volume), settings, f"the volume and {what}")
 
 
 @dataclass
