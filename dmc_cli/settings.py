@@ -492,7 +492,8 @@ class LabelSettings:
         output = self.output
         if output.halfedges is not None or output.curvature or output.check or output.values:
             raise SettingsError(
-                "halfedges, curvature, check and values are of surfaces at isovalues; leave them out with labels"
+                "halfedges, curvature, check and values are of a surface at an isovalue; leave them out"
+                " with labels"
             )
         if "on-surface" in self.output.require:
             raise SettingsError(

@@ -190,7 +190,7 @@ def _surfaces(
 
 
 def _conforming(settings: LabelSettings, mesh: LabelMesh, labels: Sequence[Label], space: Space) -> MeshFile:
-    """Return the mesh that all labels share, with the labels of its faces, in groups if the format has any."""
+    """Return the mesh that all labels share, with the labels of its faces, in groups where there may be."""
     output = settings.output
     numbers = np.array([0, *[label.number for label in labels]], np.int64).astype(np.int32)
     known = FORMATS[choose_format(output.path, output.output_format)]

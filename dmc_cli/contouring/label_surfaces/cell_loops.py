@@ -1,7 +1,7 @@
 """Trace how the boundary of one label runs through a cell, and which crossed edges of a cell go together.
 
 The *loops* of a label are the MC polygons of its mask, label or not, traced as those of any cell. The
-*components* of a cell are its crossed edges joined through its faces; each loop lies within one of them. A
+*clusters* of a cell are its crossed edges joined through its faces; each loop lies within one of them. A
 face whose four edges are crossed pairs them where two equal labels lie on a diagonal: they are connected
 through the face; where both diagonals have two equal labels, the smaller label is. With four edges and no
 such diagonal, or with a decision that was flipped to make shells manifold, all its edges go together.
@@ -153,8 +153,8 @@ def face_joins(c: Codes, crossed: wp.uint32, flips: wp.uint32) -> Joins:
 
 
 @wp.func
-def components_of(c: Codes, flips: wp.uint32) -> wp.uint64:
-    """Return the component of each crossed edge of a cell as owners, in the order of their lowest edges."""
+def clusters_of(c: Codes, flips: wp.uint32) -> wp.uint64:
+    """Return the cluster of each crossed edge of a cell as owners, in the order of their lowest edges."""
     left = crossed_edges_of(c)
     joins = face_joins(c, left, flips)
     owners = NO_OWNERS

@@ -109,7 +109,7 @@ def beyond(node: wp.vec3i, face: wp.int32) -> wp.vec3i:
 
 @wp.func
 def owners_beyond(edges: wp.uint32, face: wp.int32, owners: wp.uint64) -> wp.uint32:
-    """Return a bit for each component of the cell beyond a face that has one of some edges of the face."""
+    """Return a bit for each cluster of the cell beyond a face that has one of some edges of the face."""
     found = wp.uint32(0)
     for side in range(4):
         if has_bit(edges, FACE_EDGES[4 * face + side]):

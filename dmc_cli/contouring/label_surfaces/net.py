@@ -1,6 +1,6 @@
 """Make the conforming surface net of a label map: its quads are shared by the labels on their two sides.
 
-A vertex for each component of each active cell's crossed edges (`cell_loops.py`), a quad round each crossed
+A vertex for each cluster of each active cell's crossed edges (`cell_loops.py`), a quad round each crossed
 edge. All quads look from the larger to the smaller label.
 """
 
@@ -13,7 +13,7 @@ import warp as wp
 from dmc_cli.bits import bit_index
 from dmc_cli.contouring.label_surfaces.cell_loops import (
     case_of,
-    components_of,
+    clusters_of,
     corner_codes,
     joined_faces,
     owner_count,
@@ -60,7 +60,7 @@ class LabelNet:
         grid: The grid of these nodes.
         words: The kernels' `CrossingWords`.
         cells: Active cells by their lowest nodes, int64 (C,).
-        owners: The component of each edge of each cell, uint64 (C,).
+        owners: The cluster of each edge of each cell, uint64 (C,).
         flips: Decisions on faces that were turned round, uint16 (C,), as `joined_faces` takes them.
         vertex_start: Vertices before each cell, int64 (C + 1,).
         vertex_count: Vertices.
@@ -196,9 +196,9 @@ def join_edges_kernel(
     owners_out: wp.array(dtype=wp.uint64),
     counts_out: wp.array(dtype=wp.int64),
 ) -> None:
-    """Find the components of a cell and count them. One thread per active cell."""
+    """Find the clusters of a cell and count them. One thread per active cell."""
     n = first + wp.tid()
-    owners = components_of(corner_codes(codes, cell_node(grid, cells[n])), wp.uint32(flips[n]))
+    owners = clusters_of(corner_codes(codes, cell_node(grid, cells[n])), wp.uint32(flips[n]))
     owners_out[n] = owners
     counts_out[n] = wp.int64(owner_count(owners))
 

@@ -1,6 +1,6 @@
 """Take each label's closed shell from the conforming net: the same quads, with vertices of its own.
 
-The vertices of a label's shell are the loops of its mask, each at the place of the component that it lies in,
+The vertices of a label's shell are the loops of its mask, each at the place of the cluster that it lies in,
 so that shells share the places of their vertices to the bit, while each of them is a 2-manifold. Shells look
 outwards: quads of the smaller label are turned round.
 """
