@@ -495,7 +495,8 @@ class LabelSettings:
                 "halfedges, curvature, check and values are of a surface at an isovalue; leave them out"
                 " with labels"
             )
-        if "on-surface" in self.output.require:
+        settled_requirements(output.require, MEASURE_FIGURES)
+        if "on-surface" in output.require:
             raise SettingsError(
                 "on-surface was required of labels, whose surfaces are at no isovalue; leave it out"
             )

@@ -33,7 +33,7 @@ from dmc_cli.report import (
     topology_section,
 )
 from dmc_cli.runtime import Device
-from dmc_cli.settings import LabelSettings, OutputSpace, Requirement
+from dmc_cli.settings import LabelSettings, OutputSpace
 from dmc_cli.volume import Label, Volume
 
 
@@ -118,16 +118,20 @@ def label_report(
     return {key: plain(section) for key, section in report.items()}
 
 
-def require_of_labels(report: dict[str, Any], names: Sequence[Requirement]) -> None:
-    """Raise RequirementError, naming each label whose shell is not what is required."""
+def require_of_labels(report: dict[str, Any], required: Sequence[str]) -> None:
+    """Put the verdicts into each label's row, and raise unless every shell is everything that is asked.
+
+    Raises:
+        RequirementError: Names each label whose shell is not; it has the report.
+    """
     failures = []
-    for row in report["labels"]:
+    for row in report["labels"] if required else ():
         try:
-            check_requirements(row, names)
+            check_requirements(row, required)
         except RequirementError as error:
             failures.append(f"label {row['label']}: {error}")
     if failures:
-        raise RequirementError("; ".join(failures))
+        raise RequirementError("; ".join(failures), report)
 
 
 def _label_row(surface: LabelSurface, path: str, measured: dict[str, Any]) -> dict[str, Any]:

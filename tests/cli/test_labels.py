@@ -100,7 +100,7 @@ def test_the_report_has_a_row_a_label(run, tmp_path, boxes):
         "--report",
         report_file,
         "--require",
-        "manifold,closed,all-quads,no-self-intersections",
+        "manifold,closed,all-quads,no-self-intersections,scaled_jacobian_min>0",
     ]
     assert run("convert", boxes, tmp_path / "{label}.ply", *words).exit_code == 0
     report = json.loads(report_file.read_text())
@@ -113,6 +113,19 @@ def test_the_report_has_a_row_a_label(run, tmp_path, boxes):
     assert row["quality"]["self_intersections"] == report["mesh"]["self_intersections"] == 0
     assert row["path"] == str(tmp_path / "40.ply")
     assert report["settings"]["labels"] == ["all"]
+
+
+def test_a_shell_that_is_not_what_is_required_is_named_and_nothing_written(run, tmp_path, boxes):
+    words = ["--labels", "all", "--require", "quads>=100", "--report", tmp_path / "r.json"]
+    result = run("convert", boxes, tmp_path / "o" / "{label}.ply", *words)
+    assert result.exit_code == 6
+    assert "label 40: the mesh is not what --require asks for: quads>=100: 66 was found" in " ".join(
+        result.stderr.split()
+    )
+    assert "label 1:" not in result.stderr
+    assert not (tmp_path / "o").exists()
+    rows = json.loads((tmp_path / "r.json").read_text())["labels"]
+    assert [row["requirements"][0]["met"] for row in rows] == [True, True, False]
 
 
 def test_grid_coordinates_and_units(run, tmp_path, boxes):
