@@ -45,7 +45,7 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
       dmc convert sample_data/nrrd/tooth.nrrd tooth.ply -i 600
       dmc convert synth:iwp:128 iwp.obj -i 0 --report iwp.json
       dmc convert sample_data/nrrd/tooth.nrrd 'tooth_{isovalue}.ply' -i 500:900:200
-      dmc convert sample_data/nrrd/tooth.seg.nrrd 'shells/{name}.ply' --labels all
+      dmc convert sample_data/labels/tooth.seg.nrrd 'shells/{name}.ply' --labels all
     """
     if values["labels"] or values["conforming"] or values["label_names"]:
         from dmc_cli.cli.labels import convert_labels
