@@ -1,4 +1,4 @@
-"""Define what `--require` may ask of a mesh: words, and comparisons of the report's figures with numbers.
+"""Define what `--require` may ask of a mesh: words, sets of words, and comparisons of figures with numbers.
 
 A comparison is `NAME>=NUMBER`, its name a key of the report with the sections that it stands in. Without them
 it is of `mesh`, `topology` or `quality`, or of another section where only one figure is called so:
@@ -11,6 +11,7 @@ import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from dmc_cli.errors import SettingsError
 
@@ -26,6 +27,25 @@ WORDS: dict[str, tuple[str, ...]] = {
     "no-self-intersections": ("quality.self_intersections",),
 }
 """What is asked by one word, and the figures that it looks at."""
+
+SETS: dict[str, tuple[str, ...]] = {
+    "fe": (
+        *("min_angle>=25", "max_angle<=155", "aspect_ratio_max<=5", "warpage_max<=30"),
+        *("scaled_jacobian_min>=0.3", "triangle_aspect_ratio_max<=5", "triangle_scaled_jacobian_min>=0.3"),
+    ),
+    "print": ("closed", "manifold", "no-self-intersections", "components<=1"),
+}
+"""What is asked by the name of what the mesh is for.
+
+`fe`: what pre-processors of finite elements warn of: corners (Autodesk Nastran under 25 degrees; 155 is 180
+less that), an aspect ratio above 5 (HyperMesh), a warp above 30 degrees (OptiStruct); and a scaled Jacobian
+of 0.3 at least, which is usual. Limits of quads count only where there are some, those of triangles, too.
+`print`: what a slicer takes without repair. Another number of components takes the place of the set's where
+one is required beside it, and where walls were measured against a length, none may be thinner.
+"""
+
+NAMES = (*WORDS, *SETS)
+"""Everything that is asked by a name."""
 
 _OF_THE_MESH_ITSELF = ("mesh", "topology", "quality")
 """Sections whose figures need not name them, whatever figures of others are called."""
@@ -96,7 +116,7 @@ MEASURE_FIGURES = _names(_OF_A_MESH, _OF_ITS_CURVATURE, _OF_A_FILE, _OF_MEASURIN
 MESH_FIGURES = _names(_OF_A_MESH, _OF_A_FILE, _OF_CHANGES)
 """Whole names of the figures in the report of `dmc mesh`."""
 
-_RELATIONS: dict[str, tuple[Callable[[float, float], bool], str]] = {
+_RELATIONS: dict[str, tuple[Callable[..., Any], str]] = {
     ">=": (operator.ge, "at least"),
     "<=": (operator.le, "at most"),
     "==": (operator.eq, "exactly"),
@@ -127,9 +147,14 @@ class Comparison:
     relation: str
     limit: float
 
+    @property
+    def compare(self) -> Callable[..., Any]:
+        """Return the function of a figure, or of an array of them, and the limit that tells what is so."""
+        return _RELATIONS[self.relation][0]
+
     def holds(self, found: float | None) -> bool:
         """Return whether a figure is so; one that has no value is not."""
-        return found is not None and _RELATIONS[self.relation][0](found, self.limit)
+        return found is not None and bool(self.compare(found, self.limit))
 
     @property
     def expected(self) -> str:
@@ -138,7 +163,7 @@ class Comparison:
 
 
 def parse_requirement(text: str, figures: Iterable[str]) -> str | Comparison:
-    """Return the word or the comparison that a text is.
+    """Return the name, of a word or a set, or the comparison that a text is.
 
     Args:
         text: What is required.
@@ -147,12 +172,12 @@ def parse_requirement(text: str, figures: Iterable[str]) -> str | Comparison:
     Raises:
         SettingsError: It is neither; the message names words or figures that are near.
     """
-    if text in WORDS:
+    if text in NAMES:
         return text
     found = _COMPARISON.fullmatch(text)
     if found is None:
         raise SettingsError(
-            f"require is {text!r:.80}; expected one of {', '.join(WORDS)}, or a figure of the report beside a"
+            f"require is {text!r:.80}; expected one of {', '.join(NAMES)}, or a figure of the report beside a"
             " number, as in shape_min>=0.3"
         )
     name, relation, number = found.groups()
@@ -182,9 +207,10 @@ def settled_requirements(texts: Iterable[str], figures: Iterable[str]) -> tuple[
 
 def looks_at(names: str, texts: Iterable[str], figures: Iterable[str]) -> bool:
     """Return whether a requirement looks at a figure whose whole name begins with `names`."""
-    asked = [parse_requirement(text, figures) for text in texts]
-    parts = [(one.figure,) if isinstance(one, Comparison) else WORDS[one] for one in asked]
-    return any(figure.startswith(names) for part in parts for figure in part)
+    parts = [part for text in texts for part in SETS.get(text, (text,))]
+    asked = [parse_requirement(part, figures) for part in parts]
+    looked_at = [(one.figure,) if isinstance(one, Comparison) else WORDS[one] for one in asked]
+    return any(figure.startswith(names) for part in looked_at for figure in part)
 
 
 def _whole_name(name: str, figures: tuple[str, ...]) -> str:

@@ -9,6 +9,9 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import (
     CONVERT_FIGURES,
     MEASURE_FIGURES,
+    MESH_FIGURES,
+    NAMES,
+    SETS,
     WORDS,
     Comparison,
     looks_at,
@@ -40,6 +43,14 @@ def test_the_figures_of_a_conversion_are_the_numbers_of_the_schema():
 def test_every_word_looks_at_figures_of_both_reports():
     for looked_at in WORDS.values():
         assert set(looked_at) <= set(CONVERT_FIGURES) & set(MEASURE_FIGURES)
+
+
+@pytest.mark.parametrize("figures", [CONVERT_FIGURES, MEASURE_FIGURES, MESH_FIGURES])
+def test_every_part_of_a_set_is_a_requirement_of_every_report(figures):
+    for parts in SETS.values():
+        assert all(parse_requirement(part, figures) for part in parts)
+        assert not set(parts) & set(SETS)
+    assert all(parse_requirement(name, figures) == name for name in NAMES)
 
 
 @pytest.mark.parametrize(
@@ -129,6 +140,8 @@ def test_requirements_are_settled_each_once():
         ("closed", False, False),
         ("no-self-intersections", True, False),
         ("self_intersections<5", True, False),
+        ("print", True, False),
+        ("fe", False, False),
         ("total_gaussian>0", False, True),
         ("gaussian.max<9", False, True),
     ],

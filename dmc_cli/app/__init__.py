@@ -8,6 +8,7 @@ preparation    what the settings leave open until a volume is read
 no_surface     why there is no surface, and where there are some
 mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
+unmet_requirements  what is required of a mesh, and the faces that are not so
 writing        what is written of it
 several        one input at several isovalues
 label_choice, label_files, label_surfaces  layers, files and meshes of labels

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.app.unmet_requirements import refuse_unmet
 from dmc_cli.errors import MeshFileError
 from dmc_cli.field import upload_volume
 from dmc_cli.measures import (
@@ -35,7 +36,6 @@ from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.report import (
     SCHEMA,
-    check_requirements,
     collect_versions,
     components_section,
     extent_section,
@@ -107,7 +107,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
             thickness=settings.measures_thickness,
             wall=settings.wall,
         )
-    check_requirements(report, settings.require)
+    refuse_unmet(report, settings.require, mesh, device)
     return report
 
 

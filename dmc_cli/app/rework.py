@@ -9,6 +9,7 @@ import numpy as np
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
 from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
 from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
 from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import CallError, MeshFileError, RequirementError, SettingsError
 from dmc_cli.field import upload_volume
@@ -27,7 +28,7 @@ from dmc_cli.mesh_io import (
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
-from dmc_cli.report import SCHEMA, check_requirements, collect_versions, measure_memory, report_text
+from dmc_cli.report import SCHEMA, collect_versions, measure_memory, report_text
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings
 from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact
@@ -276,7 +277,7 @@ def _settings_section(settings: ReworkSettings, device: Device) -> dict[str, Any
 def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch: Stopwatch) -> ReworkResult:
     """Check what is required, then write the mesh and the report, which names what is not met."""
     try:
-        check_requirements(report, settings.require)
+        refuse_unmet(report, settings.require, work.mesh, device_of(report))
     except RequirementError:
         _write_report(settings, report, watch)
         raise

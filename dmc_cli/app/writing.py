@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
 from dmc_cli.errors import RequirementError
 from dmc_cli.files import check_output, write_output
 from dmc_cli.mesh_io import (
@@ -21,7 +22,7 @@ from dmc_cli.mesh_io import (
 from dmc_cli.notices import warning_keys
 from dmc_cli.printable import short_number
 from dmc_cli.progress import Stopwatch
-from dmc_cli.report import check_requirements, measure_memory, report_text
+from dmc_cli.report import measure_memory, report_text
 from dmc_cli.settings import ConvertSettings
 
 
@@ -58,7 +59,7 @@ def finish(made: Sequence[Made]) -> None:
     """
     for one in made:
         try:
-            check_requirements(one.report, one.settings.output.require)
+            refuse_unmet(one.report, one.settings.output.require, one.mesh, device_of(one.report))
         except RequirementError:
             _write_report(one)
             raise

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import BoolArray, Int32Array, IntArray
+from dmc_cli.array_types import BoolArray, ByteArray, Int32Array, IntArray
 from dmc_cli.mesh import Mesh, connect, next_halfedge, next_outgoing_of_any, previous_halfedge
 
 wp.set_module_options({"enable_backward": False})
@@ -201,6 +201,7 @@ class VertexFans:
         valences: Distinct mesh edges of each vertex, (V,) int32; 0 if no face uses it.
         nonmanifold_edges: Vertex pairs that more than two faces have.
         split_vertices: Vertices whose faces form more than one ring or fan.
+        splits: Which these are: 1, others 0, (V,) uint8.
         misoriented_edges: Vertex pairs whose only two faces run them the same way.
         corner_count: Corners of all faces together.
     """
@@ -208,6 +209,7 @@ class VertexFans:
     valences: Int32Array
     nonmanifold_edges: int
     split_vertices: int
+    splits: ByteArray
     misoriented_edges: int
     corner_count: int
 
@@ -242,6 +244,7 @@ def inspect_vertices(mesh: Mesh) -> VertexFans:
         valences=host_valences,
         nonmanifold_edges=nonmanifold_edges,
         split_vertices=int(split.numpy().sum(dtype=np.int64)),
+        splits=split.numpy(),
         misoriented_edges=misoriented,
         corner_count=device.total(degrees),
     )

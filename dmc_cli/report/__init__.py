@@ -4,6 +4,7 @@ measures      topology, quality and deviation of a surface
 memory        how much memory the run took
 versions      what the result depends on
 report        all of it, under the keys that scripts rely on
+blamed_faces  the faces that keep a mesh from being as required
 requirements  what `--require` asks of it
 """
 

@@ -1,20 +1,25 @@
-"""Judge a mesh by what `--require` asks of it: a verdict for each word and each comparison.
+"""Judge a mesh by what `--require` asks of it: a verdict for each word, set and comparison.
 
-A word looks at one or several figures of the report, a comparison at one. What has no value is not met.
+A word looks at one or several figures of the report, a comparison at one, a set at those of its parts. What
+has no value is not met. Of what is not met the faces are named that are to blame, where any are.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import cause_and_remedy
-from dmc_cli.mesh import COARSE
+from dmc_cli.mesh import COARSE, Mesh
 from dmc_cli.methods import method_named, methods_that
+from dmc_cli.report.blamed_faces import blamed_faces, kind_of
 from dmc_cli.requirements import (
     CONVERT_FIGURES,
     MEASURE_FIGURES,
     MESH_FIGURES,
+    SETS,
     WORDS,
     Comparison,
     parse_requirement,
@@ -23,6 +28,9 @@ from dmc_cli.requirements import (
 ON_SURFACE = 1e-5
 """Largest deviation, as a share of the value range, of a vertex that is on the surface: a hundred times what
 float32 local coordinates cost, and far below what a picture or a measurement could show."""
+
+MOST_FACES = 100
+"""Faces that a verdict names, at most."""
 
 Section = Mapping[str, Any]
 
@@ -39,20 +47,31 @@ class Verdict:
     """What became of one requirement.
 
     Attributes:
-        require: The word or the comparison, as it was given.
-        found: The figure that it looks at; of a word, how much is in its way: 0 if nothing is. None if there
-            is no value.
+        require: The word, the set or the comparison, as it was given.
+        found: The figure that it looks at; of a word, how much is in its way: 0 if nothing is; of a set, how
+            many of its parts are not met. None if there is no value.
         failure: What is told if it is not met: what was found, what was expected, what may help; else None.
+        parts: The verdicts on the parts of a set.
+        face_count: Faces that it is due to that it is not met; None if it is, or if none can be blamed.
+        faces: The first of them.
     """
 
     require: str
     found: float | None
     failure: str | None = None
+    parts: "tuple[Verdict, ...]" = ()
+    face_count: int | None = None
+    faces: tuple[int, ...] = ()
 
     @property
     def section(self) -> dict[str, Any]:
         """Return it as the report has it."""
-        return {"require": self.require, "found": self.found, "met": self.failure is None}
+        section: dict[str, Any] = {"require": self.require, "found": self.found, "met": self.failure is None}
+        if self.face_count is not None:
+            section |= {"face_count": self.face_count, "faces": list(self.faces)}
+        if self.parts:
+            section["parts"] = [part.section for part in self.parts]
+        return section
 
 
 def judge(report: Section, required: Iterable[str]) -> list[Verdict]:
@@ -60,22 +79,34 @@ def judge(report: Section, required: Iterable[str]) -> list[Verdict]:
 
     Args:
         report: A report with its measured sections.
-        required: Words and comparisons.
+        required: Words, sets and comparisons.
 
     Raises:
-        SettingsError: One is neither.
+        SettingsError: One is none of these.
     """
-    return [_verdict(report, text) for text in dict.fromkeys(required)]
+    texts = list(dict.fromkeys(required))
+    return [
+        _verdict_on_set(report, text, texts) if text in SETS else _verdict(report, text) for text in texts
+    ]
 
 
-def check_requirements(report: dict[str, Any], required: Iterable[str]) -> None:
+def check_requirements(
+    report: dict[str, Any], required: Iterable[str], mesh: Callable[[], Mesh] | None = None
+) -> None:
     """Put the verdicts into the report, and raise unless the mesh is everything that is asked.
+
+    Args:
+        report: A report with its measured sections.
+        required: Words, sets and comparisons.
+        mesh: Returns the mesh, whose faces are looked at if something is not met; without it none are named.
 
     Raises:
         RequirementError: Names every requirement that is not met, what was found, and what may help; it has
             the report.
     """
     verdicts = judge(report, required)
+    if mesh is not None and any(verdict.failure is not None for verdict in verdicts):
+        verdicts = _with_faces(verdicts, mesh(), _figures(report))
     report["requirements"] = [verdict.section for verdict in verdicts]
     failures = [verdict.failure for verdict in verdicts if verdict.failure is not None]
     if failures:
@@ -91,6 +122,47 @@ def _verdict(report: Section, text: str) -> Verdict:
     figures = [_figure(report, name) for name in WORDS[asked]]
     found = None if None in figures else sum(figures)
     return Verdict(require=text, found=found, failure=CHECKS[asked](report))
+
+
+def _verdict_on_set(report: Section, name: str, required: Sequence[str]) -> Verdict:
+    """Return the verdict on a set of words and comparisons, which all have to be met."""
+    parts = tuple(_verdict(report, text) for text in _parts(report, name, required))
+    failures = [f"{name}: {part.failure}" for part in parts if part.failure is not None]
+    return Verdict(require=name, found=len(failures), failure="; ".join(failures) or None, parts=parts)
+
+
+def _parts(report: Section, name: str, required: Sequence[str]) -> list[str]:
+    """Return the parts of a set that count for this mesh, beside whatever else is required."""
+    asked = [parse_requirement(text, _figures(report)) for text in required if text not in SETS]
+    told = {one.figure for one in asked if isinstance(one, Comparison)}
+    kinds = {"quads": report["mesh"]["quads"], "triangles": report["mesh"]["triangles"]}
+    found = []
+    for part in SETS[name]:
+        one = parse_requirement(part, _figures(report))
+        figure = one.figure if isinstance(one, Comparison) else ""
+        kind = kind_of(figure)
+        if (kind is None or kinds[kind]) and not (figure == "topology.components" and figure in told):
+            found.append(part)
+    wall = (report.get("thickness") or {}).get("limit")
+    return [*found, f"thickness.min>={wall:.12g}"] if name == "print" and wall is not None else found
+
+
+def _with_faces(verdicts: Sequence[Verdict], mesh: Mesh, figures: tuple[str, ...]) -> list[Verdict]:
+    """Return verdicts that name the faces which those that are not met are due to."""
+    found = []
+    for verdict in verdicts:
+        masks = []
+        for part in verdict.parts or (verdict,):
+            if part.failure is not None:
+                masks.append(blamed_faces(mesh, parse_requirement(part.require, figures)))
+        blamed = [mask for mask in masks if mask is not None]
+        if not blamed:
+            found.append(verdict)
+            continue
+        numbers = np.flatnonzero(np.logical_or.reduce(blamed))
+        first = tuple(numbers[:MOST_FACES].tolist())
+        found.append(replace(verdict, face_count=len(numbers), faces=first))
+    return found
 
 
 def is_of_file(report: Section) -> bool:

@@ -87,7 +87,7 @@ def test_every_parameter_completes_what_it_takes(name, parameter):
         assert found == [("plain", choice) for choice in parameter.type.choices]
     else:  # a number, a list of words, a name that no disk knows: never a file
         assert all(kind == "plain" for kind, _ in found)
-        has_words = ("require", "table", "dtype", "device", "method")
+        has_words = ("require", "table", "dtype", "device", "method", "values")
         names_isovalues = parameter.name == "isovalue" and name not in ("measure", "mesh")
         assert bool(found) == (parameter.name in has_words or names_isovalues)
 
@@ -99,12 +99,19 @@ def parameter_of(name, option):
 @pytest.mark.parametrize(
     ("option", "incomplete", "words"),
     [
-        ("require", "", ["manifold", "closed", "all-quads", "on-surface", "no-self-intersections"]),
+        (
+            "require",
+            "",
+            ["manifold", "closed", "all-quads", "on-surface", "no-self-intersections", "fe", "print"],
+        ),
         ("require", "m", ["manifold"]),
         (
             "require",
             "closed,",
-            ["closed,manifold", "closed,all-quads", "closed,on-surface", "closed,no-self-intersections"],
+            [
+                *("closed,manifold", "closed,all-quads", "closed,on-surface"),
+                *("closed,no-self-intersections", "closed,fe", "closed,print"),
+            ],
         ),
         ("require", "closed,manifold,o", ["closed,manifold,on-surface"]),
         ("dtype", "float", ["float32", "float64"]),

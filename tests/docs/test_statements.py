@@ -78,7 +78,7 @@ def test_the_file_that_an_output_grows_in_is_the_one_that_is_told():
 
 
 def test_every_word_of_require_is_in_the_table_of_options():
-    assert ", ".join(requirements.WORDS) in TEXT
+    assert ", ".join(requirements.NAMES) in TEXT
 
 
 @pytest.mark.parametrize(("placement", "status"), [("exact", 0), ("centroid", 6)])

@@ -8,7 +8,7 @@ from dmc_cli import mesh_formats
 from dmc_cli.cli.options.from_settings import Decorator, setting, stack
 from dmc_cli.cli.parameters import ChoiceList, RequirementList, complete_files
 from dmc_cli.cli.sections import SectionedOption
-from dmc_cli.requirements import WORDS
+from dmc_cli.requirements import NAMES
 from dmc_cli.settings import MeshValue, OutputSettings
 
 output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
@@ -20,9 +20,9 @@ def require_option(owner: type, effect: str) -> Decorator:
         owner,
         "require",
         section="Output",
-        type=RequirementList(tuple(WORDS)),
+        type=RequirementList(NAMES),
         again=RequirementList.again,
-        help=f"{effect}: {', '.join(WORDS)}; or a figure of the report beside a number, as in"
+        help=f"{effect}: {', '.join(NAMES)}; or a figure of the report beside a number, as in"
         " 'shape_min>=0.3,components<=1'.",
     )
 
