@@ -21,6 +21,7 @@ class MeshFormat:
         encode: From a `MeshFile` to chunks of bytes.
         read: From a path to a `MeshFile`.
         encoding: Text, binary, or either: binary unless `--ascii` asks for text.
+        is_ras_mm: Whether coordinates are RAS in millimetres by definition.
         holds_quads: Whether faces of four corners stay whole; else they are split into triangles.
         holds_normals: Whether there is a place for normals.
         holds_vertex_values: Whether there is one for values of vertices.
@@ -34,6 +35,7 @@ class MeshFormat:
     encode: str
     read: str
     encoding: Literal["text", "binary", "either"] = "text"
+    is_ras_mm: bool = False
     holds_quads: bool = True
     holds_normals: bool = True
     holds_vertex_values: bool = False
@@ -155,6 +157,36 @@ FORMATS: dict[str, MeshFormat] = {
         encode="ls_dyna:encode_ls_dyna",
         read="ls_dyna:read_ls_dyna",
         holds_normals=False,
+        holds_groups=True,
+    ),
+    "gii": MeshFormat(
+        title="GIfTI",
+        suffix=".gii",
+        encode="gifti:encode_gifti",
+        read="gifti:read_gifti",
+        encoding="either",
+        is_ras_mm=True,
+        holds_quads=False,
+        holds_normals=False,
+    ),
+    "freesurfer": MeshFormat(
+        title="FreeSurfer",
+        suffix=".pial",
+        other_suffixes=(".white", ".inflated", ".surf"),
+        encode="freesurfer:encode_freesurfer",
+        read="freesurfer:read_freesurfer",
+        encoding="binary",
+        is_ras_mm=True,
+        holds_quads=False,
+        holds_normals=False,
+    ),
+    "usda": MeshFormat(
+        title="USD",
+        suffix=".usda",
+        encode="usd:encode_usd",
+        read="usd:read_usd",
+        holds_vertex_values=True,
+        holds_face_values=True,
         holds_groups=True,
     ),
 }

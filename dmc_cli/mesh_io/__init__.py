@@ -10,6 +10,9 @@ numbered       nodes, elements and parts as solvers have them
 meshio_file    what meshio reads
 ply/, vtk/, glb/, obj, off, stl, three_mf  meshes as chunks of bytes, and out of files
 gmsh, abaqus, nastran, ls_dyna  likewise, for solvers
+patient        coordinates of formats that have one space
+gifti, freesurfer  likewise, for neuroimaging
+usd            likewise, for films and engines
 halfedge_numbers  next and previous in NumPy
 halfedge_dump  halfedge structures as chunks of bytes
 write          a mesh to a file, whole or not at all

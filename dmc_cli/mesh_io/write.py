@@ -9,7 +9,7 @@ from dmc_cli.files import write_output
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
-from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue
+from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputUnit
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,15 @@ def check_encoding(name: str, *, ascii: bool, element: Element | None = None) ->
         )
 
 
+def check_unit(name: str, unit: OutputUnit) -> None:
+    """Raise SettingsError if the format has millimetres alone, and another unit is asked for."""
+    if unit != "mm" and FORMATS[name].is_ras_mm:
+        raise SettingsError(
+            f"the unit {unit} was asked for (--unit), but {FORMATS[name].title} files are in millimetres;"
+            " leave it out, or choose another format"
+        )
+
+
 def check_values(name: str, values: Sequence[MeshValue]) -> None:
     """Raise SettingsError if values are asked for that the format cannot hold."""
     for value in values:
@@ -106,6 +115,7 @@ def write_mesh(
         )
     name = choose_format(path, output_format)
     check_encoding(name, ascii=ascii, element=element)
+    check_unit(name, mesh.unit)
     choices = {} if element is None else {"element": element}
     size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii, **choices), force=force)
     return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))
@@ -114,6 +124,9 @@ def write_mesh(
 def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
     """Yield a warning of each thing that the format cannot hold."""
     title = mesh_format.title
+    if mesh_format.is_ras_mm and mesh.space == "LPS":
+        told = f"{title} files are in RAS: the mesh, which is in LPS, was turned to it by half a turn round z"
+        yield Notice("W-SPACE-TURNED", told)
     if mesh.quad_count and not mesh_format.holds_quads:
         told = (
             f"{title} files hold no quads: each of {mesh.quad_count} was split into two triangles, along the"

@@ -44,7 +44,7 @@ def test_the_summary_says_that_quads_are_split(run, tmp_path):
     assert "W-QUADS-SPLIT" in told
 
 
-@pytest.mark.parametrize("name", ["glb", "3mf"])
+@pytest.mark.parametrize("name", ["glb", "3mf", "pial"])
 def test_text_of_a_binary_format_is_refused_before_any_work(run, tmp_path, name):
     result = run(*SPHERE, tmp_path / f"a.{name}", "--ascii")
     assert result.exit_code == 2
@@ -52,7 +52,7 @@ def test_text_of_a_binary_format_is_refused_before_any_work(run, tmp_path, name)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["glb", "3mf"])
+@pytest.mark.parametrize("name", ["glb", "3mf", "msh", "inp", "nas", "k", "usda"])
 def test_isovalues_share_a_file_as_groups(run, tmp_path, name):
     path = tmp_path / f"a.{name}"
     assert run("convert", "synth:sphere:14", path, "-i", 0.1, "-i", 0.3).exit_code == 0

@@ -35,6 +35,12 @@ def test_what_is_written_is_read_again(name, cube, tmp_path):
 @pytest.mark.parametrize("unit", ["um", "nm", "m"])
 def test_places_are_the_same_whatever_the_unit(name, unit, cube, tmp_path):
     path = str(tmp_path / f"a{FORMATS[name].suffix}")
+    if FORMATS[name].is_ras_mm:
+        with pytest.raises(
+            SettingsError, match=f"{FORMATS[name].title} files are in millimetres; leave it out"
+        ):
+            write_mesh(path, replace(cube, unit=unit))
+        return
     write_mesh(path, replace(cube, unit=unit))
     found = read_mesh(path)
     places = np.unique(np.abs(found.points)) * UNIT_LENGTHS[found.unit]
@@ -45,8 +51,20 @@ def test_places_are_the_same_whatever_the_unit(name, unit, cube, tmp_path):
 @pytest.mark.parametrize("space", ["RAS", "LPS", "none"])
 def test_the_space_is_told(name, space, cube, tmp_path):
     path = str(tmp_path / f"a{FORMATS[name].suffix}")
-    write_mesh(path, replace(cube, space=space))
-    assert read_mesh(path).space == space
+    told = write_mesh(path, replace(cube, space=space)).warnings
+    found, is_turned = read_mesh(path), FORMATS[name].is_ras_mm and space == "LPS"
+    assert found.space == ("RAS" if is_turned else space)
+    assert ("W-SPACE-TURNED" in [notice.code for notice in told]) == is_turned
+    if FORMATS[name].holds_quads:
+        return
+    turned_points = cube.points * ((-1, -1, 1) if is_turned else (1, 1, 1))
+    assert sorted(map(tuple, found.points)) == sorted(map(tuple, turned_points))
+    assert signed_volume(found) == pytest.approx(8)
+
+
+def signed_volume(mesh):
+    """Of triangles that look outward: positive."""
+    return np.linalg.det(mesh.points[mesh.faces[:, :3]]).sum() / 6
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if FORMATS[name].encoding == "binary"])
@@ -91,7 +109,7 @@ def test_an_empty_mesh_is_written(name, ascii, tmp_path):
     empty = MeshFile(points=np.zeros((0, 3), np.float32), faces=np.zeros((0, 4), np.int32))
     path = tmp_path / f"a{FORMATS[name].suffix}"
     assert write_mesh(str(path), empty, ascii=ascii).size == path.stat().st_size > 0
-    with pytest.raises(MeshFileError, match=r"no faces were found|meshio cannot read it"):
+    with pytest.raises(MeshFileError, match=r"no faces were found|(meshio|nibabel) cannot read it"):
         read_mesh(path)
 
 
