@@ -39,7 +39,7 @@ def test_the_examples_have_options_and_words_that_there_are(command, monkeypatch
     monkeypatch.chdir(ROOT)
     for example in examples(command):
         _, name, *words = shlex.split(example)
-        parent = click.Context(dmc, info_name="dmc")
+        parent = click.Context(dmc, info_name="dmc", **dmc.context_settings)
         with dmc.commands[name].load().make_context(name, words, parent=parent):
             pass
 
