@@ -53,7 +53,7 @@ VolumeFormat = Literal["nifti", "nrrd", "meta", "raw"]
 PaperTable = Literal["2", "3", "4", "5", "6", "7", "8", "9", "I"]
 
 Element = Literal["S4R", "S4", "M3D4", "SFM3D4", "R3D4"]
-MeshValue = Literal["quality", "deviation", "valence"]
+MeshValue = Literal["quality", "deviation", "valence", "thickness"]
 
 FACE_VALUES = ("quality",)
 """Values that a face has; the others are values of a vertex."""
@@ -582,6 +582,8 @@ class ReworkSettings:
     normals: bool = True
     output_format: str | None = None
     ascii: bool = False
+    values: tuple[MeshValue, ...] = ()
+    element: Element | None = None
     force: bool = False
     report: str | None = None
     require: tuple[str, ...] = ()
@@ -603,6 +605,11 @@ class ReworkSettings:
         if self.min_faces < 0:
             raise SettingsError(f"min_faces is {self.min_faces}; expected a number of faces, 0 or more")
         check_reference(self.volume, self.isovalue)
+        if "deviation" in self.values and self.volume is None:
+            raise SettingsError(
+                "values has 'deviation', but no volume was given to hold the mesh against; name it with"
+                " --volume and -i"
+            )
         if self.operations.is_changed and self.volume is None:
             name = "relax" if self.operations.simplify == "none" else "simplify"
             name = "remesh" if self.operations.remesh else name

@@ -6,6 +6,7 @@ file_keys, overlaps  no output is an input or another output
 kept_volume    a volume that several conversions share
 preparation    what the settings leave open until a volume is read
 no_surface     why there is no surface, and where there are some
+mesh_values    what stands beside vertices and faces in a file
 mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
 unmet_requirements  what is required of a mesh, and the faces that are not so

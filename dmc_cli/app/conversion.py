@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-import numpy as np
-
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
 from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
+from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.preparation import Prepared, finds_components, is_settled, prepare, resolved_isovalue
@@ -55,7 +54,7 @@ from dmc_cli.report import (
     measured_sections,
 )
 from dmc_cli.runtime import launch_kernels, load_kernels, select_device
-from dmc_cli.settings import FACE_VALUES, ConvertSettings, MeshValue, OutputUnit
+from dmc_cli.settings import ConvertSettings, OutputUnit
 from dmc_cli.volume import Volume, intact, output_affine, told_as_labels
 
 
@@ -174,7 +173,11 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
     written_normals = normals if output.normals else None
     mesh = file_of_mesh(
-        stages.mesh, written_normals, space, output.unit, **_values(stages, volume, settings, watch)
+        stages.mesh,
+        written_normals,
+        space,
+        output.unit,
+        **list_values(output.values, stages.mesh, stages.placement, volume, watch),
     )
     return mesh, None if output.halfedges is None else _dump(stages, normals, output.unit), report
 
@@ -225,10 +228,7 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
-    if settings.output.values:
-        from dmc_cli.measures import list_kernels
-
-        modules += list_kernels()
+    modules += value_kernels(settings.output.values)
     if settings.output.is_measured:
         output = settings.output
         modules += report_kernels(intersections=output.finds_intersections, curvature=output.finds_curvature)
@@ -243,34 +243,6 @@ def _connect(surface: Surface, settings: ConvertSettings, watch: Stopwatch) -> S
         with watch.stage("coloring", "colouring"):
             surface = color_faces(surface)
     return surface
-
-
-def _values(
-    stages: Stages, volume: Volume, settings: ConvertSettings, watch: Stopwatch
-) -> dict[str, dict[str, Any]]:
-    """Return the values of vertices and of faces that the file is to have."""
-    values = settings.output.values
-    if not values:
-        return {}
-    with watch.stage("values", "listing values"):
-        found = {name: _listed(name, stages, volume) for name in values}
-    return {
-        "vertex_values": {name: found[name] for name in values if name not in FACE_VALUES},
-        "face_values": {name: found[name] for name in values if name in FACE_VALUES},
-    }
-
-
-def _listed(name: MeshValue, stages: Stages, volume: Volume) -> Any:
-    """Return a value of each vertex or face."""
-    from dmc_cli.measures import list_deviation, list_shapes
-
-    match name:
-        case "quality":
-            return list_shapes(stages.mesh)
-        case "deviation":
-            return list_deviation(stages.placement, volume).astype(np.float32)
-        case "valence":
-            return stages.mesh.require_halfedges().valence.numpy()
 
 
 def _dump(stages: Stages, normals: Any, unit: OutputUnit) -> HalfedgeDump:

@@ -8,6 +8,7 @@ import numpy as np
 
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
 from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
+from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
 from dmc_cli.array_types import Float64Array
@@ -15,10 +16,11 @@ from dmc_cli.errors import CallError, MeshFileError, RequirementError, SettingsE
 from dmc_cli.field import upload_volume
 from dmc_cli.files import check_output, write_output
 from dmc_cli.measures import kernel_modules as report_kernels, locate_mesh, mask_of_largest, plain
-from dmc_cli.mesh import connect, connecting_kernels, file_of_mesh, mesh_of_file
+from dmc_cli.mesh import Placement, connect, connecting_kernels, file_of_mesh, mesh_of_file
 from dmc_cli.mesh_io import (
     MeshFile,
     check_encoding,
+    check_values,
     choose_format,
     flip_faces,
     keep_faces,
@@ -49,6 +51,7 @@ class _Work:
 
     mesh: MeshFile
     read: dict[str, int]
+    placement: Placement | None
     simplification: dict[str, Any]
     warnings: list[Notice]
 
@@ -85,7 +88,9 @@ def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> Rework
 def _check_outputs(settings: ReworkSettings) -> None:
     """Raise DmcError, before any work, if an output has a name or a place that will not do."""
     refuse_overlaps([_as_conversion(settings)], [settings.mesh])
-    check_encoding(choose_format(settings.path, settings.output_format), ascii=settings.ascii)
+    name = choose_format(settings.path, settings.output_format)
+    check_encoding(name, ascii=settings.ascii, element=settings.element)
+    check_values(name, settings.values)
     for path in (settings.path, settings.report):
         if path is not None:
             check_output(path, force=settings.force)
@@ -109,7 +114,7 @@ def _surface(settings: ReworkSettings) -> SurfaceSettings:
 def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
     """Return the modules with kernels that a run needs."""
     operations = settings.operations
-    modules = [*connecting_kernels()]
+    modules = [*connecting_kernels(), *value_kernels(settings.values)]
     if settings.is_measured or settings.keep is not None or settings.min_faces or settings.volume is not None:
         modules += report_kernels(intersections=settings.is_measured)
     if settings.volume is not None:
@@ -126,7 +131,7 @@ def _reworked(
 ) -> _Work:
     """Return the mesh after everything that is asked for, in the order of the report."""
     read = {"vertices": len(mesh.points), "faces": len(mesh.faces)}
-    work = _Work(mesh, read, {}, [*mesh.warnings])
+    work = _Work(mesh, read, None, {}, [*mesh.warnings])
     if settings.keep is not None or settings.min_faces:
         with watch.stage("parts", "choosing components"):
             work.mesh = _kept(settings, mesh, device)
@@ -138,6 +143,13 @@ def _reworked(
     work.mesh = _in_output(settings, work.mesh)
     if not settings.normals:
         work.mesh = replace(work.mesh, normals=None)
+    if settings.values:
+        listed = list_values(settings.values, mesh_of_file(work.mesh, device), work.placement, volume, watch)
+        work.mesh = replace(
+            work.mesh,
+            vertex_values={**work.mesh.vertex_values, **listed["vertex_values"]},
+            face_values={**work.mesh.face_values, **listed["face_values"]},
+        )
     return work
 
 
@@ -182,6 +194,7 @@ def _work_on_volume(
         with watch.stage("normals", "computing normals"):
             sides = stages.placement.frame.sense * (1.0 if settings.inside == "below" else -1.0)
             normals = compute_normals(stages.placement, surface).numpy() * np.float32(sides)  # as faces look
+    work.placement = stages.placement
     work.mesh = file_of_mesh(stages.mesh, normals, file.space, file.unit)
 
 
@@ -288,6 +301,7 @@ def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch
                 work.mesh,
                 output_format=settings.output_format,
                 ascii=settings.ascii,
+                element=settings.element,
                 force=settings.force,
             )
         for key, told in warning_keys(written.warnings).items():

@@ -1,18 +1,18 @@
 """Rework a mesh file: parts, formats, units, and relaxation on its volume: `dmc mesh`."""
 
-from typing import Any
+from typing import Any, get_args
 
 import click
 
 from dmc_cli import mesh_formats
 from dmc_cli.cli import options
 from dmc_cli.cli.isovalue import missing_isovalue
-from dmc_cli.cli.parameters import Components, complete_files
+from dmc_cli.cli.parameters import ChoiceList, Components, complete_files
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import rework_lines
 from dmc_cli.cli.terminal import echo_lines
-from dmc_cli.settings import MeshSettings, ReadSettings, ReworkSettings
+from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettings
 
 
 @click.command(cls=SectionedCommand)
@@ -88,6 +88,20 @@ from dmc_cli.settings import MeshSettings, ReadSettings, ReworkSettings
 )
 @options.setting(
     ReworkSettings, "ascii", section="Output", is_flag=True, help="Text where the format could be binary."
+)
+@options.setting(
+    ReworkSettings,
+    "values",
+    section="Output",
+    type=ChoiceList(get_args(MeshValue)),
+    again=ChoiceList.again,
+    help=f"Values in the file, of each vertex or face: {', '.join(get_args(MeshValue))}.",
+)
+@options.setting(
+    ReworkSettings,
+    "element",
+    section="Output",
+    help="What a quad is in an Abaqus file: a shell (S4R by default), a membrane, a surface, rigid.",
 )
 @options.setting(
     ReworkSettings,

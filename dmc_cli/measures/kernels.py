@@ -48,14 +48,20 @@ def kernel_modules(
 
         modules.append(finding)
     if thickness:
-        from dmc_cli.measures import thickness as walls
-
-        modules.append(walls)
+        modules += thickness_kernels()
     if distance:
         from dmc_cli.measures import nearest, sampling
 
         modules += [sampling, nearest]
     return modules + list_kernels() if lists else modules
+
+
+def thickness_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels find how thick walls are."""
+    from dmc_cli.measures import quality, split_faces, thickness
+    from dmc_cli.mesh import connecting_kernels, tree_kernels
+
+    return [*tree_kernels(), *connecting_kernels(), quality, split_faces, thickness]
 
 
 def list_kernels() -> list[ModuleType]:

@@ -231,3 +231,19 @@ def test_triangles_are_not_relaxed(run, torus, tmp_path):
 def test_settings_refuse_what_is_none():
     with pytest.raises(Exception, match="keep is -3"):
         ReworkSettings(mesh="a.ply", path="b.ply", keep=-3)
+
+
+def test_values_are_listed_beside_those_of_the_file(run, torus, tmp_path):
+    out, more = tmp_path / "out.ply", tmp_path / "more.ply"
+    words = ("--volume", TORUS, "-i", 0, "--values", "deviation,valence,quality,thickness")
+    assert run("mesh", torus, out, *words).exit_code == 0
+    assert run("convert", TORUS, more, "-i", 0, *words[4:]).exit_code == 0
+    found, expected = read_mesh(out), read_mesh(more)
+    for name in ("valence", "thickness"):
+        np.testing.assert_allclose(found.vertex_values[name], expected.vertex_values[name], rtol=1e-4)
+    np.testing.assert_allclose(found.face_values["quality"], expected.face_values["quality"], rtol=1e-4)
+    assert run("mesh", out, more, "--keep", 1, "--values", "valence", "--force").exit_code == 0
+    assert set(read_mesh(more).vertex_values) == {"deviation", "valence", "thickness"}
+    result = run("mesh", torus, tmp_path / "no.ply", "--values", "deviation")
+    assert result.exit_code == 2
+    assert "no volume was given to hold the mesh against" in result.stderr
