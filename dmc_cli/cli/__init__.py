@@ -35,14 +35,14 @@ from typing import NoReturn
 
 import click
 
-from dmc_cli.cli.group import DmcGroup, Failure
+from dmc_cli.cli.group import HELP_NAMES, DmcGroup, Failure
 from dmc_cli.cli.lazy import LazyCommand
 from dmc_cli.cli.signals import Stopped, die_on_signals, raise_on_signals
 from dmc_cli.cli.terminal import open_closed_streams
 from dmc_cli.version import VERSION
 
 
-@click.group(cls=DmcGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
+@click.group(cls=DmcGroup, context_settings={"help_option_names": HELP_NAMES, "show_default": True})
 @click.version_option(VERSION, prog_name="dmc")
 def dmc() -> None:
     """From a scan to a mesh in one command.

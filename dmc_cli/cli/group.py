@@ -14,6 +14,9 @@ from dmc_cli.cli.terminal import escape_streams
 from dmc_cli.errors import DeviceError, DmcError, WriteError
 from dmc_cli.system import check_address_space, lacks_memory
 
+HELP_NAMES = ("-h", "--help")
+"""What the option is called that prints a help text."""
+
 VERBOSE = "dmc_cli.verbose"
 """Key of the context's shared notes under which a command leaves how often `-v` was given."""
 

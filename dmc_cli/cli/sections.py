@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from dmc_cli.cli.group import HELP_NAMES
+
 
 class SectionedOption(click.Option):
     """An option that knows the heading it stands under in the help text, and how often it may be given.
@@ -43,6 +45,10 @@ class SectionedCommand(click.Command):
             if not any(parameter.is_eager for parameter in given):  # as --help is
                 _refuse_repeated(given, ctx)
         return super().parse_args(ctx, args)
+
+    def get_help_option_names(self, ctx: click.Context) -> list[str]:
+        """Return the names of the help option; click makes it once, by whatever context comes first."""
+        return list(HELP_NAMES)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, one definition list a section."""

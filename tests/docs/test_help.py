@@ -65,6 +65,13 @@ def test_defaults_are_told_of_each_method_where_they_differ(run, told):
     assert told in " ".join(run("convert", "--help").stdout.split())
 
 
+def test_a_context_without_settings_changes_no_help(run):
+    """The help option of a command is made once a process: here by a context as completion has it."""
+    command = dmc.commands["measure"].load()
+    command.get_params(click.Context(command))
+    assert "-h, --help" in run("measure", "--help").stdout
+
+
 def test_options_stand_under_their_headings_and_general_ones_last(run):
     text = run("convert", "--help").stdout
     headings = re.findall(r"^([A-Z][\w ]*):$", text, re.MULTILINE)
