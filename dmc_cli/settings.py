@@ -210,24 +210,38 @@ class SurfaceSettings:
         return self.topology in method_named(self.method).manifold
 
 
+def _is_positive(text: str | None) -> bool:
+    """Return whether a text is a positive number."""
+    try:
+        return 0 < float(text or "") < math.inf
+    except ValueError:
+        return False
+
+
 @dataclass(frozen=True, kw_only=True)
 class PartSettings:
     """Which part of the volume is wanted, on its nodes before contouring; the stages follow each other so.
 
     `crop` keeps a box of nodes: for x, y and z `first:last`, both kept, in nodes, `mm` of the volume's space
-    or `%` of its extent, as in `10:200,:,25%:75%`. `keep` keeps the `largest` component of the object, or so
-    many; `min_volume` those of at least so many mm3. `fill_cavities` fills what the object encloses: `all`,
-    or cavities of at most so many mm3.
+    or `%` of its extent, as in `10:200,:,25%:75%`. `resample` takes nodes at another distance in mm, or
+    `isotropic`; `smooth_volume` is the standard deviation of a Gaussian in mm. Of the object, `open_gaps`
+    takes away what is thinner than so many mm, `close_gaps` fills gaps that are narrower. `keep` keeps the
+    `largest` component of it, or so many; `min_volume` those of at least so many mm3. `fill_cavities` fills
+    what the object encloses: `all`, or cavities of at most so many mm3.
     """
 
     crop: str | None = None
+    resample: str | None = None
+    smooth_volume: float | None = None
+    open_gaps: float | None = None
+    close_gaps: float | None = None
     keep: str | None = None
     min_volume: float | None = None
     fill_cavities: str | None = None
 
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
-        for name in ("keep", "fill_cavities"):
+        for name in ("resample", "keep", "fill_cavities"):
             given = getattr(self, name)
             if isinstance(given, int | float) and not isinstance(given, bool):
                 object.__setattr__(self, name, f"{given:g}")
@@ -238,6 +252,14 @@ class PartSettings:
         self.largest_cavity  # noqa: B018
         if self.min_volume is not None and not 0 < self.min_volume < math.inf:
             raise SettingsError(f"min_volume is {self.min_volume}; expected a positive volume in mm3")
+        for name in ("smooth_volume", "open_gaps", "close_gaps"):
+            length = getattr(self, name)
+            if length is not None and not 0 < length < math.inf:
+                raise SettingsError(f"{name} is {length}; expected a positive length in mm")
+        if self.resample not in (None, "isotropic") and not _is_positive(self.resample):
+            raise SettingsError(
+                f"resample is {self.resample!r:.80}; expected isotropic, or a positive distance in mm"
+            )
 
     @property
     def most_kept(self) -> int | None:
@@ -270,7 +292,17 @@ class PartSettings:
     @property
     def selects(self) -> bool:
         """Return whether components are looked for."""
-        return (self.keep, self.min_volume, self.fill_cavities) != (None, None, None)
+        return self.changes_bits or (self.keep, self.min_volume, self.fill_cavities) != (None, None, None)
+
+    @property
+    def changes_bits(self) -> bool:
+        """Return whether the object is opened or closed."""
+        return (self.open_gaps, self.close_gaps) != (None, None)
+
+    @property
+    def filters(self) -> bool:
+        """Return whether values are smoothed or taken at other distances."""
+        return (self.resample, self.smooth_volume) != (None, None)
 
     @property
     def is_whole(self) -> bool:

@@ -211,7 +211,7 @@ def every_kernel() -> list[ModuleType]:
     )
     from dmc_cli.parts import kernel_modules as part_kernels
 
-    parts = [*part_kernels(selects=True), *label_kernels()]
+    parts = [*part_kernels(finds=True, reshapes=True, filters=True), *label_kernels()]
     return [*launch_kernels(), *every_kernel_module(), *parts, *processing, *every_measure]
 
 
@@ -220,10 +220,11 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
     dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
     has_normals = settings.output.normals or dumped
     modules = surface_kernels(settings.surface, normals_too=has_normals, indexed=indexed)
-    if finds_components(settings):
+    part, finds = settings.part, finds_components(settings)
+    if finds or part.filters:
         from dmc_cli.parts import kernel_modules as part_kernels
 
-        modules += part_kernels(selects=True)
+        modules += part_kernels(finds=finds, reshapes=part.changes_bits, filters=part.filters)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
@@ -308,7 +309,10 @@ def _make_report(
         quad_count=stages.mesh.face_count - stages.mesh.triangle_count,
         triangle_count=stages.mesh.triangle_count,
         measures=measures,
-        warnings=(*told_as_labels(volume), *rounding_warnings(stages.mesh, stages.placement, volume)),
+        warnings=(
+            *told_as_labels(prepared.source),
+            *rounding_warnings(stages.mesh, stages.placement, volume),
+        ),
         simplification=stages.simplification or None,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),

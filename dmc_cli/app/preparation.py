@@ -1,16 +1,22 @@
 """Settle what a conversion leaves open until its volume is read: the isovalue, and which values are cut.
 
-box of nodes -> isovalue -> values of a band -> components and cavities
+box of nodes -> isovalue -> values of a band -> other distances -> smoothed
+-> opened, closed -> components kept -> cavities filled
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from dmc_cli.app.memory_budget import held_bytes, reserve_beside
 from dmc_cli.field import DeviceVolume, upload_volume
+from dmc_cli.runtime import Device
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Chosen, Suggestions, Volume
+
+FLOAT_BYTES = 4
+"""Bytes of a filtered value, of which an axis takes those before and those after it."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,9 @@ def prepare(
         told["crop"] = {"shape": list(volume.shape), "origin": volume.affine[:3, 3].tolist()}
     asked = settings.surface.isovalue
     volume, isovalue, choice = settle_isovalue(volume, asked, suggestions(volume), reserve)
+    if part.filters:
+        volume = _filtered(volume, settings, on_device.device, reserve)
+        told["filtered"] = {"shape": list(volume.shape), "spacing": list(volume.spacing)}
     if volume is not source:
         on_device = upload_volume(volume, on_device.device)
     settled = replace(settings, surface=replace(settings.surface, isovalue=isovalue))
@@ -94,6 +103,23 @@ def prepare(
 
         told["components"] = list_components(on_device, settled.surface, reserve)
     return Prepared(settled, on_device, source, choice, told or None)
+
+
+def _filtered(
+    volume: Volume, settings: ConvertSettings, device: Device, reserve: Callable[[int], None]
+) -> Volume:
+    """Return the volume with nodes at other distances, and smoothed."""
+    from dmc_cli.parts import resampled_shape, resampled_volume, smoothed_volume
+
+    part = settings.part
+    if part.resample is not None:
+        shapes = (volume.shape, resampled_shape(volume, part.resample))
+        reserve(3 * FLOAT_BYTES * max(math.prod(shape) for shape in shapes))
+        volume = resampled_volume(volume, part.resample, device)
+    if part.smooth_volume is not None:
+        reserve(3 * FLOAT_BYTES * math.prod(volume.shape))
+        volume = smoothed_volume(volume, part.smooth_volume, device)
+    return volume
 
 
 def settle_isovalue(

@@ -277,6 +277,15 @@ def _surface_line(surface: dict[str, Any]) -> str:
 
 def _part_lines(part: dict[str, Any] | None) -> Iterator[str]:
     """Yield what was done to have a part of the volume."""
+    if part is not None and "filtered" in part:
+        size, spacing = (part["filtered"][key] for key in ("shape", "spacing"))
+        yield (
+            f"part      values at {' x '.join(map(str, size))} nodes,"
+            f" {' x '.join(f'{length:.4g}' for length in spacing)} mm apart"
+        )
+    for key, name in (("opened", "taken away"), ("closed", "filled in gaps")):
+        if part is not None and key in part:
+            yield f"part      {part[key]['nodes']} nodes {name}, {_number(part[key]['volume'], 6)} mm³"
     for key, name in (("dropped", "component(s) dropped"), ("filled", "cavit(ies) filled")):
         if part is not None and key in part:
             done = part[key]

@@ -4,11 +4,14 @@ Each stage makes a volume of a volume, so that contouring stays what it is, and 
 
 crop        a box of nodes
 band        values mapped so that what lies between two isovalues is inside
+blending    sums of neighbouring values along an axis
+filtering   values smoothed, or taken at other distances
 runs        nodes of a row that follow each other
 joining     runs that the surface does not part
 components  their size, volume and bounds
 flips       nodes brought to the other side of the isovalue
-selection   components kept, cavities filled
+morphology  sets of nodes opened and closed by balls
+selection   the object opened and closed, components kept, cavities filled
 kernels     its modules with kernels
 """
 

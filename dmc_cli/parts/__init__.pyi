@@ -3,5 +3,10 @@
 from .band import band_bytes as band_bytes, band_volume as band_volume
 from .components import RUN_BYTES as RUN_BYTES
 from .crop import crop_volume as crop_volume
+from .filtering import (
+    resampled_shape as resampled_shape,
+    resampled_volume as resampled_volume,
+    smoothed_volume as smoothed_volume,
+)
 from .kernels import kernel_modules as kernel_modules
 from .selection import list_components as list_components, select_part as select_part

@@ -155,7 +155,7 @@ def _sorted(
     order = np.argsort(-totals[:, 1], kind="stable")
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order))
-    unit = abs(float(np.linalg.det(volume.volume.affine[:3, :3]))) / UNIT
+    unit = node_volume(volume.volume)
     return Components(
         runs=runs,
         numbers=wp.array(rank[numbers], dtype=wp.int32, device=volume.device.name),
@@ -165,6 +165,11 @@ def _sorted(
         high=ends[order, 3:6].astype(np.int64),
         is_open=ends[order, 6] > 0,
     )
+
+
+def node_volume(volume: Volume) -> float:
+    """Return what a `UNIT`th of a node takes, in mm3."""
+    return abs(float(np.linalg.det(volume.affine[:3, :3]))) / UNIT
 
 
 def slice_weights(volume: Volume) -> Int64Array:

@@ -1,4 +1,4 @@
-"""Keep some components of the object, and fill what it encloses; each stage tells what it changed.
+"""Open and close the object, keep some of its components, fill what it encloses, and tell what was done.
 
 Components are joined along the grid's edges, so a dropped node's neighbours are dropped as well or lie
 outside: every crossed edge of what stays is crossed where it was. Only in cells that a dropped component
@@ -16,7 +16,14 @@ import numpy as np
 from dmc_cli.array_types import BoolArray
 from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field import DeviceVolume, upload_volume
-from dmc_cli.parts.components import Components, find_components, find_sets, mark_components
+from dmc_cli.parts.components import (
+    Components,
+    find_components,
+    find_sets,
+    mark_components,
+    node_volume,
+    slice_weights,
+)
 from dmc_cli.parts.flips import flip_nodes
 from dmc_cli.settings import PartSettings, SurfaceSettings
 from dmc_cli.volume import Volume
@@ -63,6 +70,9 @@ def select_part(
     reserve_runs(0)
     values = volume.volume.values.copy()
     told: dict[str, Any] = {}
+    for option, name in (("open_gaps", "opened"), ("close_gaps", "closed")):
+        if getattr(part, option) is not None:
+            volume, told[name] = _reshaped(volume, settings, values, option, getattr(part, option))
     sets = find_sets(volume, settings)
     found = find_components(volume, settings, sets, of_object=True, reserve=reserve_runs)
     told["components"] = _section(found, volume.volume)
@@ -84,6 +94,28 @@ def select_part(
         told["filled"] = _tally(outer, filled)
         if filled.any():
             volume = _flipped(volume, settings, values, mark_components(outer, filled, sets.grid, volume))
+    return volume, told
+
+
+def _reshaped(
+    volume: DeviceVolume, settings: SurfaceSettings, values: Any, option: str, width: float
+) -> tuple[DeviceVolume, dict[str, Any]]:
+    """Return the volume with its object opened or closed, and how much went or came."""
+    from dmc_cli.parts import morphology
+
+    sets, device = find_sets(volume, settings), volume.device
+    ball = morphology.ball_of(width / 2, volume.volume.spacing, option)
+    bits = sets.object_bits(is_inside=settings.inside == "above")
+    is_opened = option == "open_gaps"
+    change = morphology.opened if is_opened else morphology.closed
+    changed = change(bits, ball, sets.grid, device).numpy() ^ bits.numpy()
+    if sets.data is not None:
+        changed &= sets.data.numpy()
+    weights = slice_weights(volume.volume)
+    layers = np.bitwise_count(changed).reshape(sets.grid.nz, -1).sum(axis=1, dtype=np.int64)
+    told = {"nodes": int(layers.sum()), "volume": node_volume(volume.volume) * float(layers @ weights)}
+    if told["nodes"]:
+        volume = _flipped(volume, settings, values, changed)
     return volume, told
 
 

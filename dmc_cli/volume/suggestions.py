@@ -1,7 +1,7 @@
 """Tell what kind of volume there is, and which isovalues suit it.
 
 Nothing is guessed of what values mean: Hounsfield units are those that a file states. What has two different
-values is a mask, whole numbers of few different values are labels, and of all else the histogram decides.
+values is a mask, whole numbers of few values in pieces are labels, and of all else the histogram decides.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,7 @@ import numpy as np
 from dmc_cli.errors import SettingsError
 from dmc_cli.isovalue_choices import PRESETS, Choice, parse_choice
 from dmc_cli.volume.histogram import Histogram, count_values
+from dmc_cli.volume.label_guess import looks_like_labels
 from dmc_cli.volume.otsu import otsu_cuts
 from dmc_cli.volume.volume import Volume
 
@@ -20,9 +21,6 @@ HOUNSFIELD = "HU"
 
 DEFAULT_PRESET = "bone"
 """What is meant of a CT in Hounsfield units where nothing is said."""
-
-MOST_LABELS = 64
-"""Different whole numbers that are taken for labels, at most."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +72,7 @@ class Suggestions:
         if self.volume.modality:
             unit = self.volume.value_unit
             return f"{self.volume.modality} in {unit}" if unit else self.volume.modality
-        is_whole = self.volume.values.dtype.kind in "iu"
-        return "label map" if is_whole and len(self.histogram.values) <= MOST_LABELS else "field"
+        return "label map" if looks_like_labels(self.volume) else "field"
 
     @cached_property
     def is_mask(self) -> bool:

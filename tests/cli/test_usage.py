@@ -49,12 +49,10 @@ def test_usage_errors(run, tmp_path, monkeypatch, words, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_an_isovalue_the_value_range_is_named(run, tmp_path):
-    result = run("convert", "synth:sphere:9", tmp_path / "out.ply")
+def test_an_isovalue_that_is_nothing_known_is_answered_with_what_there_is(run, tmp_path):
+    result = run("convert", "synth:sphere:9", tmp_path / "out.ply", "-i", "half")
     assert result.exit_code == 2
-    assert (
-        "synth:sphere:9 has values from -0.982051 to 0.75; choose one in that range with -i" in result.stderr
-    )
+    assert "'half' is no isovalue; expected a number, otsu, otsu:N" in " ".join(result.stderr.split())
 
 
 @pytest.mark.parametrize(

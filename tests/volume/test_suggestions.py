@@ -38,8 +38,9 @@ def test_kinds(scan):
     assert hounsfield(scan).kind == "CT in HU"
     assert suggestions(scan, modality="MR").kind == "MR"
     assert suggestions(scan).kind == "field"
-    assert suggestions(scan % 20).kind == "label map"
-    assert suggestions((scan % 20).astype(np.float32)).kind == "field"
+    labels = np.kron(scan[:2, :4, :4] % 20, np.ones((4, 8, 8), np.int16))
+    assert suggestions(labels).kind == "label map"
+    assert suggestions(labels.astype(np.float32)).kind == "field"
 
 
 def test_presets_are_hounsfield_units_and_bone_is_the_default_of_ct(scan):
