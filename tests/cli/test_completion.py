@@ -12,7 +12,10 @@ import pytest
 from dmc_cli.cli import dmc
 
 SHELLS = ("bash", "zsh", "fish")
-NAMES = {"input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges", "figures"}
+NAMES = {
+    *("input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges", "figures"),
+    "label_names",
+}
 """Parameters that are files or folders."""
 
 CASES = [
