@@ -91,8 +91,8 @@ def measured(words: list[str]) -> Peaks:
         meter.peaks.forecasts.append(forecast if isinstance(forecast, dict) else {"all": forecast})
         return hold(forecast, *rest, **named)
 
-    hold = memory._reserve
-    memory._reserve = noted
+    hold = memory.reserve
+    memory.reserve = noted
     progress.Stopwatch.stage = watched
     try:
         dmc(words, standalone_mode=False)
