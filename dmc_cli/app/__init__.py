@@ -21,7 +21,9 @@ closed_tunnels  tunnels of the trilinear surface that a mesh does not have
 comparison     methods beside each other
 object_components  the components of the nodes above an isovalue
 spectrum       what surfaces a volume has, over the range of its values
+output_folders  folders of outputs, made and, where nothing is in them, taken away
 batch          many conversions, side by side
+junit          their outcomes for continuous integration
 """
 
 import lazy_loader

@@ -11,6 +11,7 @@ from .conversion import (
     compile_kernels as compile_kernels,
     convert as convert,
 )
+from .junit import junit_text as junit_text
 from .kept_volume import KeptVolume as KeptVolume
 from .label_conversion import LabelResult as LabelResult, convert_labels as convert_labels
 from .label_surfaces import (

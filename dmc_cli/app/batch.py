@@ -1,4 +1,4 @@
-"""Run many conversions: a failure does not stop the others.
+"""Run many conversions: a failure does not stop the others, and folders of outputs are made.
 
 Items are independent. With several jobs they run in threads: kernels and decompression release the
 interpreter's lock, so one item is read and another written while a third computes. Outcomes come in the
@@ -13,18 +13,25 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from threading import Event, Thread
 from typing import Any
 
 from dmc_cli.app import conversion
 from dmc_cli.app.kept_volume import KeptVolume
-from dmc_cli.errors import DeviceError, DmcError
+from dmc_cli.app.output_folders import OutputFolders
+from dmc_cli.errors import DeviceError, DmcError, RequirementError
 from dmc_cli.progress import SILENT, Progress, SilentProgress
 from dmc_cli.settings import ConvertSettings, MemoryShare
 from dmc_cli.stop import check_stop, stopping_on
 from dmc_cli.system import lacks_memory
 from dmc_cli.volume import available_bytes
+
+QUALITY = (
+    *("shape_mean", "shape_min", "scaled_jacobian_min", "min_angle", "max_angle", "warpage_max"),
+    "self_intersections",
+)
+"""Figures of a report's section `quality` that an outcome has."""
 
 _BUG = 1
 """Status of an item that failed by an error of ours: the others go on all the same."""
@@ -35,9 +42,23 @@ _LONGEST_END = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How one item ended; `status` is the exit status that `dmc convert` would have had.
+    """How one item ended.
 
-    `isovalue` is a number once it is chosen, of a band and of an item that failed what was asked for.
+    Attributes:
+        input: Of the item.
+        isovalue: A number once it is chosen; of a band and of an item that failed what was asked for.
+        output: Of the item.
+        status: The exit status that `dmc convert` would have had.
+        error: What went wrong, or None.
+        seconds: How long it took.
+        vertices: Of the mesh, also of one that is not as required; None where there is none.
+        quads: Likewise.
+        triangles: Likewise.
+        quality: The figures of `QUALITY`, where the mesh was measured: for a report or a requirement.
+        requirements: The verdicts on what was required.
+        report: The report's file, or None if none was written.
+        warnings: What is told beside a mesh that was made.
+        warning_codes: Their codes.
     """
 
     input: str
@@ -45,9 +66,13 @@ class Outcome:
     output: str
     status: int
     error: str | None = None
+    seconds: float = field(default=0.0, compare=False)
     vertices: int | None = None
     quads: int | None = None
     triangles: int | None = None
+    quality: dict[str, float | None] | None = None
+    requirements: tuple[dict[str, Any], ...] = ()
+    report: str | None = None
     warnings: tuple[str, ...] = ()
     warning_codes: tuple[str, ...] = ()
 
@@ -74,7 +99,8 @@ class _Jobs:
         threads: Those that could be started.
     """
 
-    def __init__(self, items: Sequence[ConvertSettings], jobs: int) -> None:
+    def __init__(self, items: Sequence[ConvertSettings], jobs: int, folders: OutputFolders) -> None:
+        self._folders = folders
         self.outcomes: list[Future[Outcome]] = [Future() for _ in items]
         self._waiting = deque(zip(items, self.outcomes, strict=True))
         self._items = items
@@ -99,7 +125,7 @@ class _Jobs:
             while not self._stop.is_set():
                 item, outcome = self._waiting.popleft()
                 try:
-                    outcome.set_result(_convert_one(item, _Checking(), kept))
+                    outcome.set_result(_convert_one(item, _Checking(), kept, self._folders))
                 except BaseException as error:  # else the main thread would wait for ever
                     outcome.set_exception(error)
 
@@ -128,15 +154,31 @@ def convert_all(
         shared = [replace(item, share=share) for item in items]
         with suppress(DmcError):  # each item tells
             conversion.load_needed_kernels(shared, progress)  # threads must not race to compile
-        with progress.stage(f"{len(items)} items"):
-            if _convert_side_by_side(shared, tell, jobs, progress, whole):
+        with OutputFolders() as folders, progress.stage(f"{len(items)} items"):
+            if _convert_side_by_side(shared, tell, jobs, progress, whole, folders):
                 return
+    with OutputFolders() as folders:
+        _convert_in_turn(items, tell, progress, whole, folders)
+
+
+def _convert_in_turn(
+    items: Sequence[ConvertSettings],
+    tell: Callable[[Outcome], None],
+    progress: Progress,
+    whole: Callable[[], AbstractContextManager[None]],
+    folders: OutputFolders,
+) -> None:
+    """Convert one item after the other; one that is done is told, whatever comes then."""
     kept = KeptVolume(items)
     for number, item in enumerate(items, 1):
-        with progress.stage(f"item {number} of {len(items)}"):
-            outcome = _convert_one(item, progress, kept)
-        with whole():
-            tell(outcome)
+        done: list[Outcome] = []
+        try:
+            with progress.stage(f"item {number} of {len(items)}"):
+                done.append(_convert_one(item, progress, kept, folders))
+        finally:
+            with whole():
+                for outcome in done:
+                    tell(outcome)
 
 
 def _convert_side_by_side(
@@ -145,9 +187,10 @@ def _convert_side_by_side(
     jobs: int,
     progress: Progress,
     whole: Callable[[], AbstractContextManager[None]],
+    folders: OutputFolders,
 ) -> bool:
     """Convert the items in threads; return whether any could be started."""
-    running, told = _Jobs(items, jobs), 0
+    running, told = _Jobs(items, jobs, folders), 0
     if not running.threads:
         return False
     try:
@@ -166,15 +209,27 @@ def _convert_side_by_side(
     return True
 
 
-def _convert_one(item: ConvertSettings, progress: Progress, kept: KeptVolume) -> Outcome:
+def _convert_one(
+    item: ConvertSettings, progress: Progress, kept: KeptVolume, folders: OutputFolders
+) -> Outcome:
     """Convert an item; whatever is wrong with it becomes part of the outcome."""
+    start = time.monotonic()
+    outcome = _ended(item, progress, kept, folders)
+    return replace(outcome, seconds=round(time.monotonic() - start, 3))
+
+
+def _ended(item: ConvertSettings, progress: Progress, kept: KeptVolume, folders: OutputFolders) -> Outcome:
+    """Return how an item ended."""
     facts: dict[str, Any] = {
         "input": item.input,
         "isovalue": item.surface.isovalue,
         "output": item.output.path,
     }
     try:
+        folders.make(item)
         result = conversion.convert(item, progress, kept=kept)
+    except RequirementError as error:
+        return Outcome(**facts | _found(item, error.report), status=error.exit_status, error=str(error))
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
         return Outcome(**facts, status=error.exit_status, error=told)
@@ -182,13 +237,18 @@ def _convert_one(item: ConvertSettings, progress: Progress, kept: KeptVolume) ->
         if lacks_memory(error):
             return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
         return Outcome(**facts, status=_BUG, error=traceback.format_exc())
-    facts["isovalue"] = result.report["settings"]["isovalue"]
-    return Outcome(
-        **facts,
-        status=0,
-        vertices=len(result.mesh.points),
-        quads=result.mesh.quad_count,
-        triangles=result.mesh.triangle_count,
-        warnings=tuple(result.report["warnings"]),
-        warning_codes=tuple(result.report["warning_codes"]),
-    )
+    return Outcome(**facts | _found(item, result.report), status=0)
+
+
+def _found(item: ConvertSettings, report: dict[str, Any]) -> dict[str, Any]:
+    """Return what an outcome has of the report on a mesh."""
+    quality = report["quality"]
+    return {
+        "isovalue": report["settings"]["isovalue"],
+        **{key: report["mesh"][key] for key in ("vertices", "quads", "triangles")},
+        "quality": None if quality is None else {key: quality[key] for key in QUALITY},
+        "requirements": tuple(report["requirements"]),
+        "report": item.output.report,
+        "warnings": tuple(report["warnings"]),
+        "warning_codes": tuple(report["warning_codes"]),
+    }

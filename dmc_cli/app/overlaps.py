@@ -47,6 +47,7 @@ def refuse_overlaps(
     others: Iterable[Path | str] = (),
     *,
     tells: bool = False,
+    junit: str | None = None,
     one_mesh: bool = False,
 ) -> None:
     """Raise if an output of one of the items is a file that one of them reads, or another one's output.
@@ -55,6 +56,7 @@ def refuse_overlaps(
         items: Conversions that are about to run, in whatever order.
         others: Further files that are read: those that a volume was found to consist of, a batch's own file.
         tells: Whether the outcomes are printed on standard output, as a batch does.
+        junit: The file that a batch writes its verdicts to, or None.
         one_mesh: Whether all items write parts of the first one's mesh file.
 
     Raises:
@@ -63,6 +65,7 @@ def refuse_overlaps(
     files = FileKeys()
     owners: dict[object, Output] = {}
     outputs = [Output(None, "outcomes", STREAM)] if tells else []
+    outputs += [] if junit is None else [Output(None, "verdicts", junit)]
     outputs += [output for item in items for output in _outputs(item)]
     if one_mesh:
         outputs = [output for output in outputs if output.role != "mesh" or output.item is items[0]]

@@ -5,6 +5,7 @@ from typing import Any
 
 from dmc_cli.app.conversion import convert, make_mesh
 from dmc_cli.app.kept_volume import KeptVolume
+from dmc_cli.app.output_folders import OutputFolders
 from dmc_cli.app.read_ahead import ReadAhead
 from dmc_cli.app.writing import finish
 from dmc_cli.progress import SILENT, Progress
@@ -17,6 +18,7 @@ def convert_each(
     ahead: ReadAhead | None = None,
     *,
     as_groups: bool = False,
+    makes_folders: bool = False,
 ) -> Iterator[dict[str, Any]]:
     """Yield the report of each conversion once its files are written.
 
@@ -26,6 +28,7 @@ def convert_each(
         ahead: The reading of the first input where it has begun already.
         as_groups: The items differ in the isovalue, and in the files of halfedges and reports, and share one
             mesh file, with a group for each; it is written when all are made.
+        makes_folders: Folders of the outputs that are not there are made.
 
     Raises:
         DmcError: As `convert`, of the first item that fails; files of those before stay, but of groups none.
@@ -37,5 +40,8 @@ def convert_each(
         finish(made)
         yield from (one.report for one in made)
         return
-    for item, begun in zip(items, first, strict=True):
-        yield convert(item, progress, begun, kept).report
+    with OutputFolders() as folders:
+        for item, begun in zip(items, first, strict=True):
+            if makes_folders:
+                folders.make(item)
+            yield convert(item, progress, begun, kept).report

@@ -38,6 +38,14 @@ if TYPE_CHECKING:
     again=None,
     help="Items at work at the same time; each has an equal share of --memory, or of the machine's.",
 )
+@click.option(
+    "--junit",
+    cls=SectionedOption,
+    section="Batch",
+    metavar="FILE",
+    shell_complete=complete_files,
+    help="Write the outcomes as JUnit's XML, for continuous integration: a test case an item.",
+)
 @options.surface_options
 @options.part_options
 @options.mesh_options
@@ -48,36 +56,50 @@ if TYPE_CHECKING:
 @options.verbosity_options
 @click.pass_context
 def batch(
-    ctx: click.Context, /, inputs: tuple[str, ...], jobs: int, quiet: bool, verbose: int, **values: Any
+    ctx: click.Context,
+    /,
+    inputs: tuple[str, ...],
+    jobs: int,
+    junit: str | None,
+    quiet: bool,
+    verbose: int,
+    **values: Any,
 ) -> None:
     """Convert all INPUTS at all isovalues, and go on after a failure.
 
     INPUTS are files, folders, patterns in quotes, synth:FIELD:N, or one .toml file with the same options
-    (`inputs`, `isovalue`, `output`, ...; not --jobs, -q, -v) and, under [[items]], tables of them that go
-    before the common ones. An item without inputs takes the common ones; if all have their own, the common
-    ones are converted too. Each item's outcome is a line of JSON on standard output; --report is a template
-    too. Ends with status 8 if an item failed.
+    (`inputs`, `isovalue`, `output`, ...; not --jobs, --junit, -q, -v) and, under [[items]], tables of them
+    that go before the common ones. An item without inputs takes the common ones; if all have their own, the
+    common ones are converted too. Each item's outcome is a line of JSON on standard output: seconds, counts,
+    and with --report, which is a template too, or --require quality and verdicts. Folders of outputs are
+    made. Ends with status 8 if an item failed.
 
     \b
     Examples:
       dmc batch 'sample_data/nrrd/*.nrrd' -i 500 -i 1000 -o '{stem}_{isovalue}.obj'
       dmc batch synth:torus:32 synth:sphere:32 -i 0 --jobs 2
+      dmc batch 'scans/*.nii.gz' -i otsu -o 'out/{stem}.ply' --require print --junit verdicts.xml
     """
     from dmc_cli.cli.batch_plan import plan_batch
 
-    items = plan_batch(ctx, inputs, values)
-    failed = 0
+    items = plan_batch(ctx, inputs, values, junit)
+    outcomes: list[Outcome] = []
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.app import convert_all
+            from dmc_cli.app import convert_all, junit_text
+            from dmc_cli.files import check_output, write_output
+
+        if junit is not None:
+            check_output(junit, force=values["force"])
 
         def tell(outcome: "Outcome") -> None:
-            nonlocal failed
             echo_data(json_text(asdict(outcome)), progress)
-            failed += outcome.status != 0
+            outcomes.append(outcome)
 
         convert_all(items, tell, jobs, progress, signals_held)
-    if failed:
+    if junit is not None:
+        write_output(junit, [junit_text(outcomes).encode()], force=values["force"])
+    if failed := sum(outcome.status != 0 for outcome in outcomes):
         raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")
     if not quiet:
         click.echo(f"{len(items)} item(s) done", err=True)

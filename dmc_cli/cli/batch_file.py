@@ -17,7 +17,7 @@ import click
 from dmc_cli.cli.parameters import ChoiceList, Triple
 from dmc_cli.errors import SettingsError
 
-_NOT_IN_FILES = {"jobs", "quiet", "verbose", "help"}
+_NOT_IN_FILES = {"jobs", "junit", "quiet", "verbose", "help"}
 """Options of the whole run, which no table of items can have."""
 
 _MOST_BYTES = 4 << 20

@@ -24,7 +24,9 @@ from dmc_cli.settings import (
 from dmc_cli.volume_io import exists
 
 
-def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, Any]) -> list[ConvertSettings]:
+def plan_batch(
+    ctx: click.Context, inputs: tuple[str, ...], values: dict[str, Any], junit: str | None = None
+) -> list[ConvertSettings]:
     """Return what to convert, in the order of the inputs, the isovalues within an input.
 
     Raises:
@@ -51,7 +53,7 @@ def plan_batch(ctx: click.Context, inputs: tuple[str, ...], values: dict[str, An
             "standard input is read by several items, but it comes once; expected one item for it; save it to"
             " a file, and name that"
         )
-    refuse_overlaps(items, own, tells=True)
+    refuse_overlaps(items, own, tells=True, junit=junit)
     return items
 
 

@@ -68,7 +68,9 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
 
                 ahead = ReadAhead(items[0])  # reads while Warp, which is most of the loading, is imported
                 from dmc_cli.app import convert_each
-            reports.extend(convert_each(items, progress, ahead, as_groups=is_grouped))
+            makes_folders = "{isovalue" in path
+            each = convert_each(items, progress, ahead, as_groups=is_grouped, makes_folders=makes_folders)
+            reports.extend(each)
     finally:  # of isovalues before one that failed, too
         if not quiet:
             echo_summaries(reports)

@@ -2,11 +2,13 @@
 
 import threading
 import time
+from contextlib import contextmanager
 
 import pytest
 
 from dmc_cli.app import batch
 from dmc_cli.app.batch import Outcome, convert_all
+from dmc_cli.progress import SilentProgress
 from dmc_cli.settings import ConvertSettings, OutputSettings, SurfaceSettings
 from dmc_cli.stop import StopRequested, check_stop
 
@@ -62,7 +64,7 @@ class InterruptError(BaseException):
     pass
 
 
-def convert_slowly(item, progress, _kept):
+def convert_slowly(item, progress, _kept, _folders):
     """The first two items are done at once; the others take minutes, and look whether they should stop."""
     if item.output.path not in ("0.ply", "1.ply"):
         for _ in range(10_000):
@@ -98,8 +100,23 @@ def test_an_exception_stops_the_jobs_and_what_is_done_is_told_once(folder, monke
     assert ended and all(isinstance(error, StopRequested) for error in ended)
 
 
+def test_an_item_that_is_done_is_told_whatever_comes_before_its_line(folder):
+    class Interrupted(SilentProgress):
+        @contextmanager
+        def stage(self, name):
+            yield
+            if name == "item 2 of 3":
+                raise InterruptError
+
+    told = []
+    with pytest.raises(InterruptError):
+        convert_all(items(3), told.append, 1, Interrupted())
+    assert [outcome.output for outcome in told] == ["0.ply", "1.ply"]
+    assert sorted(path.name for path in folder.glob("*.ply")) == ["0.ply", "1.ply"]
+
+
 def test_an_error_that_ends_a_thread_ends_the_run(folder, monkeypatch):
-    def fail(item, progress, _kept):
+    def fail(item, progress, _kept, _folders):
         raise SystemExit("told")
 
     monkeypatch.setattr(batch, "_convert_one", fail)

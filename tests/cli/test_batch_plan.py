@@ -9,7 +9,7 @@ from dmc_cli.cli import dmc
 from dmc_cli.cli.batch_plan import plan_batch
 from dmc_cli.errors import SettingsError
 
-NOT_IN_FILES = {"jobs", "quiet", "verbose", "help"}
+NOT_IN_FILES = {"jobs", "junit", "quiet", "verbose", "help"}
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ README = ROOT / "README.md"
 CONSOLE = re.compile(r"(?<=```console\n)(.*?)(?=```)", re.DOTALL)
 TABLE = re.compile(r"(<!-- options of (\w+) -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
 FORMATS = re.compile(r"(<!-- formats -->\n)(.*?)(?=<!-- end -->)", re.DOTALL)
-CHANGES = re.compile(r"^time .*|\d+(\.\d+)? (ms|s)\b", re.MULTILINE)
+CHANGES = re.compile(r'^time .*|\d+(\.\d+)? (ms|s)\b|(?<="seconds": )[\d.]+', re.MULTILINE)
 
 
 def refreshed(text, folder):
