@@ -68,11 +68,16 @@ def conversion_of(
         values,
         input=source,
         read=read,
-        surface=gather(SurfaceSettings, values, isovalue=isovalue),
+        surface=gather(SurfaceSettings, values | _border(values), isovalue=isovalue),
         part=gather(PartSettings, values),
         mesh=gather(MeshSettings, values),
         output=gather(OutputSettings, values, path=path),
     )
+
+
+def _border(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the border where none is named but a print is wanted, which has no open ends."""
+    return {"border": "closed"} if values.get("border") is None and "print" in values["require"] else {}
 
 
 def _stem(source: str) -> str:

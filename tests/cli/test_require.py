@@ -140,3 +140,15 @@ def numbers_of(section, path=""):
             yield from numbers_of(value, f"{path}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool) and key != "schema":
             yield path + key
+
+
+def test_a_print_is_closed_at_the_border_unless_told_otherwise(run, tmp_path):
+    out, report = tmp_path / "a.ply", tmp_path / "r.json"
+    words = ("convert", "synth:iwp:16", out, "-i", 0, "--report", report, "--force")
+    assert run(*words, "--require", "print").exit_code in (0, 6)
+    found = json.loads(report.read_text())
+    assert (found["settings"]["border"], found["topology"]["boundary_edges"]) == ("closed", 0)
+    run(*words, "--require", "print", "--border", "open")
+    assert json.loads(report.read_text())["settings"]["border"] == "open"
+    run(*words)
+    assert json.loads(report.read_text())["settings"]["border"] == "open"

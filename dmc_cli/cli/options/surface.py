@@ -99,7 +99,9 @@ shape_of_surface_options = stack(
         type=float,
         help="How far a particle goes a step, as a share of the force; 0.05 unless told.",
     ),
-    method_option("border", "Leave the mesh open at the volume's border, or close it."),
+    method_option(
+        "border", "Leave the mesh open at the volume's border, or close it, as --require print does."
+    ),
     setting(
         SurfaceSettings,
         "orientation",
