@@ -101,6 +101,7 @@ _FRAMES = (
     0x00620004,  # Segment Number
     0x00620005,  # Segment Label
     0x0062000B,  # Referenced Segment Number
+    0x0062000D,  # Recommended Display CIELab Value
     *(*TIMES, *VIEWS, *PAGES, *FACTORS),
 )
 
