@@ -13,7 +13,7 @@ from dmc_cli.field import grid_affine, grid_of, is_mirrored, kernel_matrix, map_
 from dmc_cli.measures import find_intersections
 from dmc_cli.mesh import Mesh
 from dmc_cli.progress import Stopwatch
-from dmc_cli.runtime import Device
+from dmc_cli.runtime import Device, adopt
 from dmc_cli.volume import Volume, encode_labels
 
 HALF_ROUNDS, MOST_ROUNDS = 4, 24
@@ -77,7 +77,7 @@ def make_label_mesh(
     """
     with watch.stage("surface", "extracting the surfaces"):
         grid = grid_of(volume.shape, 1)
-        codes = wp.array(encode_labels(volume, stored), dtype=wp.uint16, device=device.name)
+        codes = _on_device(encode_labels(volume, stored), device)
         net = extract_net(codes, grid, device, reserve)
         del codes
     with watch.stage("smooth", "smoothing"):
@@ -94,6 +94,13 @@ def make_label_mesh(
     with watch.stage("shells", "taking the shells"):
         shells = extract_shells(net)
     return _on_host(net, shells, points, left, reverse=is_mirrored(affine))
+
+
+def _on_device(codes: AnyArray, device: Device) -> Any:
+    """Return codes on a device, on CPU without a copy."""
+    if device.is_cpu:
+        return adopt(codes, wp.uint16)
+    return wp.array(codes, dtype=wp.uint16, device=device.name)
 
 
 def list_shells(mesh: LabelMesh, count: int) -> Iterator[Shell]:

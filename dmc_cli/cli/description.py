@@ -8,13 +8,13 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from dmc_cli.cli.histogram import binned
-from dmc_cli.errors import AmbiguousVolumeError, SettingsError, WriteError
+from dmc_cli.errors import AmbiguousVolumeError, SettingsError, VolumeError, WriteError
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import Progress
 from dmc_cli.settings import STREAM, ReadSettings
 from dmc_cli.system import usable_cores
 from dmc_cli.version import VERSION
-from dmc_cli.volume import Suggestions, Volume, VolumeEntry, intact
+from dmc_cli.volume import Suggestions, Volume, VolumeEntry, find_labels, intact
 from dmc_cli.volume_io import survey_volumes
 
 _PACKAGES = (
@@ -55,6 +55,8 @@ def describe(
     with intact(volume.values, path), progress.stage("counting values"):
         ends, suggested = suggestions.ends, [asdict(one) for one in suggestions.suggested()]
         kind, counted = suggestions.kind, suggestions.histogram
+        is_map = bool(volume.labels) or kind == "label map"
+        labels = _labels(volume, settings.volume_index or 0) if is_map else {}
     spectrum: dict[str, Any] = {}
     if isovalues is not None:
         from dmc_cli.app import contour_spectrum
@@ -83,9 +85,29 @@ def describe(
         "suggested_isovalues": suggested,
         "histogram": binned(counted.values.tolist(), counted.counts.tolist(), counted.ends),
         "series": series,
+        **labels,
         **spectrum,
         **warning_keys([*notes, *volume.warnings]),
     }
+
+
+def _labels(volume: Volume, layer: int) -> dict[str, Any]:
+    """Return the labels of a label map, with their names, colours and nodes; nothing where values are shares."""
+    named = {label.value: label for label in volume.labels if label.layer == layer}
+    try:
+        found = find_labels(volume)
+    except VolumeError:
+        return {}
+    rows = [
+        {
+            "label": named[value].number if value in named else value,
+            "name": named[value].name if value in named else "",
+            "color": named[value].color if value in named else None,
+            "nodes": nodes,
+        }
+        for value, nodes in zip(found.labels.tolist(), found.counts.tolist(), strict=True)
+    ]
+    return {"labels": rows}
 
 
 def _number(isovalue: float | str | None, suggestions: Suggestions) -> float:

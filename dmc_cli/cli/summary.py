@@ -172,6 +172,11 @@ def info_lines(description: dict[str, Any]) -> Iterator[str]:
         yield "values    " + ("none that is finite" if ends is None else f"{ends[0]:g} to {ends[1]:g}")
         if "kind" in description:
             yield f"kind      {description['kind']}"
+        rows = description.get("labels", [])
+        for row in rows[:_MOST_LABELS]:
+            yield f"label     {_label(row)}: {row['nodes']} nodes"
+        if len(rows) > _MOST_LABELS:
+            yield f"          and {len(rows) - _MOST_LABELS} more; --json has them all"
         if (description["slope"], description["intercept"]) != (1.0, 0.0):
             yield f"scaling   {description['slope']:g} * stored value + {description['intercept']:g}"
         yield "affine    " + _matrix(description["affine"])
@@ -259,6 +264,11 @@ def _warnings(report: dict[str, Any]) -> Iterator[str]:
     """Yield each warning's sentence with its code, which `docs/formats.md` explains."""
     for sentence, code in zip(report.get("warnings", []), report.get("warning_codes", []), strict=True):
         yield f"{sentence} ({code})"
+
+
+def _label(row: dict[str, Any]) -> str:
+    """Return a label's number, with its name where it has one."""
+    return f"{row['label']} {row['name']}".strip()
 
 
 def _surface_line(surface: dict[str, Any]) -> str:

@@ -27,12 +27,12 @@ class LabelValues:
     """The labels that a label map holds.
 
     Attributes:
-        labels: Those that are not the background, int64 (n,), ascending.
+        labels: Those that are not the background, whole numbers (n,), ascending.
         stored: The stored value of each.
         counts: Its nodes, int64 (n,).
     """
 
-    labels: IntArray
+    labels: AnyArray
     stored: AnyArray
     counts: IntArray
 
@@ -44,6 +44,20 @@ def find_labels(volume: Volume) -> LabelValues:
         VolumeError: A value is no whole number.
     """
     stored, counts = _stored_values(volume)
+    labels = _physical(volume, stored)
+    kept = labels != BACKGROUND
+    order = np.argsort(labels[kept], kind="stable")
+    return LabelValues(labels[kept][order], stored[kept][order], counts[kept][order])
+
+
+def _physical(volume: Volume, stored: AnyArray) -> AnyArray:
+    """Return what stored values are as labels: themselves, where no scale has to be applied.
+
+    Raises:
+        VolumeError: One is no whole number.
+    """
+    if stored.dtype.kind in "iu" and (volume.slope, volume.intercept) == (1.0, 0.0):
+        return stored  # numbers of 64 bits, which floats would round, among them
     physical = volume.slope * stored.astype(np.float64) + volume.intercept
     labels = np.rint(physical)
     odd = np.abs(physical - labels) > 1e-6 * np.maximum(np.abs(physical), 1.0)
@@ -52,9 +66,7 @@ def find_labels(volume: Volume) -> LabelValues:
             f"{volume.path or 'the volume'} is no label map: it holds the value {physical[odd][0]:g};"
             " expected whole numbers; leave --labels out, and choose an isovalue with -i"
         )
-    kept = labels != BACKGROUND
-    order = np.argsort(labels[kept], kind="stable")
-    return LabelValues(labels[kept][order].astype(np.int64), stored[kept][order], counts[kept][order])
+    return labels.astype(np.int64)
 
 
 def encode_labels(volume: Volume, stored: AnyArray) -> AnyArray:

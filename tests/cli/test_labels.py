@@ -204,3 +204,11 @@ def test_the_api_does_the_same(tmp_path, boxes):
     assert sorted(result.meshes) == [str(tmp_path / "1.ply"), str(tmp_path / "2.ply")]
     assert list(tmp_path.glob("*.ply")) == []
     assert ConvertSettings is not LabelSettings
+
+
+def test_info_lists_the_labels(run, sample_data, boxes):
+    shown = run("info", sample_data / "labels" / "tooth.seg.nrrd").stdout
+    assert "label     1 dentine: 316201 nodes\nlabel     2 enamel: 109583 nodes\n" in shown
+    found = json.loads(run("info", boxes, "--json").stdout)
+    assert found["labels"][2] == {"label": 40, "name": "", "color": None, "nodes": 36}
+    assert "labels" not in json.loads(run("info", "synth:sphere:8", "--json").stdout)

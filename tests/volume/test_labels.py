@@ -51,6 +51,14 @@ def test_labels_are_physical_values():
     assert found.stored.tolist() == [3, 2, 0]
 
 
+def test_labels_of_64_bits_stay_apart():
+    values = np.array([[[0, 2**63 + 1], [2**63 + 2, 5]]] * 2, np.uint64)
+    found = find_labels(label_map(values))
+    assert found.labels.tolist() == [5, 2**63 + 1, 2**63 + 2]
+    codes = encode_labels(label_map(values), found.stored)
+    assert codes[1, 1:-1, 1:-1].tolist() == [[0, 2], [3, 1]]
+
+
 def test_padding_is_background():
     values = np.array([[[0, 1], [2, 99]]] * 2, np.uint8)
     assert find_labels(label_map(values, padding=(99, 99))).labels.tolist() == [1, 2]
