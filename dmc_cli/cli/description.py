@@ -92,7 +92,7 @@ def describe(
 
 
 def _labels(volume: Volume, layer: int) -> dict[str, Any]:
-    """Return the labels of a label map, with their names, colours and nodes; nothing where values are shares."""
+    """Return the labels of a label map, their names, colours and nodes; nothing where values are shares."""
     named = {label.value: label for label in volume.labels if label.layer == layer}
     try:
         found = find_labels(volume)
