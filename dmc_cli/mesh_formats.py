@@ -27,6 +27,7 @@ class MeshFormat:
         holds_vertex_values: Whether there is one for values of vertices.
         holds_face_values: Whether there is one for values of faces.
         holds_groups: Whether there is one for names of parts.
+        holds_colors: Whether there is one for colours.
         takes_element: Whether there is a choice of the kind of element that a face is.
     """
 
@@ -41,6 +42,7 @@ class MeshFormat:
     holds_vertex_values: bool = False
     holds_face_values: bool = False
     holds_groups: bool = False
+    holds_colors: bool = False
     other_suffixes: tuple[str, ...] = ()
     takes_element: bool = False
 
@@ -53,6 +55,7 @@ class MeshFormat:
 FORMATS: dict[str, MeshFormat] = {
     "ply": MeshFormat(
         title="PLY",
+        holds_colors=True,
         suffix=".ply",
         encode="ply:encode_ply",
         read="ply:read_ply",
@@ -61,7 +64,12 @@ FORMATS: dict[str, MeshFormat] = {
         holds_face_values=True,
     ),
     "obj": MeshFormat(
-        title="OBJ", suffix=".obj", encode="obj:encode_obj", read="obj:read_obj", holds_groups=True
+        title="OBJ",
+        suffix=".obj",
+        encode="obj:encode_obj",
+        read="obj:read_obj",
+        holds_groups=True,
+        holds_colors=True,
     ),
     "off": MeshFormat(
         title="OFF", suffix=".off", encode="off:encode_off", read="off:read_off", holds_normals=False
@@ -77,6 +85,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "vtp": MeshFormat(
         title="VTP",
+        holds_colors=True,
         suffix=".vtp",
         encode="vtk:encode_vtp",
         read="vtk:read_vtp",
@@ -86,6 +95,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "vtu": MeshFormat(
         title="VTU",
+        holds_colors=True,
         suffix=".vtu",
         encode="vtk:encode_vtu",
         read="vtk:read_vtu",
@@ -95,6 +105,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "vtk": MeshFormat(
         title="legacy VTK",
+        holds_colors=True,
         suffix=".vtk",
         encode="vtk:encode_legacy",
         read="vtk:read_legacy",
@@ -104,6 +115,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "glb": MeshFormat(
         title="GLB",
+        holds_colors=True,
         suffix=".glb",
         encode="glb:encode_glb",
         read="glb:read_glb",
@@ -113,6 +125,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "3mf": MeshFormat(
         title="3MF",
+        holds_colors=True,
         suffix=".3mf",
         encode="three_mf:encode_3mf",
         read="three_mf:read_3mf",
@@ -182,6 +195,7 @@ FORMATS: dict[str, MeshFormat] = {
     ),
     "usda": MeshFormat(
         title="USD",
+        holds_colors=True,
         suffix=".usda",
         encode="usd:encode_usd",
         read="usd:read_usd",

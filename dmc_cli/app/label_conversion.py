@@ -29,7 +29,7 @@ from dmc_cli.contouring import label_kernels
 from dmc_cli.errors import EmptySurfaceError, SettingsError
 from dmc_cli.measures import finding_kernels, kernel_modules
 from dmc_cli.mesh_formats import FORMATS
-from dmc_cli.mesh_io import LABELS, MeshFile, check_encoding, choose_format, grouped
+from dmc_cli.mesh_io import LABELS, MeshFile, check_encoding, check_unit, choose_format, grouped
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import LabelSettings
@@ -72,6 +72,7 @@ def convert_labels(settings: LabelSettings, progress: Progress = SILENT) -> Labe
     output = settings.output
     name = choose_format(output.path, output.output_format)
     check_encoding(name, ascii=output.ascii, element=output.element)
+    check_unit(name, output.unit)
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
         load_kernels(device, _needed_kernels(settings), progress)
@@ -183,6 +184,7 @@ def _surfaces(
             normals=corner_normals(shell) if has_normals else None,
             space=space,
             unit=output.unit,
+            color=label.color,
         )
         expected = None if node_volume is None else count * node_volume
         enclosed = float(patch_volumes(shell.points, shell.faces).sum())

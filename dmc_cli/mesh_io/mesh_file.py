@@ -10,17 +10,28 @@ from typing import Any
 
 import numpy as np
 
-from dmc_cli.array_types import AnyArray, BoolArray, Float32Array, Float64Array, FloatArray, Int32Array
+from dmc_cli.array_types import (
+    AnyArray,
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    Float64Array,
+    FloatArray,
+    Int32Array,
+)
 from dmc_cli.errors import CallError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
-from dmc_cli.volume import Space
+from dmc_cli.volume import Color, Space
 
 NO_CORNER = -1
 """The fourth corner of a triangle."""
 
 LABELS = "labels"
 """The name of the face value that holds the label pair, the labels on both sides of a face, (F, 2) int32."""
+
+UNCOLORED = (200, 200, 200)
+"""The colour of groups that have none beside groups that have."""
 
 VALUE_TYPES = tuple(np.dtype(name) for name in ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"))
 """What values may be: the types that PLY has."""
@@ -43,6 +54,8 @@ class MeshFile:
             `VALUE_TYPES`; NaN and infinity are values, too.
         face_values: Values of the faces likewise, one row per face; the label pair is `LABELS`.
         groups: Names of parts, each with its number of faces, in the order of the faces; or none.
+        color: The colour of the whole mesh, red, green and blue up to 255, or None.
+        colors: The colours of groups by name, of some or all.
         warnings: What is told of the file that it was read from.
         triangle_count: Number of faces with three corners.
 
@@ -58,6 +71,8 @@ class MeshFile:
     vertex_values: Mapping[str, AnyArray] = field(default_factory=dict)
     face_values: Mapping[str, AnyArray] = field(default_factory=dict)
     groups: Mapping[str, int] = field(default_factory=dict)
+    color: Color | None = None
+    colors: Mapping[str, Color] = field(default_factory=dict)
     warnings: tuple[Notice, ...] = ()
     triangle_count: int = field(init=False)
 
@@ -115,6 +130,7 @@ def grouped(meshes: Mapping[str, MeshFile]) -> MeshFile:
         vertex_values=_joined([mesh.vertex_values for mesh in meshes.values()]),
         face_values=_joined([mesh.face_values for mesh in meshes.values()]),
         groups={name: len(mesh.faces) for name, mesh in meshes.items()},
+        colors={name: mesh.color for name, mesh in meshes.items() if mesh.color is not None},
     )
 
 
@@ -147,9 +163,30 @@ def parts_of(mesh: MeshFile, name: str) -> Iterator[tuple[str, MeshFile]]:
             unit=mesh.unit,
             vertex_values={value: array[used] for value, array in mesh.vertex_values.items()},
             face_values={value: array[rows] for value, array in mesh.face_values.items()},
+            color=mesh.colors.get(group, mesh.color),
         )
         yield group, part
         start += count
+
+
+def linear(color: Color) -> list[float]:
+    """Return a colour as light, red, green and blue from 0 to 1, which it is not on a screen (sRGB)."""
+    shares = [channel / 255 for channel in color]
+    return [round(s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4, 6) for s in shares]
+
+
+def vertex_colors(mesh: MeshFile) -> ByteArray | None:
+    """Return the colour of each vertex, (V, 3) uint8, that of its first group; None without colours."""
+    if mesh.color is None and not mesh.colors:
+        return None
+    found = np.full((len(mesh.points), 3), UNCOLORED if mesh.color is None else mesh.color, np.uint8)
+    end = len(mesh.faces)
+    for name, count in reversed([*mesh.groups.items()]):
+        faces = mesh.faces[end - count : end]
+        if name in mesh.colors:
+            found[faces[faces != NO_CORNER]] = mesh.colors[name]
+        end -= count
+    return found
 
 
 def _check_rows(name: str, array: AnyArray, columns: int, *dtypes: type[np.generic]) -> None:

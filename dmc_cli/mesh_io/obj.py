@@ -1,6 +1,7 @@
 """Write and read OBJ, the Wavefront object format: lines `v x y z`, `vn x y z` and `f a b c d`.
 
-A line `g name` begins a group of faces. Indices count from 1, a negative one back from the last vertex so
+A line `g name` begins a group of faces; colours stand behind the coordinates, from 0 to 1, as MeshLab and
+Blender read them. Indices count from 1, a negative one back from the last vertex so
 far; a normal that is written has the index of its vertex.
 """
 
@@ -12,10 +13,10 @@ import numpy as np
 
 from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
-from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.mesh_file import MeshFile, vertex_colors
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
 from dmc_cli.mesh_io.parsed import make_mesh, unread
-from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines
+from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, spans
 
 CHUNK = 1 << 24
 """Characters of face lines that are cleaned at a time: the work takes sixteen times as much memory."""
@@ -32,7 +33,11 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
         yield f"# SPACE={mesh.space}\n".encode("ascii")
     if mesh.unit != "mm":
         yield f"# UNIT={mesh.unit}\n".encode("ascii")
-    for rows in chunks_of(mesh.points, np.float32):
+    colors = vertex_colors(mesh)
+    for start, stop in spans(len(mesh.points)):
+        rows = np.ascontiguousarray(mesh.points[start:stop], np.float32)
+        if colors is not None:
+            rows = np.hstack((rows, colors[start:stop] / np.float32(255)))
         yield float_lines(rows, b"v ")
     if mesh.normals is not None:
         for rows in chunks_of(mesh.normals):
@@ -73,8 +78,10 @@ def read_obj(path: Path) -> MeshFile:
     if (corners < 0).any():
         seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
         corners = np.where(corners < -1, corners + 1 + seen, corners)
-    told = unread(path, [part for word, part in OTHER_PARTS.items() if _is_there(text, starts, word)])
-    return make_mesh(str(path), points, faces.counts, corners, data[:1024], warnings=told)
+    told = [part for word, part in OTHER_PARTS.items() if _is_there(text, starts, word)]
+    told += ["colours"] * bool((vertices.counts >= 6).any())
+    warnings = unread(path, told)
+    return make_mesh(str(path), points, faces.counts, corners, data[:1024], warnings=warnings)
 
 
 def _split_lines(data: bytes) -> tuple[ByteArray, IntArray]:

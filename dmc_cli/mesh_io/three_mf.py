@@ -20,6 +20,7 @@ from dmc_cli.mesh_io.mesh_file import MeshFile, parts_of
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, framed_lines
 from dmc_cli.mesh_io.triangles import triangle_chunks
+from dmc_cli.volume import Color
 
 UNITS = {"mm": ("millimeter", 1.0), "um": ("micron", 1.0), "nm": ("micron", 1e-3), "m": ("meter", 1.0)}
 """3MF's word for a unit, and its length in that; it knows no nanometres."""
@@ -107,10 +108,18 @@ def _model(mesh: MeshFile) -> Iterator[bytes]:
         f'<model unit="{unit}" xml:lang="en-US" xmlns="{NAMESPACE}">\n'
         f'<metadata name="Application">dmc</metadata>\n{space}<resources>\n'
     ).encode("ascii")
-    names = []
+    numbers: list[int] = []
+    materials = 0
     for name, part in parts_of(mesh, "mesh"):
-        names.append(name)
-        yield f'<object id="{len(names)}" type="model" name={quoteattr(name)}>\n<mesh>\n<vertices>\n'.encode()
+        painted = ""
+        if part.color is not None:
+            materials += 1
+            number = len(numbers) + materials
+            painted = f' pid="{number}" pindex="0"'
+            yield _material(number, name, part.color)
+        numbers.append(len(numbers) + materials + 1)
+        told = f'id="{numbers[-1]}" type="model" name={quoteattr(name)}{painted}'
+        yield f"<object {told}>\n<mesh>\n<vertices>\n".encode()
         for points in chunks_of(part.points, np.float32):
             yield framed_lines(points, VERTEX)
         yield b"</vertices>\n<triangles>\n"
@@ -118,8 +127,15 @@ def _model(mesh: MeshFile) -> Iterator[bytes]:
             yield framed_lines(triangles, TRIANGLE)
         yield b"</triangles>\n</mesh>\n</object>\n"
     move = "" if length == 1 else f' transform="{length:g} 0 0 0 {length:g} 0 0 0 {length:g} 0 0 0"'
-    items = "".join(f'<item objectid="{number}"{move}/>\n' for number in range(1, len(names) + 1))
+    items = "".join(f'<item objectid="{number}"{move}/>\n' for number in numbers)
     yield f"</resources>\n<build>\n{items}</build>\n</model>\n".encode("ascii")
+
+
+def _material(number: int, name: str, color: Color) -> bytes:
+    """Return a material of one colour."""
+    shown = "#{:02X}{:02X}{:02X}".format(*color)
+    base = f'<base name={quoteattr(name)} displaycolor="{shown}"/>'
+    return f'<basematerials id="{number}">\n{base}\n</basematerials>\n'.encode()
 
 
 def read_3mf(path: Path) -> MeshFile:

@@ -11,7 +11,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, parts_of
+from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, linear, parts_of
 from dmc_cli.mesh_io.numbered import solver_names
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, number_lines
@@ -56,6 +56,9 @@ def _mesh(name: str, part: MeshFile) -> Iterator[bytes]:
     yield from _array("point3f[] points", chunks_of(part.points, np.float32))
     if part.normals is not None:
         yield from _array("normal3f[] normals", chunks_of(part.normals), "vertex")
+    if part.color is not None:
+        color = iter([np.array([linear(part.color)], np.float32)])
+        yield from _array("color3f[] primvars:displayColor", color, "constant")
     yield from _values(part.vertex_values, "vertex")
     yield from _values(part.face_values, "uniform")
     yield b"    }\n"

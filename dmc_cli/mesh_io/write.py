@@ -142,5 +142,7 @@ def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
         of_what = " and ".join(kind for kind in kinds if not held[kind])
         told = f"{title} files hold no values of {of_what}; left out: {', '.join(names)}"
         yield Notice("W-VALUES-LEFT-OUT", told)
+    if (mesh.color is not None or mesh.colors) and not mesh_format.holds_colors:
+        yield Notice("W-COLORS-LEFT-OUT", f"{title} files hold no colours: they were left out")
     if mesh.groups and not mesh_format.holds_groups:
         yield Notice("W-GROUPS-LEFT-OUT", f"{title} files hold no groups; left out: {', '.join(mesh.groups)}")

@@ -2,9 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from dmc_cli.mesh_formats import FORMATS
+from dmc_cli.mesh_io.read import read_mesh
 from tests.mesh_io.layouts import LAYOUTS
 
 SPHERE = ("convert", "synth:sphere:14", "-i", 0.1)
@@ -58,3 +60,24 @@ def test_isovalues_share_a_file_as_groups(run, tmp_path, name):
     assert run("convert", "synth:sphere:14", path, "-i", 0.1, "-i", 0.3).exit_code == 0
     measured = json.loads(run("measure", path, "--json").stdout)
     assert measured["topology"]["components"] == 2
+
+
+def test_labels_have_their_colours_in_files_of_one_and_of_all(run, tmp_path):
+    labels = np.zeros((9, 9, 16), np.uint8)
+    labels[2:7, 2:7, 2:7], labels[2:7, 2:7, 9:14] = 1, 2
+    np.save(tmp_path / "map.npy", labels)
+    (tmp_path / "names.tsv").write_text("index\tname\tcolor\n1\tfirst\t#ff1000\n2\tsecond\t#008040\n")
+    known = ["--labels", "all", "--label-names", tmp_path / "names.tsv", "--spacing", "1,1,1"]
+    for output in ("{name}.ply", "all.glb"):
+        result = run("convert", tmp_path / "map.npy", tmp_path / output, *known)
+        assert result.exit_code == 0, result.stderr
+    for name, color in (("first", (255, 16, 0)), ("second", (0, 128, 64))):
+        values = read_mesh(tmp_path / f"{name}.ply").vertex_values
+        assert [set(values[channel].tolist()) for channel in ("red", "green", "blue")] == [{c} for c in color]
+    assert b'"baseColorFactor":[1.0,0.005182,0.0,1.0]' in (tmp_path / "all.glb").read_bytes()
+
+
+def test_labels_in_another_unit_than_a_format_has_are_refused(run, tmp_path):
+    np.save(tmp_path / "map.npy", np.ones((4, 4, 4), np.uint8))
+    result = run("convert", tmp_path / "map.npy", tmp_path / "a.gii", "--labels", "1", "--unit", "um")
+    assert (result.exit_code, "GIfTI files are in millimetres" in result.stderr) == (2, True)

@@ -70,9 +70,9 @@ def format_table():
         f"{known.title} ({known.suffix}{', or text with `--ascii`' if known.encoding == 'either' else ''})"
         for known in mesh_formats.FORMATS.values()
     ]
-    quads, normals, vertex_values, face_values, groups = (
+    quads, normals, vertex_values, face_values, groups, colors = (
         ", ".join(known.title for known in mesh_formats.FORMATS.values() if getattr(known, f"holds_{what}"))
-        for what in ("quads", "normals", "vertex_values", "face_values", "groups")
+        for what in ("quads", "normals", "vertex_values", "face_values", "groups", "colors")
     )
     lines = ["| | formats |", "| --- | --- |"]
     lines.append(f"| volumes | {', '.join([*volumes, 'synthetic fields'])} |")
@@ -82,6 +82,7 @@ def format_table():
     lines.append(f"| values of vertices in | {vertex_values} |")
     lines.append(f"| values of faces in | {face_values} |")
     lines.append(f"| several parts in | {groups} |")
+    lines.append(f"| colours of labels in | {colors} |")
     schemas = ", of labels by ".join(
         f"[docs/{name}](docs/{name})" for name in ("report-schema.json", "labels-report-schema.json")
     )

@@ -15,7 +15,7 @@ import orjson
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import SettingsError, WriteError
 from dmc_cli.mesh_io.glb.ngons import apart, can_be_told
-from dmc_cli.mesh_io.mesh_file import MeshFile, parts_of
+from dmc_cli.mesh_io.mesh_file import MeshFile, linear, parts_of
 from dmc_cli.mesh_io.text import chunks_of
 from dmc_cli.mesh_io.triangles import fans, triangle_count, triangles_of
 from dmc_cli.volume import UNIT_LENGTHS
@@ -43,6 +43,7 @@ class _Scene:
     meshes: list[dict[str, Any]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
     views: list[dict[str, Any]] = field(default_factory=list)
+    materials: list[dict[str, Any]] = field(default_factory=list)
     size: int = 0
 
     def add(self, kind: int, vector: str, count: int, size: int, target: int, **more: Any) -> int:
@@ -93,6 +94,8 @@ def _json(scene: _Scene, mesh: MeshFile) -> dict[str, Any]:
     if scene.meshes:
         if any("extensions" in mesh["primitives"][0] for mesh in scene.meshes):
             found["extensionsUsed"] = [NGONS]
+        if scene.materials:
+            found["materials"] = scene.materials
         found |= {
             "meshes": scene.meshes,
             "accessors": scene.accessors,
@@ -126,6 +129,10 @@ def _add_part(scene: _Scene, name: str, part: MeshFile) -> None:
     }
     if all(map(can_be_told, chunks_of(part.faces))):
         primitive["extensions"] = {NGONS: {}}
+    if part.color is not None:
+        primitive["material"] = len(scene.materials)
+        shine = {"baseColorFactor": [*linear(part.color), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
+        scene.materials.append({"name": name, "pbrMetallicRoughness": shine})
     scene.meshes.append({"name": name, "primitives": [primitive]})
 
 

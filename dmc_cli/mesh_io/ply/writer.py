@@ -6,14 +6,17 @@ further properties. The space stands in the comment that 3D Slicer reads.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float32Array, Int32Array
 from dmc_cli.errors import CallError
-from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.mesh_file import MeshFile, vertex_colors
 from dmc_cli.mesh_io.ply.properties import CORNERS, NORMAL, POINT, property_names, type_name
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, join_lines, number_lines
+
+COLOR = frozenset(("red", "green", "blue"))
 
 
 def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
@@ -22,6 +25,7 @@ def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
     Raises:
         CallError: Two properties of an element would have one name.
     """
+    mesh = _painted(mesh)
     yield _header(mesh, "ascii" if ascii else "binary_little_endian")
     for places, *values in zip(_places(mesh), *map(chunks_of, mesh.vertex_values.values()), strict=True):
         if ascii:
@@ -33,6 +37,15 @@ def encode_ply(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
             yield join_lines([face_lines(faces), *map(number_lines, values)])
         else:
             yield _face_rows(faces, values, mesh.triangle_count > 0)
+
+
+def _painted(mesh: MeshFile) -> MeshFile:
+    """Return the mesh with its colours as values of vertices, if it has any and no values of such names."""
+    colors = vertex_colors(mesh)
+    if colors is None or not COLOR.isdisjoint(mesh.vertex_values):
+        return mesh
+    channels = {name: np.ascontiguousarray(colors[:, n]) for n, name in enumerate(("red", "green", "blue"))}
+    return replace(mesh, vertex_values=channels | dict(mesh.vertex_values))
 
 
 def _header(mesh: MeshFile, encoding: str) -> bytes:

@@ -3,14 +3,22 @@
 Space and unit stand in the title, where 3D Slicer reads the space.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile
 from dmc_cli.mesh_io.text import chunks_of, face_lines, number_lines
-from dmc_cli.mesh_io.vtk.tables import NORMALS, Table, corner_count, normals_of, points_of, values_of
+from dmc_cli.mesh_io.vtk.tables import (
+    NORMALS,
+    Table,
+    colors_of,
+    corner_count,
+    normals_of,
+    points_of,
+    values_of,
+)
 
 TYPES = {
     "i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int",
@@ -31,22 +39,23 @@ def encode_legacy(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
     for faces in chunks_of(mesh.faces):
         yield face_lines(faces) if ascii else _face_rows(faces)
     yield b"" if ascii else b"\n"
-    if mesh.normals is not None or mesh.vertex_values:
+    colors = colors_of(mesh)
+    if mesh.normals is not None or mesh.vertex_values or colors:
         yield f"POINT_DATA {len(mesh.points)}\n".encode("ascii")
         for table in normals_of(mesh):
             yield f"NORMALS {NORMALS} float\n".encode("ascii")
             yield from _numbers(table, ascii)
-        yield from _fields(mesh.vertex_values, ascii)
+        yield from _fields([*colors, *values_of(mesh.vertex_values)], ascii)
     if mesh.face_values:
         yield f"CELL_DATA {len(mesh.faces)}\n".encode("ascii")
-        yield from _fields(mesh.face_values, ascii)
+        yield from _fields(values_of(mesh.face_values), ascii)
 
 
-def _fields(values: Mapping[str, AnyArray], ascii: bool) -> Iterator[bytes]:
-    """Yield the values as a field, which takes any number of columns."""
-    if values:
-        yield f"FIELD FieldData {len(values)}\n".encode("ascii")
-    for table in values_of(values):
+def _fields(tables: list[Table], ascii: bool) -> Iterator[bytes]:
+    """Yield tables as a field, which takes any number of columns."""
+    if tables:
+        yield f"FIELD FieldData {len(tables)}\n".encode("ascii")
+    for table in tables:
         kind = TYPES[f"{table.dtype.kind}{table.dtype.itemsize}"]
         yield f"{_quoted(table.name)} {table.columns} {table.rows} {kind}\n".encode("ascii")
         yield from _numbers(table, ascii)

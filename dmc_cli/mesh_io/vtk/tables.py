@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
-from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile
+from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, vertex_colors
 from dmc_cli.mesh_io.text import chunks_of
 
 NORMALS = "Normals"
 """What VTK calls the normals of the vertices."""
+
+COLORS = "RGB"
+"""What ParaView calls colours of three bytes."""
 
 TRIANGLE, QUAD = 5, 9
 """VTK's numbers of kinds of cells."""
@@ -51,6 +54,12 @@ def points_of(mesh: MeshFile) -> Table:
 def normals_of(mesh: MeshFile) -> list[Table]:
     """Return the normals, if there are any."""
     return [] if mesh.normals is None else [_table(NORMALS, mesh.normals)]
+
+
+def colors_of(mesh: MeshFile) -> list[Table]:
+    """Return the colours of the vertices, if there are any."""
+    colors = vertex_colors(mesh)
+    return [] if colors is None else [_table(COLORS, colors)]
 
 
 def values_of(values: Mapping[str, AnyArray]) -> list[Table]:

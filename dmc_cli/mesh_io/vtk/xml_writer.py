@@ -15,6 +15,7 @@ from dmc_cli.mesh_io.text import number_lines
 from dmc_cli.mesh_io.vtk.tables import (
     NORMALS,
     Table,
+    colors_of,
     corners_of,
     ends_of,
     kinds_of,
@@ -48,6 +49,7 @@ def _file(kind: str, counts: dict[str, int], mesh: MeshFile, faces: Sections, as
     sections = {
         f"PointData Normals={quoteattr(NORMALS)}" if mesh.normals is not None else "PointData": [
             *normals_of(mesh),
+            *colors_of(mesh),
             *values_of(mesh.vertex_values),
         ],
         "CellData": values_of(mesh.face_values),
