@@ -541,7 +541,8 @@ class MeasureSettings:
     `inside` is the side that was the object when the mesh was made with a closed border. `against` is another
     mesh that the distance is measured to, by `density` samples on a unit of area. `thickness` has that of
     walls measured; so has `wall`, a length in the mesh's unit, with how much is thinner. `require` lists what
-    the mesh must be, words and comparisons of `requirements.py`.
+    the mesh must be, words and comparisons of `requirements.py`; `marked` is a file for the mesh with what
+    each face is to blame for, which `force` overwrites.
     """
 
     mesh: str
@@ -554,6 +555,8 @@ class MeasureSettings:
     thickness: bool = False
     wall: float | None = None
     require: tuple[str, ...] = ()
+    marked: str | None = None
+    force: bool = False
     read: ReadSettings = field(default_factory=ReadSettings)
     device: str = "auto"
     threads: int | None = None
@@ -564,6 +567,12 @@ class MeasureSettings:
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
         check_path("against", self.against)
+        check_outputs({"marked mesh": self.marked, "report": STREAM}, STREAM)
+        if self.marked is not None and not self.require:
+            raise SettingsError(
+                f"marked is {self.marked!r:.80}, but nothing is required that a face could be to blame for;"
+                " say what with --require"
+            )
         object.__setattr__(self, "require", settled_requirements(self.require, MEASURE_FIGURES))
         if self.density is not None and not 0 < self.density < math.inf:
             raise SettingsError(f"density is {self.density}; expected a positive number of samples")

@@ -10,6 +10,7 @@ mesh_values    what stands beside vertices and faces in a file
 mesh_stages    simplification, remeshing, relaxation, timed
 conversion     the table of contents: one call per stage
 unmet_requirements  what is required of a mesh, and the faces that are not so
+marked_faces   a mesh that was measured, with what each face is to blame for
 writing        what is written of it
 several        one input at several isovalues
 label_choice, label_files, label_surfaces  layers, files and meshes of labels

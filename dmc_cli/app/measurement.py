@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.app.marked_faces import check_marked, write_marked
 from dmc_cli.app.unmet_requirements import refuse_unmet
 from dmc_cli.errors import MeshFileError
 from dmc_cli.field import upload_volume
@@ -77,7 +78,9 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         MeshFileError: The mesh is missing or damaged.
         VolumeError: The volume cannot be read.
         DeviceError: There is no such device.
+        WriteError: The marked mesh exists, or cannot be written.
     """
+    check_marked(settings)
     device = select_device(settings.device, settings.threads)
     modules = kernel_modules(
         intersections=True,
@@ -107,6 +110,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
             thickness=settings.measures_thickness,
             wall=settings.wall,
         )
+    write_marked(settings, report, mesh, device)
     refuse_unmet(report, settings.require, mesh, device)
     return report
 

@@ -15,5 +15,5 @@ from .report import (
     report_text as report_text,
     topology_section as topology_section,
 )
-from .requirements import check_requirements as check_requirements
+from .requirements import check_requirements as check_requirements, count_blame as count_blame
 from .versions import collect_versions as collect_versions

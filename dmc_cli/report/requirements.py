@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.array_types import Int32Array
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import cause_and_remedy
 from dmc_cli.mesh import COARSE, Mesh
@@ -112,6 +113,23 @@ def check_requirements(
     if failures:
         told = "the mesh is not what --require asks for: " + "; ".join(failures)
         raise RequirementError(told, report)
+
+
+def count_blame(report: Section, required: Iterable[str], mesh: Mesh) -> Int32Array:
+    """Return for each face how many requirements it is to blame for that are not met, (F,) int32.
+
+    Args:
+        report: The report on the mesh.
+        required: Words, sets, whose parts count each, and comparisons.
+        mesh: The mesh.
+    """
+    counts = np.zeros(mesh.face_count, np.int32)
+    for verdict in judge(report, required):
+        for part in verdict.parts or (verdict,):
+            if part.failure is not None:
+                mask = blamed_faces(mesh, parse_requirement(part.require, _figures(report)))
+                counts += 0 if mask is None else mask
+    return counts
 
 
 def _verdict(report: Section, text: str) -> Verdict:

@@ -8,7 +8,7 @@ from dmc_cli.app.unmet_requirements import refuse_unmet
 from dmc_cli.errors import RequirementError
 from dmc_cli.measures import list_elements
 from dmc_cli.mesh import connect, mesh_of_file
-from dmc_cli.mesh_io import MeshFile
+from dmc_cli.mesh_io import MeshFile, read_mesh, write_mesh
 from dmc_cli.report.blamed_faces import blamed_faces
 from dmc_cli.report.requirements import MOST_FACES
 from dmc_cli.requirements import MEASURE_FIGURES, parse_requirement
@@ -169,3 +169,39 @@ def test_the_first_faces_are_named_and_all_are_counted():
     file = MeshFile(points=points, faces=np.arange(4 * count, dtype=np.int32).reshape(-1, 4))
     (found,) = verdicts(file, "closed")
     assert (found["face_count"], found["faces"]) == (count, list(range(MOST_FACES)))
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".vtp"])
+def test_faces_are_marked_by_how_much_they_are_to_blame_for(run, tmp_path, suffix):
+    path, marked = tmp_path / "two.ply", tmp_path / f"marked{suffix}"
+    write_mesh(str(path), file_of(far(2), drop=[1]))
+    words = ("measure", path, "--require", "closed,components<=1", "--marked", marked)
+    assert run(*words).exit_code == 6
+    found = read_mesh(str(marked))
+    unmet = found.face_values["unmet"]
+    assert unmet.tolist()[5:] == [0] * 6  # the closed one
+    assert sorted(unmet.tolist()[:5]) == [1, 2, 2, 2, 2]  # of another component, and beside the hole
+    assert run(*words).exit_code == 9
+    assert run(*words, "--force").exit_code == 6
+    assert run("measure", path, "--require", "components<=2", "--marked", marked, "--force").exit_code == 0
+    assert not read_mesh(str(marked)).face_values["unmet"].any()
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (("--require", "closed", "--marked", "a.obj"), 2),
+        (("--require", "closed", "--marked", "two.ply", "--force"), 2),
+        (("--require", "closed", "--marked", "-"), 2),
+        (("--marked", "a.ply"), 2),
+        (("--require", "closed", "--marked", "no/a.ply"), 9),
+    ],
+)
+def test_marks_need_a_requirement_a_place_and_a_format(run, tmp_path, monkeypatch, words, status):
+    monkeypatch.chdir(tmp_path)
+    write_mesh("two.ply", file_of(far(2)))
+    before = (tmp_path / "two.ply").read_bytes()
+    result = run("measure", "two.ply", *words)
+    assert (result.exit_code, result.stdout) == (status, "")
+    assert [path.name for path in tmp_path.iterdir()] == ["two.ply"]
+    assert (tmp_path / "two.ply").read_bytes() == before
