@@ -315,7 +315,8 @@ class MeshSettings:
     """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
 
     `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `relax`
-    the number of steps of smoothing on the surface, at last.
+    the number of steps of smoothing on the surface, at last. `repair_intersections` has faces that intersect
+    pulled apart; without a word, where it is required that there are none.
     """
 
     simplify: Simplify = "none"
@@ -323,6 +324,7 @@ class MeshSettings:
     project: bool = True
     remesh: int = 0
     relax: int = 0
+    repair_intersections: bool | None = None
 
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
@@ -358,6 +360,13 @@ class MeshSettings:
     def is_changed(self) -> bool:
         """Return whether vertices or quads do not stay as the surface has them."""
         return self.simplify != "none" or self.relax > 0
+
+
+def repairs(mesh: MeshSettings, require: tuple[str, ...]) -> bool:
+    """Return whether faces that intersect are pulled apart: where that is asked for or, else, required."""
+    if mesh.repair_intersections is not None:
+        return mesh.repair_intersections
+    return "no-self-intersections" in require or "print" in require
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -476,11 +485,16 @@ class ConvertSettings:
         )
 
     @property
+    def repairs_intersections(self) -> bool:
+        """Return whether faces that intersect are pulled apart."""
+        return repairs(self.mesh, self.output.require)
+
+    @property
     def needs_halfedges(self) -> bool:
         """Return whether halfedges are needed: to change or measure the mesh, for valences or the dump."""
         output = self.output
         is_wanted = output.halfedges is not None or output.is_measured or "valence" in output.values
-        return self.mesh.is_changed or is_wanted
+        return self.mesh.is_changed or is_wanted or self.repairs_intersections
 
     @property
     def needs_colors(self) -> bool:
@@ -657,6 +671,11 @@ class ReworkSettings:
             raise SettingsError(
                 f"{name} is {getattr(self.operations, name)!r}, but no volume was given, on whose isosurface"
                 " the vertices are kept; name it with --volume and -i"
+            )
+        if self.operations.repair_intersections and self.volume is None:
+            raise SettingsError(
+                "repair_intersections is True, but no volume was given, near whose isosurface the vertices"
+                " are kept; name it with --volume and -i"
             )
         if self.operations.follows_paper:
             raise SettingsError(

@@ -16,7 +16,7 @@ from typing import Any
 
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
-from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
+from dmc_cli.app.mesh_stages import Stages, relax_stages, repair_stages, simplify_stages
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
@@ -158,7 +158,9 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         stages.vertex_color = color_vertices(stages.placement)
     if settings.mesh.relax:
         relax_stages(stages, settings.mesh.relax, watch)
-    if settings.mesh.is_changed:
+    if settings.repairs_intersections:
+        repair_stages(stages, watch)
+    if settings.mesh.is_changed or stages.repair:
         refuse_lost(stages.placement.local.numpy())
     device.let_go()
     normals = None
@@ -205,7 +207,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
-    processing = processing_kernels(simplify=True, relax=True, remesh=True)
+    processing = processing_kernels(simplify=True, relax=True, remesh=True, repair=True)
     every_measure = report_kernels(
         intersections=True, curvature=True, distance=True, lists=True, thickness=True
     )
@@ -229,6 +231,10 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
+    if settings.repairs_intersections:
+        from dmc_cli.measures import finding_kernels
+
+        modules += [*processing_kernels(repair=True), *finding_kernels()]
     modules += value_kernels(settings.output.values)
     if settings.output.is_measured:
         output = settings.output
@@ -314,6 +320,7 @@ def _make_report(
             *rounding_warnings(stages.mesh, stages.placement, volume),
         ),
         simplification=stages.simplification or None,
+        repair=stages.repair or None,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),

@@ -22,6 +22,7 @@ class Stages:
     placement: Placement
     vertex_color: Any = None
     simplification: dict[str, Any] = field(default_factory=dict)
+    repair: dict[str, int] = field(default_factory=dict)
 
 
 def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) -> None:
@@ -67,3 +68,20 @@ def relax_stages(stages: Stages, steps: int, watch: Stopwatch) -> None:
 
     with watch.stage("relax", "relaxing"):
         stages.mesh, stages.placement = relax(stages.mesh, stages.placement, steps, watch.progress)
+
+
+def repair_stages(stages: Stages, watch: Stopwatch) -> None:
+    """Pull faces apart that intersect."""
+    from dmc_cli.measures import find_intersections
+    from dmc_cli.processing import repair_intersections
+
+    with watch.stage("repair", "undoing intersections"):
+        result = repair_intersections(stages.mesh, stages.placement, find_intersections)
+        stages.mesh, stages.placement = result.mesh, result.placement
+    stages.repair = {
+        "pairs_before": result.pairs_before,
+        "pairs_after": result.pairs_after,
+        "moved": result.moved,
+        "left_surface": result.left_surface,
+        "rounds": result.rounds,
+    }

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
-from dmc_cli.app.mesh_stages import Stages, relax_stages, simplify_stages
+from dmc_cli.app.mesh_stages import Stages, relax_stages, repair_stages, simplify_stages
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
@@ -15,7 +15,13 @@ from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import CallError, MeshFileError, RequirementError, SettingsError
 from dmc_cli.field import upload_volume
 from dmc_cli.files import check_output, write_output
-from dmc_cli.measures import kernel_modules as report_kernels, locate_mesh, mask_of_largest, plain
+from dmc_cli.measures import (
+    finding_kernels,
+    kernel_modules as report_kernels,
+    locate_mesh,
+    mask_of_largest,
+    plain,
+)
 from dmc_cli.mesh import Placement, connect, connecting_kernels, file_of_mesh, mesh_of_file
 from dmc_cli.mesh_io import (
     MeshFile,
@@ -32,7 +38,7 @@ from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report import SCHEMA, collect_versions, measure_memory, report_text
 from dmc_cli.runtime import Device, load_kernels, select_device
-from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings, repairs
 from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact
 from dmc_cli.volume_io import read_volume
 
@@ -53,6 +59,7 @@ class _Work:
     read: dict[str, int]
     placement: Placement | None
     simplification: dict[str, Any]
+    repair: dict[str, int]
     warnings: list[Notice]
 
 
@@ -121,6 +128,8 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
         from dmc_cli.contouring import normal_kernels
 
         modules += normal_kernels()
+    if settings.volume is not None and repairs(operations, settings.require):
+        modules += [*processing_kernels(repair=True), *finding_kernels()]
     wanted = operations.simplify != "none"
     modules += processing_kernels(simplify=wanted, relax=operations.relax > 0, remesh=operations.remesh > 0)
     return modules
@@ -131,7 +140,7 @@ def _reworked(
 ) -> _Work:
     """Return the mesh after everything that is asked for, in the order of the report."""
     read = {"vertices": len(mesh.points), "faces": len(mesh.faces)}
-    work = _Work(mesh, read, None, {}, [*mesh.warnings])
+    work = _Work(mesh, read, None, {}, {}, [*mesh.warnings])
     if settings.keep is not None or settings.min_faces:
         with watch.stage("parts", "choosing components"):
             work.mesh = _kept(settings, mesh, device)
@@ -187,6 +196,9 @@ def _work_on_volume(
         work.simplification = stages.simplification
     if operations.relax:
         relax_stages(stages, operations.relax, watch)
+    if repairs(operations, settings.require):
+        repair_stages(stages, watch)
+        work.repair = stages.repair
     normals = None
     if settings.normals:
         from dmc_cli.contouring import compute_normals
@@ -273,6 +285,7 @@ def _make_report(
         "requirements": [],
         "components": measured.get("components"),
         "simplification": plain(work.simplification) or None,
+        "repair": work.repair or None,
         "timings_ms": {},
         "memory": {},
         "versions": collect_versions(device.name),

@@ -58,6 +58,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     yield f"surface   {_surface_line(report['surface'])}"
     yield from _choice_lines(report["surface"].get("choice"))
     yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
+    yield from _repair_lines(report)
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
     quality = report.get("quality")
@@ -71,6 +72,17 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     yield from _requirement_lines(report)
     if timings := report.get("timings_ms"):
         yield f"time      {_time_line(timings)}"
+
+
+def _repair_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Tell what became of faces that intersected, if there were any."""
+    repair = report.get("repair")
+    if repair and repair["pairs_before"]:
+        left = f", {repair['left_surface']} of them off the surface" if repair["left_surface"] else ""
+        yield (
+            f"repair    {repair['pairs_before']} pair(s) of faces intersected, {repair['pairs_after']} do"
+            f" now; {repair['moved']} vertices moved{left}"
+        )
 
 
 def rework_lines(report: dict[str, Any]) -> Iterator[str]:

@@ -8,6 +8,7 @@ surface_distance  how far points are from the surface
 patterns/         quads removed where valences have a pattern: 3-X-3-Y, 3-3-3-3 (Grosso & Zint 2021)
 relaxation/       vertices smoothed on the surface
 remeshing/        irregular vertices removed by local operations
+intersection_repair  faces that intersect, pulled apart
 kernels           the modules with kernels that the stages need
 """
 

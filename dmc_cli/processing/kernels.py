@@ -3,7 +3,9 @@
 from types import ModuleType
 
 
-def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool = False) -> list[ModuleType]:
+def kernel_modules(
+    *, simplify: bool = False, relax: bool = False, remesh: bool = False, repair: bool = False
+) -> list[ModuleType]:
     """Return the modules whose kernels the stages need, for loading them ahead of time."""
     modules: list[ModuleType] = []
     if simplify:
@@ -18,6 +20,10 @@ def kernel_modules(*, simplify: bool = False, relax: bool = False, remesh: bool 
         from dmc_cli.processing.remeshing import remeshing_kernels
 
         modules += [distance_guard, *remeshing_kernels()]
+    if repair:
+        from dmc_cli.processing import intersection_repair
+
+        modules.append(intersection_repair)
     if relax or remesh:
         from dmc_cli.processing.relaxation import relaxation_kernels
 

@@ -56,6 +56,7 @@ class RunFacts:
         part: What was done to have a part of the volume, or None where the whole was wanted.
         measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
         simplification: What simplification did, or None if there was none.
+        repair: What became of faces that intersected, or None if nobody looked.
         warnings: What else the user is told, after the volume's own.
         timings_ms: Milliseconds by stage.
         memory: As `measure_memory` returns it.
@@ -74,6 +75,7 @@ class RunFacts:
     choice: Mapping[str, Any] | None = None
     part: Mapping[str, Any] | None = None
     simplification: Mapping[str, Any] | None = None
+    repair: Mapping[str, int] | None = None
     warnings: tuple[Notice, ...] = ()
     timings_ms: Mapping[str, float]
     memory: Mapping[str, int | None]
@@ -101,6 +103,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "curvature": asdict(measures.curvature) if measures and measures.curvature else None,
         "components": components_section(measures.components if measures else None),
         "simplification": facts.simplification,
+        "repair": facts.repair,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
         "memory": facts.memory,
         "versions": facts.versions,

@@ -41,4 +41,13 @@ mesh_options = stack(
         metavar="N",
         help="Smooth on the surface in N steps: vertices glide to where quads have better shapes.",
     ),
+    setting(
+        MeshSettings,
+        "repair_intersections",
+        "--repair-intersections/--no-repair-intersections",
+        section="Mesh",
+        is_flag=True,
+        show_default="where none may be, by --require",
+        help="Pull faces apart that intersect: their vertices go towards their neighbours.",
+    ),
 )
