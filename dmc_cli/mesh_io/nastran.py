@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, ByteArray
+from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.meshio_file import read_with_meshio
 from dmc_cli.mesh_io.numbered import Part, check_numbers, numbered_parts
@@ -19,6 +20,9 @@ CARDS = {3: b"CTRIA3  ", 4: b"CQUAD4  "}
 
 NARROW, WIDE = 8, 16
 """Characters of a field."""
+
+SHORTEST_CARD, REMARKS = 4, ("$", "//", "#")
+"""What meshio takes for a card, and for none."""
 
 MOST = 99_999_999
 """The largest number of a node or an element."""
@@ -53,7 +57,20 @@ def read_nastran(path: Path) -> MeshFile:
         MeshFileError: The file is damaged.
         UnsupportedFormatError: Faces of another kind.
     """
+    _require_a_card(path)
     return read_with_meshio(path, "nastran")
+
+
+def _require_a_card(path: Path) -> None:
+    """Raise MeshFileError if bulk data are cut off before their first card: meshio would look for ever."""
+    has_begun = False
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for line in lines:
+            if has_begun and len(line) >= SHORTEST_CARD and not line.startswith(REMARKS):
+                return
+            has_begun = has_begun or line.strip().startswith("BEGIN BULK")
+    if has_begun:
+        raise MeshFileError(f"{path}: no card was found behind BEGIN BULK; expected nodes and elements")
 
 
 def _nodes(numbers: AnyArray, points: AnyArray) -> bytes:

@@ -79,7 +79,7 @@ def whole_numbers(path: str, values: AnyArray) -> AnyArray:
         whole = values.astype(np.int64)
     odd = np.flatnonzero(whole != values)
     if odd.size:
-        raise MeshFileError(f"{path}: {values[odd[0]]:g} was found where a whole number was expected")
+        raise MeshFileError(f"{path}: {values.flat[odd[0]]:g} was found where a whole number was expected")
     return whole
 
 

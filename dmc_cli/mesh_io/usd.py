@@ -112,9 +112,7 @@ def read_usd(path: Path) -> MeshFile:
     try:
         stage: Any = Usd.Stage.Open(str(path))
     except Exception as error:
-        raise MeshFileError(
-            f"{path}: USD's library cannot read it: {str(error).strip().splitlines()[-1]}"
-        ) from error
+        raise MeshFileError(f"{path}: USD's library cannot read it: {_told(error)}") from error
     length = 1000 * UsdGeom.GetStageMetersPerUnit(stage)
     unit = next((u for u in get_args(OutputUnit) if abs(UNIT_LENGTHS[u] / length - 1) < 1e-9), None)
     factor = 1.0 if unit is not None else length
@@ -149,3 +147,12 @@ def read_usd(path: Path) -> MeshFile:
         f"SPACE={tags.get('SPACE', 'none')}\nUNIT={unit or 'mm'}\n".encode(),
         warnings=unread(path, sorted(told)),
     )
+
+
+def _told(error: Exception) -> str:
+    """Return the last line of what the library says; it says nothing of bytes that are no text."""
+    try:
+        lines = str(error).strip().splitlines()
+    except UnicodeDecodeError:
+        lines = []
+    return lines[-1] if lines else "it is damaged"

@@ -240,3 +240,11 @@ def test_3mf_of_lib3mf_is_read_where_it_is_built_in_millimetres(tmp_path):
     assert len(mesh.faces) == 24
     np.testing.assert_allclose(mesh.points.min(axis=0), box.bounds[0] * 25.4, rtol=1e-6)
     np.testing.assert_allclose(mesh.points.max(axis=0), (box.bounds[1] + [10, 0, 0]) * 25.4, rtol=1e-6)
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("text", ["BEGIN BULK\n", "BEGIN BULK\n$ nothing\n\n", "BEGIN BULK", ""])
+def test_bulk_data_without_a_card_are_refused(tmp_path, text):
+    (tmp_path / "a.nas").write_text(text)
+    with pytest.raises(MeshFileError):
+        read_mesh(tmp_path / "a.nas")
