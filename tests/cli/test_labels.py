@@ -206,9 +206,14 @@ def test_the_api_does_the_same(tmp_path, boxes):
     assert ConvertSettings is not LabelSettings
 
 
-def test_info_lists_the_labels(run, sample_data, boxes):
+def test_info_lists_the_labels(run, tmp_path, sample_data):
     shown = run("info", sample_data / "labels" / "tooth.seg.nrrd").stdout
     assert "label     1 dentine: 316201 nodes\nlabel     2 enamel: 109583 nodes\n" in shown
-    found = json.loads(run("info", boxes, "--json").stdout)
-    assert found["labels"][2] == {"label": 40, "name": "", "color": None, "nodes": 36}
+    named = {f"Segment{n}_{key}": f"{n + 1}" for n in (0, 1) for key in ("ID", "Name", "LabelValue")}
+    nrrd.write(str(tmp_path / "a.nrrd"), three_boxes().T, named)
+    found = json.loads(run("info", tmp_path / "a.nrrd", "--json").stdout)
+    assert found["labels"][1:] == [
+        {"label": 2, "name": "2", "color": None, "nodes": 144},
+        {"label": 40, "name": "", "color": None, "nodes": 36},
+    ]
     assert "labels" not in json.loads(run("info", "synth:sphere:8", "--json").stdout)
