@@ -14,7 +14,7 @@ from dmc_cli.cli import dmc
 SHELLS = ("bash", "zsh", "fish")
 NAMES = {
     *("input", "inputs", "path", "mesh", "output", "volume", "against", "report", "halfedges", "figures"),
-    *("label_names", "junit"),
+    *("label_names", "junit", "marked"),
 }
 """Parameters that are files or folders."""
 
