@@ -223,14 +223,16 @@ class PartSettings:
     """Which part of the volume is wanted, on its nodes before contouring; the stages follow each other so.
 
     `crop` keeps a box of nodes: for x, y and z `first:last`, both kept, in nodes, `mm` of the volume's space
-    or `%` of its extent, as in `10:200,:,25%:75%`. `resample` takes nodes at another distance in mm, or
-    `isotropic`; `smooth_volume` is the standard deviation of a Gaussian in mm. Of the object, `open_gaps`
-    takes away what is thinner than so many mm, `close_gaps` fills gaps that are narrower. `keep` keeps the
-    `largest` component of it, or so many; `min_volume` those of at least so many mm3. `fill_cavities` fills
-    what the object encloses: `all`, or cavities of at most so many mm3.
+    or `%` of its extent, as in `10:200,:,25%:75%`. `cut_table` takes away what a scan's body lies on.
+    `resample` takes nodes at another distance in mm, or `isotropic`; `smooth_volume` is the standard
+    deviation of a Gaussian in mm. Of the object, `open_gaps` takes away what is thinner than so many mm,
+    `close_gaps` fills gaps that are narrower. `keep` keeps the `largest` component of it, or so many;
+    `min_volume` those of at least so many mm3. `fill_cavities` fills what the object encloses: `all`, or
+    cavities of at most so many mm3.
     """
 
     crop: str | None = None
+    cut_table: bool = False
     resample: str | None = None
     smooth_volume: float | None = None
     open_gaps: float | None = None

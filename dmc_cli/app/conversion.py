@@ -223,10 +223,11 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
     has_normals = settings.output.normals or dumped
     modules = surface_kernels(settings.surface, normals_too=has_normals, indexed=indexed)
     part, finds = settings.part, finds_components(settings)
+    finds, reshapes = finds or part.cut_table, part.changes_bits or part.cut_table
     if finds or part.filters:
         from dmc_cli.parts import kernel_modules as part_kernels
 
-        modules += part_kernels(finds=finds, reshapes=part.changes_bits, filters=part.filters)
+        modules += part_kernels(finds=finds, reshapes=reshapes, filters=part.filters)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)

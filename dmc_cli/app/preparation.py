@@ -1,6 +1,6 @@
 """Settle what a conversion leaves open until its volume is read: the isovalue, and which values are cut.
 
-box of nodes -> isovalue -> values of a band -> other distances -> smoothed
+box of nodes -> table cut -> isovalue -> values of a band -> other distances -> smoothed
 -> opened, closed -> components kept -> cavities filled
 """
 
@@ -85,6 +85,8 @@ def prepare(
         reserve(source.values.nbytes)
         volume = crop_volume(source, part.crop)
         told["crop"] = {"shape": list(volume.shape), "origin": volume.affine[:3, 3].tolist()}
+    if part.cut_table:
+        volume, told["table"] = _without_table(volume, on_device, suggestions, reserve)
     asked = settings.surface.isovalue
     volume, isovalue, choice = settle_isovalue(volume, asked, suggestions(volume), reserve)
     if part.filters:
@@ -103,6 +105,22 @@ def prepare(
 
         told["components"] = list_components(on_device, settled.surface, reserve)
     return Prepared(settled, on_device, source, choice, told or None)
+
+
+def _without_table(
+    volume: Volume,
+    on_device: DeviceVolume,
+    suggestions: Callable[[Volume], Suggestions],
+    reserve: Callable[[int], None],
+) -> tuple[Volume, dict[str, Any]]:
+    """Return the volume without what a scan's body lies on, and how much that was."""
+    from dmc_cli.parts import cut_table
+
+    reserve(volume.values.nbytes + volume.values.size)  # the bits of eight sets of nodes
+    level = suggestions(volume).tissue
+    found = on_device if volume is on_device.volume else upload_volume(volume, on_device.device)
+    found, told = cut_table(found, level)
+    return found.volume, {"level": level} | told
 
 
 def _filtered(

@@ -299,6 +299,11 @@ def _surface_line(surface: dict[str, Any]) -> str:
 
 def _part_lines(part: dict[str, Any] | None) -> Iterator[str]:
     """Yield what was done to have a part of the volume."""
+    if part is not None and "table" in part:
+        done = part["table"]
+        size = f"{done['nodes']} nodes, {_number(done['volume'], 6)} mm³"
+        found = f"{done['components']} piece(s) cut: {size}" if done["components"] else "none found"
+        yield f"part      table: {found}"
     if part is not None and "filtered" in part:
         size, spacing = (part["filtered"][key] for key in ("shape", "spacing"))
         yield (

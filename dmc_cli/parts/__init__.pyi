@@ -10,3 +10,4 @@ from .filtering import (
 )
 from .kernels import kernel_modules as kernel_modules
 from .selection import list_components as list_components, select_part as select_part
+from .table import cut_table as cut_table

@@ -85,6 +85,13 @@ class Suggestions:
         planes = self.volume.values  # bins with two values may hold more
         return all(bool(np.isin(plane[np.isfinite(plane)], (low, high)).all()) for plane in planes)
 
+    @cached_property
+    def tissue(self) -> float:
+        """Return the isovalue that parts a body from air: the skin's in HU, else Otsu's."""
+        if self.volume.value_unit == HOUNSFIELD:
+            return PRESETS["skin"]
+        return self.choose("otsu").isovalue
+
     def suggested(self, *, counts: bool = True) -> Iterator[Suggestion]:
         """Yield isovalues that suit the volume, the one without `-i` first, each number once.
 

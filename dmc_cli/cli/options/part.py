@@ -15,6 +15,13 @@ part_options = stack(
     ),
     setting(
         PartSettings,
+        "cut_table",
+        section="Part",
+        is_flag=True,
+        help="Take away what a scan's body lies on: thin wide things beside it that go along the slices.",
+    ),
+    setting(
+        PartSettings,
         "resample",
         section="Part",
         type=str,
