@@ -32,6 +32,7 @@ AREAS = {
         ("measures/*.py", "report/*.py", "reproduction/*.py"),
         ("tests/measures", "tests/report", "tests/reproduction", "tests/app"),
     ),
+    "parts": Area(("parts/*.py",), ("tests/parts", "tests/cli/test_part.py", "tests/memory")),
     "volume": Area(("volume/*.py", "volume_io/**/*.py"), ("tests/volume", "tests/volume_io")),
     "mesh_io": Area(("mesh_io/*.py", "files/*.py"), ("tests/mesh_io", "tests/files")),
     "cli": Area(("cli/*.py",), ("tests/cli", "tests/docs")),
