@@ -38,7 +38,7 @@ from .mesh import (
 )
 from .mesh_io import MeshFile as MeshFile, read_mesh as read_mesh, write_mesh as write_mesh
 from .parts import band_volume as band_volume, crop_volume as crop_volume, select_part as select_part
-from .processing import relax as relax, remesh as remesh, simplify as simplify
+from .processing import decimate as decimate, relax as relax, remesh as remesh, simplify as simplify
 from .runtime import select_device as select_device
 from .settings import (
     ConvertSettings as ConvertSettings,

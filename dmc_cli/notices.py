@@ -47,6 +47,8 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-LABEL-MAP": "a volume that looks like a label map was cut at an isovalue; `--labels` makes its shells",
     "W-LABELS-ABSENT": "labels that the file, or a table beside it, names, but no node has",
     "W-NO-DATA": "nodes without data: the surface ends there",
+    "W-QUADS-FEWER": "the mesh has no more quads than were asked for; none are taken away",
+    "W-QUADS-LEFT": "more quads are left than were asked for; the message says what stopped the collapses",
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
     "W-SPACE-UNKNOWN": "one of two meshes names no space; its axes are taken for those of the other",

@@ -29,7 +29,7 @@ from dmc_cli.setting_checks import (
     check_run,
     check_threads,
 )
-from dmc_cli.setting_types import settle_types
+from dmc_cli.setting_types import is_whole, settle_types
 
 ByteOrder = Literal["little", "big"]
 SliceGaps = Literal["refuse", "keep"]
@@ -316,27 +316,43 @@ class PartSettings:
 class MeshSettings:
     """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
 
-    `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `relax`
-    the number of steps of smoothing on the surface, at last. `repair_intersections` has faces that intersect
-    pulled apart; without a word, where it is required that there are none.
+    `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `quads`
+    how many to leave then, a number or a share as in "25%"; `relax` the number of steps of smoothing on the
+    surface, at last. `repair_intersections` has faces that intersect pulled apart; without a
+    word, where it is required that there are none.
     """
 
     simplify: Simplify = "none"
     simplify_rules: SimplifyRules = "safe"
     project: bool = True
     remesh: int = 0
+    quads: str | int | None = None
     relax: int = 0
     repair_intersections: bool | None = None
 
     def __post_init__(self) -> None:
         """Check every type and range once, at the door."""
+        if is_whole(self.quads):
+            object.__setattr__(self, "quads", str(self.quads))
         settle_types(self)
+        if self.quads is not None:
+            wanted_quads(str(self.quads), 0)
+            self._check_decimation()
         if self.remesh < 0:
             raise SettingsError(f"remesh is {self.remesh}; expected a number of rounds, 0 or more")
         if self.relax < 0:
             raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
         if self.remesh:
             self._settle_remeshing()
+
+    def _check_decimation(self) -> None:
+        """Raise SettingsError if what comes before does not leave a mesh on the surface."""
+        if self.simplify != "none" and (self.simplify_rules == "paper" or not self.project):
+            found = "simplify_rules is 'paper'" if self.simplify_rules == "paper" else "project is off"
+            raise SettingsError(
+                f"quads is {self.quads!r:.80}, but {found}; expected the safe rules and vertices on the"
+                " surface, which collapses rely on"
+            )
 
     def _settle_remeshing(self) -> None:
         """Raise SettingsError if remeshing cannot follow; set the simplification that it implies."""
@@ -361,7 +377,26 @@ class MeshSettings:
     @property
     def is_changed(self) -> bool:
         """Return whether vertices or quads do not stay as the surface has them."""
-        return self.simplify != "none" or self.relax > 0
+        return self.simplify != "none" or self.relax > 0 or self.quads is not None
+
+
+def wanted_quads(given: str, count: int) -> int:
+    """Return how many of `count` quads to leave, given a number or a share as in "25%".
+
+    Raises:
+        SettingsError: It is neither.
+    """
+    number, is_share = given.strip(), given.strip().endswith("%")
+    try:
+        value = float(number.rstrip("%")) if is_share else int(number)
+    except ValueError:
+        value = -1
+    if not (0 < value < 100 if is_share else value > 0):
+        raise SettingsError(
+            f"quads is {given!r:.80}; expected a number of quads from 1 on, or a share under 100 %, as in"
+            " 20000 or 25%"
+        )
+    return max(1, round(count * value / 100)) if is_share else int(value)
 
 
 def repairs(mesh: MeshSettings, require: tuple[str, ...]) -> bool:
@@ -472,7 +507,7 @@ class ConvertSettings:
         """Raise SettingsError if the method's mesh cannot be what the other settings need."""
         method, mesh = method_named(self.surface.method), self.mesh
         if mesh.is_changed and method.faces != "quads":
-            name = "remesh" if mesh.remesh else "relax" if mesh.relax else "simplify"
+            name = next(each for each in ("remesh", "quads", "relax", "simplify") if _is_asked(mesh, each))
             others = methods_that(lambda other: other.faces == "quads")
             raise self._not_of_method(name, getattr(mesh, name), f"makes {method.faces}", others)
         if mesh.follows_paper and method.color is None:
@@ -503,6 +538,11 @@ class ConvertSettings:
         """Return whether colours are needed: for the dump, if the method has any, or by the papers' rules."""
         has_colors = method_named(self.surface.method).color is not None
         return (self.output.halfedges is not None and has_colors) or self.mesh.follows_paper
+
+
+def _is_asked(mesh: MeshSettings, name: str) -> bool:
+    """Return whether a setting of the mesh is not what it is without the user's word."""
+    return bool(getattr(mesh, name) != getattr(MeshSettings(), name))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -668,8 +708,8 @@ class ReworkSettings:
                 " --volume and -i"
             )
         if self.operations.is_changed and self.volume is None:
-            name = "relax" if self.operations.simplify == "none" else "simplify"
-            name = "remesh" if self.operations.remesh else name
+            names = ("remesh", "quads", "simplify", "relax")
+            name = next(each for each in names if _is_asked(self.operations, each))
             raise SettingsError(
                 f"{name} is {getattr(self.operations, name)!r}, but no volume was given, on whose isosurface"
                 " the vertices are kept; name it with --volume and -i"

@@ -56,6 +56,7 @@ def stages(mesh, placement) -> dict[str, Callable[[], object]]:
         "find_intersections": lambda: dmc.find_intersections(mesh),
         "simplify": lambda: dmc.simplify(mesh, placement, SAFE),
         "remesh": lambda: dmc.remesh(mesh, placement, 1),
+        "decimate": lambda: dmc.decimate(mesh, placement, 10),
         "relax": lambda: dmc.relax(mesh, placement, 1),
         "compute_normals": lambda: dmc.compute_normals(placement, SETTINGS),
         "file_of_mesh": lambda: dmc.file_of_mesh(mesh),
@@ -63,6 +64,8 @@ def stages(mesh, placement) -> dict[str, Callable[[], object]]:
 
 
 NAMES = list(stages(None, None))
+OPTIONS = {"simplify": "--simplify", "remesh": "--remesh", "decimate": "--quads", "relax": "--relax"}
+"""The options of the stages that change a mesh, and take quads alone."""
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -74,8 +77,10 @@ def test_a_mesh_that_is_neither_connected_nor_coloured_goes_through(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_mesh_of_triangles_is_taken_or_refused_in_words(name):
     stage = stages(*triangles())[name]
-    if name in ("simplify", "remesh", "relax"):
-        with pytest.raises(dmc.DmcError, match=f"--{name} takes meshes of quads; .* faces are triangles"):
+    if name in OPTIONS:
+        with pytest.raises(
+            dmc.DmcError, match=f"{OPTIONS[name]} takes meshes of quads; .* faces are triangles"
+        ):
             stage()
     else:
         assert stage() is not None
@@ -89,7 +94,7 @@ def test_a_file_or_a_surface_is_no_mesh(name):
             stages(found, extracted().placement)[name]()
 
 
-@pytest.mark.parametrize("name", ["simplify", "remesh", "relax"])
+@pytest.mark.parametrize("name", list(OPTIONS))
 def test_the_placement_of_another_mesh_is_refused(name):
     surface, other = dmc.connect_faces(extracted()), dmc.connect_faces(extracted())
     result = dmc.simplify(surface.mesh, surface.placement, SAFE)

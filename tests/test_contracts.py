@@ -80,7 +80,7 @@ def test_every_format_is_independent_and_its_folder_closed(kind, folder, registr
 
 
 def test_every_algorithm_on_meshes_has_a_place_among_the_others():
-    layers = CONTRACTS["an algorithm on meshes knows nothing of another, but that remeshing relaxes"][
+    layers = CONTRACTS["an algorithm on meshes knows nothing of another, but of those that it is built on"][
         "layers"
     ]
     named = {name.strip() for layer in layers for name in layer.split("|")}

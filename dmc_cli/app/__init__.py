@@ -7,7 +7,8 @@ kept_volume    a volume that several conversions share
 preparation    what the settings leave open until a volume is read
 no_surface     why there is no surface, and where there are some
 mesh_values    what stands beside vertices and faces in a file
-mesh_stages    simplification, remeshing, relaxation, timed
+size           what became of the number of quads that was asked for
+mesh_stages    simplification, remeshing, decimation, relaxation, timed
 conversion     the table of contents: one call per stage
 unmet_requirements  what is required of a mesh, and the faces that are not so
 marked_faces   a mesh that was measured, with what each face is to blame for

@@ -1,7 +1,7 @@
 """Convert a volume to a mesh, stage by stage: the table of contents of the package.
 
-    volume -> surface -> halfedges -> colors -> simplified mesh -> remeshed mesh -> relaxed mesh
-    -> report -> files
+    volume -> surface -> halfedges -> colors -> simplified mesh -> remeshed mesh -> decimated mesh
+    -> relaxed mesh -> report -> files
 
 Each stage is one call; its time goes to the report under its name. The volume is read by a thread while
 kernels are loaded. Stages that not every run needs are imported where they are called: their kernels cost
@@ -16,7 +16,7 @@ from typing import Any
 
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
-from dmc_cli.app.mesh_stages import Stages, relax_stages, repair_stages, simplify_stages
+from dmc_cli.app.mesh_stages import Stages, decimate_stages, relax_stages, repair_stages, simplify_stages
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
@@ -152,6 +152,8 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         before = _measure(stages, volume, settings, watch, is_last=False)
         simplify_stages(stages, settings.mesh, watch)
         stages.simplification["before"] = None if before is None else measured_sections(before)
+    if settings.mesh.quads is not None:
+        decimate_stages(stages, str(settings.mesh.quads), watch)
     if output.halfedges is not None:  # the vertices' colours are those of the cells that they were made in
         from dmc_cli.contouring import color_vertices
 
@@ -207,7 +209,7 @@ def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = S
 
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
-    processing = processing_kernels(simplify=True, relax=True, remesh=True, repair=True)
+    processing = processing_kernels(simplify=True, relax=True, remesh=True, repair=True, decimate=True)
     every_measure = report_kernels(
         intersections=True, curvature=True, distance=True, lists=True, thickness=True
     )
@@ -230,8 +232,9 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         modules += part_kernels(finds=finds, reshapes=reshapes, filters=part.filters)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
+        decimated = settings.mesh.quads is not None
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
-        modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed)
+        modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed, decimate=decimated)
     if settings.repairs_intersections:
         from dmc_cli.measures import finding_kernels
 
@@ -318,10 +321,12 @@ def _make_report(
         measures=measures,
         warnings=(
             *told_as_labels(prepared.source),
+            *stages.warnings,
             *rounding_warnings(stages.mesh, stages.placement, volume),
         ),
         simplification=stages.simplification or None,
         repair=stages.repair or None,
+        size=stages.size or None,
         timings_ms=watch.milliseconds,
         memory=measure_memory(device.name),
         versions=collect_versions(device.name),

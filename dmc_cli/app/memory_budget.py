@@ -43,6 +43,10 @@ SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, face=4 + 1)
 TRACKED = Cost(vertex=12 + 4 + 2, face=1)
 """Of remeshing: the vertices before it, each with its nearest quad; flags."""
 
+DECIMATED = Cost(vertex=12 + 12 + 8, face=1 + 8 + 8)
+"""Of taking quads away, beside a copy of the mesh without gaps: places and normals of the vertices before it;
+refusals, what is listed, and where all goes."""
+
 NORMALS = Cost(vertex=12)
 VALUES = Cost(vertex=8, face=4)
 """Of the file: deviation and valence, quality."""
@@ -100,6 +104,8 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
             stages["simplify"] = alive + (measures if output.is_measured else PATTERNS)
         if mesh.remesh:
             stages["remesh"] = alive + TRACKED + SHAPES + SPARE + SPARE
+        if mesh.quads is not None:
+            stages["size"] = alive + TRACKED + DECIMATED + MESH + TWINS
         if mesh.relax:
             spares = SPARE if mesh.relax == 1 else SPARE + SPARE
             stages["relax"] = alive + SHAPES + spares

@@ -1,4 +1,4 @@
-"""Change the mesh on its way from the surface, or from a file, to the output: simplify, remesh, relax.
+"""Change the mesh on its way from the surface, or a file, to the output: simplify, remesh, decimate, relax.
 
 Stages that not every run needs are imported where they are called.
 """
@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dmc_cli.mesh import Mesh, Placement
+from dmc_cli.notices import Notice
 from dmc_cli.progress import Stopwatch
-from dmc_cli.settings import MeshSettings
+from dmc_cli.settings import MeshSettings, wanted_quads
 
 
 @dataclass
@@ -23,6 +24,8 @@ class Stages:
     vertex_color: Any = None
     simplification: dict[str, Any] = field(default_factory=dict)
     repair: dict[str, int] = field(default_factory=dict)
+    size: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[Notice, ...] = ()
 
 
 def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) -> None:
@@ -60,6 +63,21 @@ def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
     found["irregular_percent_patterns"] = found["irregular_percent_after"]
     found["irregular_percent_after"] = irregular_percent(stages.mesh)
     stages.simplification = found | {"rounds": rounds, "operations": result.operations}
+
+
+def decimate_stages(stages: Stages, wanted: str, watch: Stopwatch) -> None:
+    """Take quads away until a wanted number is left, and tell where that cannot be."""
+    from dmc_cli.app.size import size_section, size_warnings
+    from dmc_cli.processing import Decimation
+
+    before = stages.mesh.face_count
+    with watch.stage("size", "taking quads away"):
+        rounds = Decimation(stages.mesh, stages.placement)
+        del stages.mesh, stages.placement  # the rounds let go of what they replace
+        result = rounds.run(wanted_quads(wanted, before), watch.progress)
+        stages.mesh, stages.placement = result.mesh, result.placement
+    stages.size = size_section(result, before)
+    stages.warnings = size_warnings(stages.size)
 
 
 def relax_stages(stages: Stages, steps: int, watch: Stopwatch) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
-from dmc_cli.app.mesh_stages import Stages, relax_stages, repair_stages, simplify_stages
+from dmc_cli.app.mesh_stages import Stages, decimate_stages, relax_stages, repair_stages, simplify_stages
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
@@ -61,6 +61,7 @@ class _Work:
     simplification: dict[str, Any]
     repair: dict[str, int]
     warnings: list[Notice]
+    size: dict[str, Any] | None = None
 
 
 def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> ReworkResult:
@@ -131,7 +132,12 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
     if settings.volume is not None and repairs(operations, settings.require):
         modules += [*processing_kernels(repair=True), *finding_kernels()]
     wanted = operations.simplify != "none"
-    modules += processing_kernels(simplify=wanted, relax=operations.relax > 0, remesh=operations.remesh > 0)
+    modules += processing_kernels(
+        simplify=wanted,
+        relax=operations.relax > 0,
+        remesh=operations.remesh > 0,
+        decimate=operations.quads is not None,
+    )
     return modules
 
 
@@ -194,6 +200,10 @@ def _work_on_volume(
     if operations.simplify != "none":
         simplify_stages(stages, operations, watch)
         work.simplification = stages.simplification
+    if operations.quads is not None:
+        decimate_stages(stages, str(operations.quads), watch)
+        work.size = stages.size
+        work.warnings += stages.warnings
     if operations.relax:
         relax_stages(stages, operations.relax, watch)
     if repairs(operations, settings.require):
@@ -286,6 +296,7 @@ def _make_report(
         "components": measured.get("components"),
         "simplification": plain(work.simplification) or None,
         "repair": work.repair or None,
+        "size": work.size,
         "timings_ms": {},
         "memory": {},
         "versions": collect_versions(device.name),

@@ -30,6 +30,7 @@ _SLOW_STAGES = (
     "halfedges",
     "simplify",
     "remesh",
+    "size",
     "relax",
     "report",
     "write",
@@ -59,6 +60,8 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     yield from _choice_lines(report["surface"].get("choice"))
     yield f"mesh      {_mesh_line(report['mesh'])}, {_output_space(report)}"
     yield from _repair_lines(report)
+    if size := report.get("size"):
+        yield f"size      {_size_line(size)}"
     if topology := report.get("topology"):
         yield f"topology  {_topology_line(topology)}"
     quality = report.get("quality")
@@ -353,6 +356,12 @@ def _mesh_line(mesh: dict[str, Any]) -> str:
     if mesh.get("volume") is not None:
         text += f", volume {mesh['volume']:.6g}{unit and unit + '³'}"
     return text
+
+
+def _size_line(size: dict[str, Any]) -> str:
+    """Tell how many quads were taken away, and what stopped that."""
+    text = f"{size['quads']} of {size['quads_before']} quads, {size['quads_wanted']} asked for"
+    return text if size["reached"] else f"{text}; stopped by {size['stopped_by']}"
 
 
 def _output_space(report: dict[str, Any]) -> str:

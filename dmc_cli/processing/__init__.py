@@ -9,6 +9,7 @@ patterns/         quads removed where valences have a pattern: 3-X-3-Y, 3-3-3-3 
 relaxation/       vertices smoothed on the surface
 remeshing/        irregular vertices removed by local operations
 intersection_repair  faces that intersect, pulled apart
+decimation/       quads taken away until a wanted number is left
 kernels           the modules with kernels that the stages need
 """
 

@@ -57,6 +57,7 @@ class RunFacts:
         measures: Topology, quality and deviation of the mesh, or None if they were not asked for.
         simplification: What simplification did, or None if there was none.
         repair: What became of faces that intersected, or None if nobody looked.
+        size: What became of the size that was asked for, or None if there was none.
         warnings: What else the user is told, after the volume's own.
         timings_ms: Milliseconds by stage.
         memory: As `measure_memory` returns it.
@@ -76,6 +77,7 @@ class RunFacts:
     part: Mapping[str, Any] | None = None
     simplification: Mapping[str, Any] | None = None
     repair: Mapping[str, int] | None = None
+    size: Mapping[str, Any] | None = None
     warnings: tuple[Notice, ...] = ()
     timings_ms: Mapping[str, float]
     memory: Mapping[str, int | None]
@@ -104,6 +106,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         "components": components_section(measures.components if measures else None),
         "simplification": facts.simplification,
         "repair": facts.repair,
+        "size": facts.size,
         "timings_ms": {stage: round(time, 3) for stage, time in facts.timings_ms.items()},
         "memory": facts.memory,
         "versions": facts.versions,

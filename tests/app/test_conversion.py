@@ -90,6 +90,7 @@ def test_colours_of_a_dump_are_proper_whatever_is_simplified(convert, tmp_path):
             {"normals", "halfedges", "coloring", "simplify"},
         ),
         ({}, MeshSettings(remesh=1), {"normals", "halfedges", "simplify", "remesh"}),
+        ({}, MeshSettings(quads="50%"), {"normals", "halfedges", "size"}),
         ({}, MeshSettings(relax=1), {"normals", "halfedges", "relax"}),
     ],
 )
@@ -229,6 +230,7 @@ def test_kernels_of_several_runs_are_loaded_at_once_and_a_missing_device_left_to
                 "steps",
             },
         ),
+        (MeshSettings(quads=90), {}, {"costs", "points", "regions", "steps", "sweep"}),
         (MeshSettings(relax=2), {}, {"steps"}),
         (MeshSettings(), {"report": "a.json"}, {"quality", "deviation"}),
     ],

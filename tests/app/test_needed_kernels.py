@@ -19,6 +19,7 @@ RUNS = {
     "patterns with colours": ({"halfedges": "h.npz"}, {"simplify": "all"}),
     "relaxed": ({}, {"relax": 2}),
     "remeshed": ({}, {"remesh": 3}),
+    "decimated": ({}, {"quads": "50%"}),
 }
 LEFT_OUT = {
     "plain": {"halfedges", "mesh", "processing", "measures"},
@@ -44,6 +45,7 @@ LEFT_OUT = {
         "measures",
     },
     "remeshed": {"measures"},
+    "decimated": {"simplify_3x3y", "mend", "measures"},
 }
 
 

@@ -163,7 +163,9 @@ def test_what_is_required_is_met_or_no_mesh_is_written(run, tmp_path, method, ne
         assert "(--method dmc" in result.stderr
 
 
-@pytest.mark.parametrize(("option", "value"), [("simplify", "all"), ("remesh", "2"), ("relax", "1")])
+@pytest.mark.parametrize(
+    ("option", "value"), [("simplify", "all"), ("remesh", "2"), ("quads", "50%"), ("relax", "1")]
+)
 def test_what_acts_on_quads_is_refused_for_triangles(run, tmp_path, method, option, value):
     result = convert(run, tmp_path, method, f"--{option}", value, volume="synth:torus:12", isovalue=0)
     if method_named(method).faces == "quads":

@@ -19,7 +19,13 @@ MAP = re.findall(r"^    (\w+) +\S", dmc_cli.__doc__, re.MULTILINE)
 STAGES = re.findall(r"^\| \[(\w+)\]\(dmc_cli/\w+", README.read_text("utf-8"), re.MULTILINE)
 TIMED = {
     **{"volume_io": "read", "classification": "surface", "halfedges": "halfedges", "coloring": "coloring"},
-    **{"patterns": "simplify", "remeshing": "remesh", "relaxation": "relax", "normals": "normals"},
+    **{
+        "patterns": "simplify",
+        "remeshing": "remesh",
+        "decimation": "size",
+        "relaxation": "relax",
+        "normals": "normals",
+    },
     **{"measures": "report", "mesh_io": "write"},
 }
 """Stages of the README, by what a report calls the time that they take."""
@@ -33,7 +39,18 @@ def test_the_map_names_every_module_and_none_twice():
 
 def test_the_readme_tells_the_stages_in_the_order_in_which_a_run_takes_them(tmp_path, run):
     path = tmp_path / "report.json"
-    words = ["--halfedges", tmp_path / "a.npz", "--remesh", 1, "--relax", 1, "--report", path]
+    words = [
+        "--halfedges",
+        tmp_path / "a.npz",
+        "--remesh",
+        1,
+        "--quads",
+        "90%",
+        "--relax",
+        1,
+        "--report",
+        path,
+    ]
     assert run("convert", "synth:sphere:12", tmp_path / "a.ply", "-i", 0, *words).exit_code == 0
     timed = list(json.loads(path.read_text())["timings_ms"])
     timed.remove("report")  # the mesh is measured before it is changed, too

@@ -35,6 +35,15 @@ mesh_options = stack(
     ),
     setting(
         MeshSettings,
+        "quads",
+        section="Mesh",
+        type=str,
+        metavar="N|P%",
+        help="Take quads away until N, or P percent, are left, by collapses that keep the mesh manifold,"
+        " unfolded and near the surface.",
+    ),
+    setting(
+        MeshSettings,
         "relax",
         section="Mesh",
         type=int,

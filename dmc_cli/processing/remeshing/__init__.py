@@ -1,6 +1,7 @@
 """Reduce irregular vertices by local edge rotations, quad collapses and splits, by simulated annealing.
 
 work        a mesh in regions, with a journal of changes
+bench       what a sweep works on, set up
 operations  rotate an edge, collapse a quad, split a vertex
 checks      what an operation must leave, and what it is worth
 chains      rotations that follow an operation until there is a gain

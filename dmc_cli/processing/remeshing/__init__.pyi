@@ -1,4 +1,50 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .kernels import remeshing_kernels as remeshing_kernels
+from .bench import make_work as make_work, portions as portions
+from .chains import (
+    ASCENT as ASCENT,
+    link as link,
+    next_rotation as next_rotation,
+    rotation_cost as rotation_cost,
+    scrambled as scrambled,
+)
+from .checks import (
+    folded_sides as folded_sides,
+    gather_patch as gather_patch,
+    irregularity_change as irregularity_change,
+    is_core_sound as is_core_sound,
+    measure_patch as measure_patch,
+    quads_removed as quads_removed,
+)
+from .kernels import region_kernels as region_kernels, remeshing_kernels as remeshing_kernels
+from .moves import goal_of as goal_of, keep_places as keep_places, restore_places as restore_places
+from .operations import collapse_quad as collapse_quad, doublet_of as doublet_of, rotate_edge as rotate_edge
+from .regions import (
+    FROZEN as FROZEN,
+    SIDE as SIDE,
+    Regions as Regions,
+    find_starts_kernel as find_starts_kernel,
+    frozen_vertices as frozen_vertices,
+    make_regions as make_regions,
+)
 from .rounds import Remeshed as Remeshed, Rounds as Rounds, remesh as remesh
+from .tracked_points import list_points_of_patch as list_points_of_patch
+from .work import (
+    CORNER as CORNER,
+    FACE_GONE as FACE_GONE,
+    JOURNALLED as JOURNALLED,
+    KEPT as KEPT,
+    PATCH as PATCH,
+    PATCHED as PATCHED,
+    REMOVED as REMOVED,
+    TOUCHED as TOUCHED,
+    TRACKED as TRACKED,
+    Work as Work,
+    begin as begin,
+    fail as fail,
+    has_failed as has_failed,
+    outgoing as outgoing,
+    redo as redo,
+    touch as touch,
+    undo as undo,
+)

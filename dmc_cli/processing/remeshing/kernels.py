@@ -4,7 +4,14 @@ from types import ModuleType
 
 
 def remeshing_kernels() -> list[ModuleType]:
-    """Return the modules whose kernels the rounds launch, but those of relaxation."""
-    from dmc_cli.processing.remeshing import inheritance, mend, regions, sweep
+    """Return the modules whose kernels the rounds launch, but those of regions and of relaxation."""
+    from dmc_cli.processing.remeshing import inheritance, mend, sweep
 
-    return [regions, sweep, mend, inheritance]
+    return [sweep, mend, inheritance]
+
+
+def region_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels divide a mesh into regions."""
+    from dmc_cli.processing.remeshing import regions
+
+    return [regions]

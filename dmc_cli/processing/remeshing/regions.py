@@ -17,7 +17,7 @@ from dmc_cli.runtime import Device
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 SIDE = 32
-"""Cells along a box's side: an operation needs some six cells; the more boxes, the more threads."""
+"""Cells along a box's side: an operation needs some six quads; the more boxes, the more threads."""
 
 SPARE_SHARE = 32
 """A region may split one vertex for so many of its own in a round, and one more."""
@@ -55,14 +55,17 @@ def frozen_vertices(mesh: Mesh) -> Any:
     return frozen
 
 
-def make_regions(mesh: WorkingMesh, grid: GridShape, number: int) -> Regions:
-    """Divide the mesh into the regions of a round or mending: its number, from 0, shifts the boxes."""
+def make_regions(mesh: WorkingMesh, grid: GridShape, number: int, side: int = SIDE) -> Regions:
+    """Divide the mesh into the regions of a round or mending: its number, from 0, shifts the boxes.
+
+    `side` is that of the boxes in cells: more than `SIDE` where quads are larger than cells.
+    """
     device, arrays = mesh.device, mesh.arrays
     vertices, quads = mesh.vertex_count, mesh.face_count
-    sizes = [n // SIDE + 2 for n in (grid.nx, grid.ny, grid.nz)]
-    shift = wp.vec3i(*(int(SIDE * ((number * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
+    sizes = [n // side + 2 for n in (grid.nx, grid.ny, grid.nz)]
+    shift = wp.vec3i(*(int(side * ((number * step) % 1.0)) for step in (0.8191725, 0.6710436, 0.5497005)))
     box, taken = device.empty(quads, wp.int32), device.zeros(sizes[0] * sizes[1] * sizes[2], wp.int64)
-    inputs = [arrays.corners, arrays.cell, grid.struct(), shift, wp.vec3i(*sizes)]
+    inputs = [arrays.corners, arrays.cell, grid.struct(), side, shift, wp.vec3i(*sizes)]
     device.launch(find_boxes_kernel, quads, inputs, [box, taken])
     ranks, count = device.starts(taken)
     vertex_region = device.empty(vertices, wp.int32)
@@ -111,6 +114,7 @@ def find_boxes_kernel(
     corners: wp.array(dtype=wp.int32),
     cell: wp.array(dtype=wp.int64),
     grid: Grid,
+    side: wp.int32,
     shift: wp.vec3i,
     sizes: wp.vec3i,
     # Out:
@@ -120,7 +124,7 @@ def find_boxes_kernel(
     """Find the box of each quad and mark it as taken; a box gets the same from all. One thread a quad."""
     q = first + wp.tid()
     node = cell_node(grid, cell[corners[4 * q]]) + shift
-    box = node[0] / SIDE + sizes[0] * (node[1] / SIDE + sizes[1] * (node[2] / SIDE))
+    box = node[0] / side + sizes[0] * (node[1] / side + sizes[1] * (node[2] / side))
     box_out[q] = box
     taken_out[box] = wp.int64(1)
 

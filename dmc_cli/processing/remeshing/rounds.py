@@ -6,7 +6,6 @@ is as manifold, as unfolded and as near to the surface and to the old vertices (
 before it. The temperature falls to 0; a quad that goes costs more the fewer there are.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,19 +27,14 @@ from dmc_cli.mesh import (
     working_mesh,
 )
 from dmc_cli.processing.color_repair import repair_colors
-from dmc_cli.processing.distance_guard import list_points, renumbered, track_vertices, with_nearer_quads
-from dmc_cli.processing.relaxation import find_normals, measure_shapes, relax
+from dmc_cli.processing.distance_guard import renumbered, track_vertices, with_nearer_quads
+from dmc_cli.processing.relaxation import measure_shapes, relax
+from dmc_cli.processing.remeshing.bench import make_work, portions
 from dmc_cli.processing.remeshing.inheritance import inherit_values
 from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, flag_high, mend_kernel
-from dmc_cli.processing.remeshing.regions import (
-    FROZEN,
-    Regions,
-    frozen_vertices,
-    make_regions,
-    with_spares,
-)
+from dmc_cli.processing.remeshing.regions import FROZEN, frozen_vertices, make_regions
 from dmc_cli.processing.remeshing.sweep import HEIGHT_LIMIT, PASSES, Rules, sweep_kernel
-from dmc_cli.processing.remeshing.work import CHANGES, CORE, JOURNAL, LINKS, PATCH, TALLIES, TRACKED, Work
+from dmc_cli.processing.remeshing.work import CHANGES
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.progress import SILENT, Progress
 
@@ -65,9 +59,6 @@ MENDINGS, BAD_SHARE = 3, 0.002
 
 MOST_MENDINGS = 8
 """Times at most: those after the first few are only for quads that are still high."""
-
-VISITS = 4096
-"""Of a region's vertices in one launch at most, which is a tenth of a second where all are irregular."""
 
 
 @dataclass(frozen=True)
@@ -153,9 +144,9 @@ class Rounds:
         regions = make_regions(self._mesh, grid, rules.round)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
         self._mesh = with_room(self._mesh, regions.spare)
-        work = self._work(regions, vertices)
+        work = make_work(self._mesh, self._tracked, regions, vertices, self._context)
         inputs = [self._context, rules, regions.starts, regions.items, regions.spare_starts, vertices, quads]
-        for visits in _portions(regions, PASSES):
+        for visits in portions(regions, PASSES):
             device.launch(sweep_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
         done = int(work.tally.numpy()[:, CHANGES].sum())
         del work, regions, inputs
@@ -172,9 +163,9 @@ class Rounds:
         regions = make_regions(self._mesh, self._frame.grid, number)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
         self._mesh = with_room(self._mesh, regions.spare)
-        work = self._work(regions, vertices)
+        work = make_work(self._mesh, self._tracked, regions, vertices, self._context)
         inputs = [self._context, regions.starts, regions.items, high, limits]
-        for visits in _portions(regions, MEND_PASSES):
+        for visits in portions(regions, MEND_PASSES):
             self._device.launch(mend_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
         del work, regions, inputs
         self._close_gaps(vertices, quads)
@@ -186,30 +177,6 @@ class Rounds:
         nearest = renumbered(self._tracked.nearest_quad, new_faces, self._device)
         self._tracked = replace(self._tracked, nearest_quad=nearest)
 
-    def _work(self, regions: Regions, vertices: int) -> Any:
-        """Return the kernels' view of the mesh, which has room, of tracked points, and a bench a region."""
-        work, tracked = Work(), self._tracked
-        count, device = regions.count, self._device
-        work.mesh = self._mesh.arrays
-        work.normal = find_normals(self._context, work.mesh.cell, work.mesh.local, device)
-        work.sense = self._frame.sense
-        work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
-        work.first_point, work.next_point = list_points(tracked, self._mesh.face_count, device)
-        work.vertex_region = with_spares(regions, vertices, device)
-        work.journal_place = device.empty((count, JOURNAL), wp.int64)
-        work.journal_value = device.empty((count, JOURNAL), wp.int32)
-        work.chain = device.empty((count, LINKS), wp.int32)
-        work.listed, work.new_nearest = (device.empty((count, TRACKED), wp.int32) for _ in range(2))
-        work.core_valence = device.empty((count, CORE), wp.int32)
-        work.core = device.empty((count, CORE), wp.int32)
-        work.core_cell = device.empty((count, CORE), wp.int64)
-        work.core_position = device.empty((count, CORE), wp.vec3)
-        work.core_local = device.empty((count, CORE), wp.vec3)
-        work.core_normal = device.empty((count, CORE), wp.vec3)
-        work.patch = device.empty((count, PATCH), wp.int32)
-        work.tally = device.zeros((count, TALLIES), wp.int32)
-        return work
-
 
 def _rules(number: int, rounds: int, share: float) -> Any:
     """Return the rules of round `number`, from 0, of `rounds`, where `share` of the first quads remain."""
@@ -218,10 +185,3 @@ def _rules(number: int, rounds: int, share: float) -> Any:
     rules.temperature = TEMPERATURE * max(0.0, 1.0 - number / ((1.0 - COLD_SHARE) * rounds))
     rules.price = float(np.clip(PRICE_SLOPE * (LEAST_SHARE - share), 0.0, 2.0))
     return rules
-
-
-def _portions(regions: Regions, passes: int) -> Iterator[tuple[int, int]]:
-    """Yield portions of the visits of a region's vertices, `passes` each, as begin and end; at least one."""
-    most = passes * int(np.diff(regions.starts.numpy()).max(initial=0))
-    for begin in range(0, max(most, 1), VISITS):
-        yield begin, begin + VISITS

@@ -3,7 +3,7 @@
 import warp as wp
 
 from dmc_cli.processing.distance_guard import FARTHEST, distance_from_quad
-from dmc_cli.processing.remeshing.work import FACE_GONE, JOURNALLED, PATCHED, TRACKED, Work, fail, has_failed
+from dmc_cli.processing.remeshing.work import FACE_GONE, JOURNALLED, PATCHED, Work, fail, has_failed
 from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -15,7 +15,7 @@ def list_points_of(work: Work, b: wp.int32, q: wp.int32, count: wp.int32) -> wp.
     size = count
     g = work.first_point[q]
     while g >= 0:
-        if size < TRACKED:
+        if size < work.listed.shape[1]:
             work.listed[b, size] = g
         size += 1
         g = work.next_point[g]
@@ -68,7 +68,7 @@ def nearest_in_patch(context: SurfaceContext, work: Work, b: wp.int32, g: wp.int
 def assign_points(context: SurfaceContext, work: Work, b: wp.int32) -> None:
     """Assign the points of an operation's quads to quads of the patch; fail if one is left behind."""
     size = list_points_of_patch(work, b)
-    if size > TRACKED:
+    if size > work.listed.shape[1]:
         fail(work, b)
     n = int(0)
     while n < size and not has_failed(work, b):

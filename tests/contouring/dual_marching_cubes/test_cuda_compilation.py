@@ -12,7 +12,11 @@ from dmc_cli.app.conversion import every_kernel
 ARCHITECTURES = [75, pytest.param(90, marks=pytest.mark.slow)]
 """Seconds a module and architecture; the second one finds what the first one misses only rarely."""
 
-LARGE = {"dmc_cli.processing.remeshing.mend", "dmc_cli.processing.remeshing.sweep"}
+LARGE = {
+    "dmc_cli.processing.decimation.sweep",
+    "dmc_cli.processing.remeshing.mend",
+    "dmc_cli.processing.remeshing.sweep",
+}
 """Modules that take half a minute each."""
 
 QUICKLY = 1

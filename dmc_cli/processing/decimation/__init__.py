@@ -1,0 +1,16 @@
+"""Take quads away by local collapses until a wanted number is left (`--quads`).
+
+guard       distances between the fine mesh and the coarse one
+points      the quads nearest to the fine vertices, and the mean side
+places      a vertex put on the surface
+costs       what collapses cost
+candidates  the quads of each region, from the cheapest on
+judge       what an operation must leave
+sweep       collapses, rotations, and vertices that glide
+rounds      the rounds in order
+kernels     the modules with kernels
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

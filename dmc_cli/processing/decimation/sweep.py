@@ -1,0 +1,309 @@
+"""Sweep over the regions of a round: each collapses its cheapest quads, or polishes what is left.
+
+Every operation is done first and judged afterwards, and undone where it breaks a rule. A region is the work
+of one thread, which goes through its quads from the cheapest on, so the mesh is the same for any number of
+threads. Polishing rotates edges near irregular vertices, by the chains of remeshing, and lets vertices glide.
+"""
+
+import warp as wp
+
+from dmc_cli.mesh import REGULAR, quad_corner
+from dmc_cli.processing.decimation.costs import MOST_MERGED, cost_of
+from dmc_cli.processing.decimation.guard import Guard
+from dmc_cli.processing.decimation.judge import (
+    assign_points,
+    gather_patch_of,
+    is_low,
+    is_well_shaped,
+    list_points,
+    measure_before,
+)
+from dmc_cli.processing.decimation.places import put_on_surface
+from dmc_cli.processing.remeshing import (
+    ASCENT,
+    KEPT,
+    REMOVED,
+    TOUCHED,
+    Work,
+    begin,
+    collapse_quad,
+    doublet_of,
+    fail,
+    goal_of,
+    has_failed,
+    irregularity_change,
+    is_core_sound,
+    keep_places,
+    link,
+    next_rotation,
+    outgoing,
+    quads_removed,
+    restore_places,
+    rotate_edge,
+    rotation_cost,
+    scrambled,
+    touch,
+    undo,
+)
+from dmc_cli.processing.tangent_step import SurfaceContext
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+MOST_AT_ONCE = 4
+"""Quads that one operation may take away: the one that is collapsed, and doublets that come of it."""
+
+TOPOLOGY, SHAPE, DISTANCE = wp.constant(0), wp.constant(1), wp.constant(2)
+REASONS = 3
+"""Why an operation is refused, and how many reasons there are."""
+
+NOTHING, COLLAPSE, ROTATE, GLIDE = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+"""Kinds of operations."""
+
+MOST_REFUSALS = wp.constant(4)
+"""Refusals that are remembered of a quad at most."""
+
+SHORT_STEP = wp.constant(0.02)
+"""Steps to a better shape that are not worth taking, against the mean length of the sides."""
+
+UNBOUNDED = wp.constant(1.0e30)
+"""What shapes may cost where an operation is worth any."""
+
+
+@wp.struct
+class Sweep:
+    """What a sweep does, and what each region may take away and has, (R,), and why it refused, (R, REASONS).
+
+    Attributes:
+        quota: Quads that a region may take away.
+        taken: Quads that it has taken away.
+        refusals: How often it has refused a collapse, for each reason.
+        refused: (Q,), how often each quad was refused.
+        threshold: What a collapse may cost.
+        per_step: The factor of cost of a unit of irregularity.
+        edge: The mean length of the sides.
+        tries: Rotations that are tried at an irregular vertex.
+        seed: A number of the sweep's own.
+    """
+
+    quota: wp.array(dtype=wp.int32)
+    taken: wp.array(dtype=wp.int32)
+    refusals: wp.array2d(dtype=wp.int32)
+    refused: wp.array(dtype=wp.uint8)
+    threshold: wp.float32
+    per_step: wp.float32
+    edge: wp.float32
+    tries: wp.int32
+    seed: wp.int32
+
+
+@wp.func
+def next_action(work: Work, b: wp.int32, kind: wp.int32, done: wp.int32, seed: wp.uint32) -> wp.vec3i:
+    """Return what follows `done` operations: a doublet's removal, a chain's next rotation, or nothing."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    if kind == COLLAPSE:
+        doublet = doublet_of(work, b, work.tally[b, TOUCHED])
+        if doublet >= 0:
+            action = wp.vec3i(COLLAPSE, work.mesh.vertex_halfedge[doublet], 0)
+    elif kind == ROTATE:
+        if irregularity_change(work, b) >= 0:
+            rotation = next_rotation(work, b, scrambled(seed + wp.uint32(done)))
+            if rotation < 0:
+                fail(work, b)
+            else:
+                action = wp.vec3i(ROTATE, rotation >> 1, rotation & 1)
+    return action
+
+
+@wp.func
+def change(work: Work, b: wp.int32, first: wp.vec3i, most: wp.int32, seed: wp.uint32) -> None:
+    """Do an operation and what follows it; fail where more than `most` quads would go, or it is unsound.
+
+    Each kind is called at one place only: the compiler copies it there.
+    """
+    action = wp.vec3i(first)
+    done = int(0)
+    while action[0] != NOTHING and not has_failed(work, b):
+        if action[0] == ROTATE:
+            if done > 0:
+                link(work, b, action[1])
+            rotate_edge(work, b, action[1], action[2] == 1)
+        elif action[0] == COLLAPSE:
+            if done >= wp.min(most, MOST_AT_ONCE):
+                fail(work, b)
+            else:
+                collapse_quad(work, b, action[1])
+        else:
+            touch(work, b, action[1])
+        done += 1
+        action = wp.vec3i(NOTHING, 0, 0)
+        if not has_failed(work, b):
+            action = next_action(work, b, first[0], done, seed)
+    kept = work.tally[b, KEPT]
+    if work.mesh.vertex_gone[kept] != wp.uint8(0):
+        fail(work, b)
+    if first[0] != GLIDE and not has_failed(work, b):
+        if first[0] == COLLAPSE and work.mesh.valence[kept] > MOST_MERGED:
+            fail(work, b)
+        if not is_core_sound(work, b):
+            fail(work, b)
+
+
+@wp.func
+def move_core(
+    context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, all_of_it: wp.bool, count: wp.int32
+) -> None:
+    """Move the kept vertex, or all that were touched, to better shapes, and back on the surface."""
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.mesh.vertex_gone[v] == wp.uint8(0) and (all_of_it or v == work.tally[b, KEPT]):
+            if not has_failed(work, b):
+                work.mesh.position[v] = goal_of(work, v)
+                put_on_surface(context, guard, work, b, v, count)
+
+
+@wp.func
+def try_places(
+    context: SurfaceContext,
+    guard: Guard,
+    work: Work,
+    b: wp.int32,
+    kind: wp.int32,
+    before: wp.vec4,
+    budget: wp.float32,
+) -> wp.int32:
+    """Move the vertices of an operation, and judge; fail where a rule is broken, and return which."""
+    reason = int(DISTANCE)
+    gather_patch_of(work, b, kind == ROTATE, False)
+    count = list_points(work, b)
+    for _step in range(wp.where(kind == ROTATE, 2, 1)):
+        move_core(context, guard, work, b, kind == ROTATE, count)
+    if not has_failed(work, b):
+        if not is_well_shaped(guard, work, b, before, budget):
+            reason = int(SHAPE)
+            fail(work, b)
+    if not has_failed(work, b):
+        if not is_low(guard, work, b, count):
+            fail(work, b)
+    if not has_failed(work, b):
+        assign_points(guard, work, b, count)
+    return reason
+
+
+@wp.func
+def attempt(
+    context: SurfaceContext,
+    guard: Guard,
+    sweep: Sweep,
+    work: Work,
+    b: wp.int32,
+    action: wp.vec3i,
+    seed: wp.uint32,
+) -> wp.bool:
+    """Try an operation: afterwards it is done, or nothing has changed."""
+    begin(work, b)
+    kind = action[0]
+    if kind == GLIDE:
+        work.tally[b, KEPT] = action[1]
+    else:
+        work.tally[b, KEPT] = quad_corner(work.mesh.corners, action[1], wp.where(kind == COLLAPSE, 2, 0))
+    work.tally[b, REMOVED] = wp.where(kind == COLLAPSE, work.mesh.corners[action[1]], work.tally[b, KEPT])
+    reason = int(TOPOLOGY)
+    change(work, b, action, sweep.quota[b] - sweep.taken[b], seed)
+    if not has_failed(work, b):
+        before = measure_before(work, b, kind == ROTATE)
+        keep_places(work, b)
+        if not has_failed(work, b):
+            budget = wp.where(kind == GLIDE, before[0], UNBOUNDED)
+            reason = try_places(context, guard, work, b, kind, before, budget)
+        if has_failed(work, b):
+            restore_places(work, b)
+    done = not has_failed(work, b)
+    if not done:
+        undo(work, b)
+    if kind == COLLAPSE:
+        if done:
+            sweep.taken[b] = sweep.taken[b] + quads_removed(work, b)
+        else:
+            sweep.refusals[b, reason] = sweep.refusals[b, reason] + 1
+    return done
+
+
+@wp.func
+def collapse_of(work: Work, b: wp.int32, sweep: Sweep, q: wp.int32, choice: wp.int32) -> wp.vec3i:
+    """Return the collapse of one of a quad's diagonals if it may be tried, else nothing."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    if work.mesh.face_gone[q] == wp.uint8(0) and sweep.taken[b] < sweep.quota[b]:
+        h = 4 * q + choice
+        cost = cost_of(
+            work.mesh.corners, work.mesh.valence, work.mesh.position, sweep.refused, sweep.per_step, h
+        )
+        if cost <= sweep.threshold:
+            action = wp.vec3i(COLLAPSE, h, 0)
+    return action
+
+
+@wp.func
+def rotation_at(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32) -> wp.vec3i:
+    """Return the rotation near a vertex that a random number names, if a chain may begin with it."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    if work.mesh.valence[v] != REGULAR:
+        h = outgoing(work, v, wp.int32((number >> wp.uint32(4)) % wp.uint32(work.mesh.valence[v])))
+        side = (h & ~3) | wp.int32(number & wp.uint32(3))
+        forward = wp.int32((number >> wp.uint32(2)) & wp.uint32(1))
+        if rotation_cost(work, b, side, forward == 1) <= ASCENT:
+            action = wp.vec3i(ROTATE, side, forward)
+    return action
+
+
+@wp.func
+def action_of(
+    work: Work,
+    b: wp.int32,
+    sweep: Sweep,
+    polishes: wp.bool,
+    item: wp.int32,
+    choice: wp.int32,
+    seed: wp.uint32,
+) -> wp.vec3i:
+    """Return what is to be tried at a quad, or at a vertex: rotations, at last a step."""
+    if not polishes:
+        return collapse_of(work, b, sweep, item, choice)
+    if choice < sweep.tries:
+        return rotation_at(work, b, item, seed)
+    action = wp.vec3i(GLIDE, item, 0)
+    if wp.length(goal_of(work, item) - work.mesh.position[item]) <= SHORT_STEP * sweep.edge:
+        action = wp.vec3i(NOTHING, 0, 0)
+    return action
+
+
+@wp.kernel
+def sweep_kernel(
+    # In:
+    first: wp.int32,
+    context: SurfaceContext,
+    guard: Guard,
+    polishes: wp.bool,
+    starts: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
+    begin_at: wp.int32,
+    end_at: wp.int32,
+    # In/out:
+    sweep_inout: Sweep,
+    work_inout: Work,
+) -> None:
+    """Collapse a region's cheap quads, or polish round its vertices, from visit `begin_at` up to `end_at`.
+
+    One thread a region.
+    """
+    b = first + wp.tid()
+    for visit in range(begin_at, wp.min(end_at, starts[b + 1] - starts[b])):
+        item = items[starts[b] + visit]
+        for choice in range(wp.where(polishes, sweep_inout.tries + 1, 2)):
+            seed = scrambled(scrambled(wp.uint32(sweep_inout.seed * 64 + choice)) ^ wp.uint32(item))
+            action = action_of(work_inout, b, sweep_inout, polishes, item, choice, seed)
+            if action[0] != NOTHING:
+                done = attempt(context, guard, sweep_inout, work_inout, b, action, seed)
+                if action[0] == COLLAPSE and not done:
+                    sweep_inout.refused[item] = wp.uint8(
+                        wp.min(wp.int32(sweep_inout.refused[item]) + 1, MOST_REFUSALS)
+                    )
