@@ -32,8 +32,11 @@ def test_what_stopped_it_is_told(run, tmp_path):
 
 
 def test_a_number_above_the_count_is_told(run, tmp_path):
-    result = run("convert", "synth:sphere:8", tmp_path / "a.ply", "-i", 0, "--quads", 100_000)
+    path = tmp_path / "report.json"
+    words = ("convert", "synth:sphere:8", tmp_path / "a.ply", "-i", 0, "--quads", 100_000)
+    result = run(*words, "--report", path)
     assert result.exit_code == 0
+    assert json.loads(path.read_text())["warning_codes"] == ["W-QUADS-FEWER"]
     told = " ".join(result.stderr.split())
     assert "no more than the 100000 that were asked for; none were taken away (W-QUADS-FEWER)" in told
 
