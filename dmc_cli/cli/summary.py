@@ -302,27 +302,29 @@ def _surface_line(surface: dict[str, Any]) -> str:
 
 def _part_lines(part: dict[str, Any] | None) -> Iterator[str]:
     """Yield what was done to have a part of the volume."""
-    if part is not None and "table" in part:
+    if part is None:
+        return
+    if "table" in part:
         done = part["table"]
         size = f"{done['nodes']} nodes, {_number(done['volume'], 6)} mm³"
         found = f"{done['components']} piece(s) cut: {size}" if done["components"] else "none found"
         yield f"part      table: {found}"
-    if part is not None and "filtered" in part:
+    if "filtered" in part:
         size, spacing = (part["filtered"][key] for key in ("shape", "spacing"))
         yield (
             f"part      values at {' x '.join(map(str, size))} nodes,"
             f" {' x '.join(f'{length:.4g}' for length in spacing)} mm apart"
         )
     for key, name in (("opened", "taken away"), ("closed", "filled in gaps")):
-        if part is not None and key in part:
+        if key in part:
             yield f"part      {part[key]['nodes']} nodes {name}, {_number(part[key]['volume'], 6)} mm³"
     for key, name in (("dropped", "component(s) dropped"), ("filled", "cavit(ies) filled")):
-        if part is not None and key in part:
+        if key in part:
             done = part[key]
             what = name.replace("cavit(ies)", "cavity" if done["components"] == 1 else "cavities")
             size = f"{done['nodes']} nodes, {_number(done['volume'], 6)} mm³"
             yield f"part      {done['components']} {what}: {size}"
-    if part is not None and "dropped" not in part and part.get("components", {}).get("specks"):
+    if "dropped" not in part and part.get("components", {}).get("specks"):
         yield _speck_line(part["components"])
 
 

@@ -33,26 +33,18 @@ def kernel_modules(
 
     modules = [components, deviation, rounding_kernels, quality, elements, *connecting_kernels(), vertex_fans]
     modules.append(component_list)
-    if intersections or distance or thickness:
-        modules += tree_kernels()
-    if intersections or curvature or distance or thickness:
-        from dmc_cli.measures import split_faces
-
-        modules.append(split_faces)
-    if curvature:
-        from dmc_cli.measures import curvature as bending
-
-        modules.append(bending)
     if intersections:
-        from dmc_cli.measures import intersections as finding
+        modules += finding_kernels()
+    if curvature:
+        from dmc_cli.measures import curvature as bending, split_faces
 
-        modules.append(finding)
+        modules += [split_faces, bending]
     if thickness:
         modules += thickness_kernels()
     if distance:
-        from dmc_cli.measures import nearest, sampling
+        from dmc_cli.measures import nearest, sampling, split_faces
 
-        modules += [sampling, nearest]
+        modules += [*tree_kernels(), split_faces, sampling, nearest]
     return modules + list_kernels() if lists else modules
 
 

@@ -25,7 +25,6 @@ MOST = 99_999_999
 
 SECTION = re.compile(rb"^\*(\w+)[^\n]*\n((?:[^*\n][^\n]*\n|\n)*)", re.MULTILINE)
 COMMENT = re.compile(rb"^\$[^\n]*\n", re.MULTILINE)
-ENDS = b"\r\n \t"
 
 
 def encode_ls_dyna(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
