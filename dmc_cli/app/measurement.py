@@ -45,7 +45,7 @@ from dmc_cli.report import (
 )
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
-from dmc_cli.volume import UNIT_LENGTHS, Volume, intact
+from dmc_cli.volume import UNIT_LENGTHS, Volume, intact, is_turned
 from dmc_cli.volume_io import read_volume
 
 
@@ -189,7 +189,8 @@ def _distance(found: Mesh, mesh: MeshFile, other: OtherMesh) -> tuple[dict[str, 
         sentence = f"the spaces of the meshes are {mesh.space} and {other.mesh.space}; taken for the same"
         told.append(Notice("W-SPACE-UNKNOWN", sentence))
     factor = UNIT_LENGTHS[other.mesh.unit] / UNIT_LENGTHS[mesh.unit]
-    turn = (-factor, -factor, factor) if len(spaces) == 2 and not told else (factor, factor, factor)
+    sign = -1.0 if is_turned(mesh.space, other.mesh.space) else 1.0
+    turn = (sign * factor, sign * factor, factor)
     points = other.mesh.points.astype(np.float64) * turn
     farthest = float(np.abs(points).max(initial=0.0))
     if farthest > float(np.finfo(np.float32).max):
@@ -212,7 +213,7 @@ def _compared(device: Device, mesh: MeshFile, reference: VolumeReference) -> tup
     volume = reference.volume
     settings = SurfaceSettings(isovalue=reference.isovalue, inside=reference.inside, border="closed")
     frame = frame_of_volume(upload_volume(volume, device), settings)
-    turned = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
+    turned = is_turned(mesh.space, volume.space)
     points = mesh.points * UNIT_LENGTHS[mesh.unit] if mesh.unit != "mm" else mesh.points
     placement, beyond = locate_points(points * (-1.0, -1.0, 1.0) if turned else points, frame)
     if outside := int(np.count_nonzero(beyond)):

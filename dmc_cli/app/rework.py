@@ -39,7 +39,7 @@ from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report import SCHEMA, collect_versions, measure_memory, report_text
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings, repairs
-from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact
+from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact, is_turned
 from dmc_cli.volume_io import read_volume
 
 
@@ -222,8 +222,8 @@ def _work_on_volume(
 
 def _to_mesh_space(volume: Volume, mesh: MeshFile) -> Float64Array:
     """Return the map from the volume's node indices to the space and unit of a mesh, shape (4, 4)."""
-    differs = "none" not in (mesh.space, volume.space) and mesh.space != volume.space
-    affine = RAS_LPS @ volume.affine if differs else volume.affine.copy()
+    turned = is_turned(mesh.space, volume.space)
+    affine = RAS_LPS @ volume.affine if turned else volume.affine.copy()
     affine[:3] *= 1.0 / UNIT_LENGTHS[mesh.unit]
     return affine
 

@@ -22,6 +22,11 @@ from .labels import (
     find_labels as find_labels,
 )
 from .mapping import intact as intact, map_file as map_file, mapped_file as mapped_file
-from .space import RAS_LPS as RAS_LPS, UNIT_LENGTHS as UNIT_LENGTHS, output_affine as output_affine
+from .space import (
+    RAS_LPS as RAS_LPS,
+    UNIT_LENGTHS as UNIT_LENGTHS,
+    is_turned as is_turned,
+    output_affine as output_affine,
+)
 from .suggestions import Chosen as Chosen, Suggestion as Suggestion, Suggestions as Suggestions
 from .volume import Space as Space, Volume as Volume, VolumeEntry as VolumeEntry

@@ -16,6 +16,11 @@ UNIT_LENGTHS: dict[OutputUnit, float] = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "m":
 """Length in millimetres of the units that coordinates can be written in."""
 
 
+def is_turned(space: Space, other: Space) -> bool:
+    """Return whether one space is RAS and the other LPS; one that is not known is taken for the same."""
+    return "none" not in (space, other) and space != other
+
+
 def output_affine(volume: Volume, space: OutputSpace, unit: OutputUnit = "mm") -> tuple[Float64Array, Space]:
     """Return the map from node indices to the output space in a unit, shape (4, 4), and that space's name.
 
