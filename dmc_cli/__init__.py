@@ -4,8 +4,6 @@ The data flow is the package. Whoever reads the folders in this order meets the 
 says in its `__init__.py` what it is for and in which order to read it:
 
     settings       every choice there is, with its default
-    setting_checks  what settings of several kinds may be
-    setting_types  what a setting may be, as its annotation says
     crops          which box of a volume's nodes is kept
     isovalue_choices  how an isovalue is chosen where no number is given
     methods        the methods of contouring, and what each takes

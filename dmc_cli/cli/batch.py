@@ -78,7 +78,7 @@ def batch(
     Examples:
       dmc batch 'sample_data/nrrd/*.nrrd' -i 500 -i 1000 -o '{stem}_{isovalue}.obj'
       dmc batch synth:torus:32 synth:sphere:32 -i 0 --jobs 2
-      dmc batch 'scans/*.nii.gz' -i otsu -o 'out/{stem}.ply' --require print --junit verdicts.xml
+      dmc batch 'sample_data/nifti/*.nii.gz' -i otsu -o 'out/{stem}.ply' --require manifold --junit out.xml
     """
     from dmc_cli.cli.batch_plan import plan_batch
 

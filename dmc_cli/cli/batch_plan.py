@@ -15,11 +15,11 @@ from dmc_cli.cli.batch_file import read_tables
 from dmc_cli.cli.conversions import conversions_of
 from dmc_cli.cli.options import gather
 from dmc_cli.errors import SettingsError
-from dmc_cli.setting_checks import check_path
 from dmc_cli.settings import (
     STREAM,
     ConvertSettings,
     ReadSettings,
+    check_path,
 )
 from dmc_cli.volume_io import exists
 

@@ -26,7 +26,7 @@ from dmc_cli.runtime.kernel_cache import compile_modules, load_compiled, usable_
 from dmc_cli.runtime.prefix_sums import CHUNK, scan_chunks_kernel, scan_rows_kernel, sum_chunks_kernel
 from dmc_cli.runtime.warp_launch import launch_by_warp
 from dmc_cli.runtime.worker_pool import worker_pool
-from dmc_cli.setting_checks import check_run
+from dmc_cli.settings import check_run
 from dmc_cli.system import lacks_memory, usable_cores
 
 MOST_ITEMS = 2**31 - 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import DamagedVolumeError, UnsupportedFormatError, VolumeError
-from dmc_cli.setting_types import as_real, is_whole
+from dmc_cli.settings import as_real, is_whole
 
 WIDENED = {"e": "f4", "?": "u1"}
 """Type characters that are widened: half floats and truth values."""

@@ -1,6 +1,6 @@
 """Make the options that commands share, each once from the settings field that it fills.
 
-Name, default and choices come from the field in `settings.py`, those that depend on the method of contouring
+Name, default and choices come from the field in `settings/`, those that depend on the method of contouring
 from what the methods declare; only the help text and its heading are added.
 
 from_settings  an option from a field, settings from options

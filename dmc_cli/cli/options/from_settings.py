@@ -16,7 +16,7 @@ def setting(owner: type, name: str, *flags: str, section: str, help: str, **extr
     """Make the option that fills the field `name` of the settings class `owner`.
 
     Args:
-        owner: A dataclass of `settings.py`.
+        owner: A dataclass of `settings/`.
         name: Its field; the flag is the same with dashes unless `flags` are given.
         flags: Other flags for the same field.
         section: The heading in the help text.

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from dmc_cli.errors import SettingsError
-from dmc_cli.setting_types import is_whole
+from dmc_cli.settings.types import is_whole
 
 MOST_THREADS = 4096
 """CPU threads that may be asked for: more than machines have cores."""

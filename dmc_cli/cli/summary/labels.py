@@ -1,0 +1,26 @@
+"""Summarise the surfaces of labels."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from dmc_cli.cli.summary.lines import MOST_LABELS, mesh_line, output_space, time_line, volume_line, warnings
+
+
+def label_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of the summary of a label map: a line a label."""
+    yield from (f"warning: {warning}" for warning in warnings(report))
+    yield f"volume    {volume_line(report['input'])}"
+    rows = report["labels"]
+    yield f"mesh      {mesh_line(report['mesh'])}, {output_space(report)}; {len(rows)} label(s)"
+    for row in rows[:MOST_LABELS]:
+        mesh, change = row["mesh"], row["mesh"]["volume_change_percent"]
+        name = "" if row["name"] == f"label_{row['label']}" else f" {row['name']}"
+        told = "" if change is None else f", {round(change, 3) + 0.0:+.3f} % against its nodes"
+        yield (
+            f"label     {row['label']}{name}: {row['nodes']} nodes, {mesh['quads']} quads, volume"
+            f" {mesh['volume']:.6g}{told}"
+        )
+    if len(rows) > MOST_LABELS:
+        yield f"          and {len(rows) - MOST_LABELS} more; --report has them all"
+    if timings := report.get("timings_ms"):
+        yield f"time      {time_line(timings)}"

@@ -1,0 +1,20 @@
+"""Summarise what became of a mesh of a file."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from dmc_cli.cli.summary.lines import intersections, mesh_line, space_name, time_line, topology_line, warnings
+
+
+def rework_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `dmc mesh`; what the report does not hold is left out."""
+    yield from (f"warning: {warning}" for warning in warnings(report))
+    read, mesh = report["input"], report["mesh"]
+    yield f"read      {read['vertices']} vertices, {read['faces']} faces"
+    unit = "" if mesh["unit"] == "mm" else f" in {mesh['unit']}"
+    yield f"mesh      {mesh_line(mesh)}, {space_name(mesh['space'])}{unit}"
+    if topology := report["topology"]:
+        yield f"topology  {topology_line(topology)}"
+    if quality := report["quality"]:
+        yield f"faces     {intersections(quality)}"
+    yield f"time      {time_line(report['timings_ms'])}"

@@ -1,0 +1,56 @@
+"""Say which labels of a map to make surfaces of."""
+
+from dataclasses import dataclass, field
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.requirements import MEASURE_FIGURES, settled_requirements
+from dmc_cli.settings.checks import check_path, check_run
+from dmc_cli.settings.conversion import MemoryShare
+from dmc_cli.settings.output import OutputSettings
+from dmc_cli.settings.reading import ReadSettings
+from dmc_cli.settings.types import settle_types
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelSettings:
+    """Which labels of a label map to make surfaces of, and where they go.
+
+    `labels` are numbers or names, or `all`, which none means, too; `label_names` is a table of names and
+    colours (ITK-SNAP, FreeSurfer, 3D Slicer, BIDS), where the input has none, or others. Without `conforming`
+    each has a closed shell of its own: `output.path` is a template with `{label}` in it, or one file. With it
+    all are one mesh, whose faces know the labels on both sides; it has no normals, since vertices where
+    labels meet have several.
+    """
+
+    input: str
+    output: OutputSettings
+    labels: tuple[str, ...] = ()
+    conforming: bool = False
+    label_names: str | None = None
+    read: ReadSettings = field(default_factory=ReadSettings)
+    share: MemoryShare = field(default_factory=MemoryShare)
+    device: str = "auto"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        settle_types(self)
+        check_path("input", self.input)
+        check_path("label_names", self.label_names)
+        check_run(self.device, self.threads)
+        if not all(word.strip() for word in self.labels):
+            raise SettingsError(
+                f"labels are {','.join(self.labels)!r:.80}; expected all, or numbers or names with commas"
+                " between, as in 1,2,5"
+            )
+        output = self.output
+        if output.halfedges is not None or output.curvature or output.check or output.values:
+            raise SettingsError(
+                "halfedges, curvature, check and values are of a surface at an isovalue; leave them out"
+                " with labels"
+            )
+        settled_requirements(output.require, MEASURE_FIGURES)
+        if "on-surface" in output.require:
+            raise SettingsError(
+                "on-surface was required of labels, whose surfaces are at no isovalue; leave it out"
+            )

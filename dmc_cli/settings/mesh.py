@@ -1,0 +1,117 @@
+"""Say what becomes of a surface's quads."""
+
+from dataclasses import dataclass
+
+from dmc_cli.errors import SettingsError
+from dmc_cli.settings.choices import Simplify, SimplifyRules
+from dmc_cli.settings.types import is_whole, settle_types
+
+_CHANGES = ("remesh", "quads", "relax", "simplify")
+"""Settings that have quads changed, one that implies another before it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSettings:
+    """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
+
+    `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `quads`
+    how many to leave then, a number or a share as in "25%"; `relax` the number of steps of smoothing on the
+    surface, at last. `repair_intersections` has faces that intersect pulled apart; without a
+    word, where it is required that there are none.
+    """
+
+    simplify: Simplify = "none"
+    simplify_rules: SimplifyRules = "safe"
+    project: bool = True
+    remesh: int = 0
+    quads: str | int | None = None
+    relax: int = 0
+    repair_intersections: bool | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        if is_whole(self.quads):
+            object.__setattr__(self, "quads", str(self.quads))
+        settle_types(self)
+        if self.quads is not None:
+            wanted_quads(str(self.quads), 0)
+            self._check_decimation()
+        if self.remesh < 0:
+            raise SettingsError(f"remesh is {self.remesh}; expected a number of rounds, 0 or more")
+        if self.relax < 0:
+            raise SettingsError(f"relax is {self.relax}; expected a number of steps, 0 or more")
+        if self.remesh:
+            self._settle_remeshing()
+
+    def _check_decimation(self) -> None:
+        """Raise SettingsError if what comes before does not leave a mesh on the surface."""
+        off_surface = self._off_surface
+        if self.simplify != "none" and off_surface is not None:
+            raise SettingsError(
+                f"quads is {self.quads!r:.80}, but {off_surface}; expected the safe rules and vertices on the"
+                " surface, which collapses rely on"
+            )
+
+    def _settle_remeshing(self) -> None:
+        """Raise SettingsError if remeshing cannot follow; set the simplification that it implies."""
+        off_surface = self._off_surface
+        if off_surface is not None:
+            raise SettingsError(
+                f"remesh is {self.remesh}, but {off_surface}; expected the safe rules and vertices on the"
+                " surface, which its operations rely on"
+            )
+        if self.simplify not in ("none", "all"):
+            raise SettingsError(
+                f"remesh is {self.remesh}, but simplify is {self.simplify!r}; expected 'all', which remeshing"
+                " implies, or leave it out"
+            )
+        object.__setattr__(self, "simplify", "all")
+
+    @property
+    def _off_surface(self) -> str | None:
+        """Return what keeps vertices of a simplified mesh from lying on the surface, None if nothing does."""
+        if self.simplify_rules == "paper":
+            return "simplify_rules is 'paper'"
+        return None if self.project else "project is off"
+
+    @property
+    def first_change(self) -> str | None:
+        """Return the name of the first setting that has quads changed, None if there is none."""
+        default = MeshSettings()
+        return next((name for name in _CHANGES if getattr(self, name) != getattr(default, name)), None)
+
+    @property
+    def follows_paper(self) -> bool:
+        """Return whether the mesh is simplified by the papers' bare rules, which promise nothing."""
+        return self.simplify != "none" and self.simplify_rules == "paper"
+
+    @property
+    def is_changed(self) -> bool:
+        """Return whether vertices or quads do not stay as the surface has them."""
+        return self.first_change is not None
+
+
+def wanted_quads(given: str, count: int) -> int:
+    """Return how many of `count` quads to leave, given a number or a share as in "25%".
+
+    Raises:
+        SettingsError: It is neither.
+    """
+    number, is_share = given.strip(), given.strip().endswith("%")
+    try:
+        value = float(number.rstrip("%")) if is_share else int(number)
+    except ValueError:
+        value = -1
+    if not (0 < value < 100 if is_share else value > 0):
+        raise SettingsError(
+            f"quads is {given!r:.80}; expected a number of quads from 1 on, or a share under 100 %, as in"
+            " 20000 or 25%"
+        )
+    return max(1, round(count * value / 100)) if is_share else int(value)
+
+
+def repairs(mesh: MeshSettings, require: tuple[str, ...]) -> bool:
+    """Return whether faces that intersect are pulled apart: where that is asked for or, else, required."""
+    if mesh.repair_intersections is not None:
+        return mesh.repair_intersections
+    return "no-self-intersections" in require or "print" in require

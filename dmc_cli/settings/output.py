@@ -1,0 +1,75 @@
+"""Say what to write where, and what must hold before it is written."""
+
+from dataclasses import dataclass
+
+from dmc_cli import mesh_formats
+from dmc_cli.errors import SettingsError
+from dmc_cli.requirements import CONVERT_FIGURES, looks_at, settled_requirements
+from dmc_cli.settings.checks import check_format, check_outputs
+from dmc_cli.settings.choices import STREAM, Element, MeshValue, OutputSpace, OutputUnit
+from dmc_cli.settings.types import settle_types
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputSettings:
+    """What to write where, and what must hold before it is written.
+
+    `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
+    `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
+    and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
+    `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
+    `curvature` has the report tell that, too. `require` lists what the mesh must be, words and comparisons
+    of `requirements.py`; `check` verifies every invariant of the result; `dry_run` does everything but write
+    the mesh; `memory` is the budget in bytes that the forecast is held against.
+    """
+
+    path: str
+    output_format: str | None = None
+    normals: bool = True
+    space: OutputSpace = "native"
+    unit: OutputUnit = "mm"
+    ascii: bool = False
+    values: tuple[MeshValue, ...] = ()
+    element: Element | None = None
+    force: bool = False
+    allow_empty: bool = False
+    halfedges: str | None = None
+    report: str | None = None
+    curvature: bool = False
+    require: tuple[str, ...] = ()
+    check: bool = False
+    dry_run: bool = False
+    memory: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check every type and range once, at the door."""
+        settle_types(self)
+        check_format("output_format", self.output_format, mesh_formats.FORMATS)
+        object.__setattr__(self, "require", settled_requirements(self.require, CONVERT_FIGURES))
+        if self.memory is not None and self.memory < 1:
+            raise SettingsError(f"memory is {self.memory} bytes; expected a positive number")
+        if self.space == "voxel" and self.unit != "mm":
+            raise SettingsError(
+                f"unit is {self.unit!r}, but space is 'voxel': grid indices have no unit; leave one out"
+            )
+        check_outputs({"mesh": self.path, "halfedges": self.halfedges, "report": self.report}, STREAM)
+        if self.curvature and self.report is None:
+            raise SettingsError(
+                "curvature was asked for, but no report that tells it; name one with --report"
+            )
+
+    @property
+    def is_measured(self) -> bool:
+        """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
+        return self.report is not None or bool(self.require) or self.check
+
+    @property
+    def finds_intersections(self) -> bool:
+        """Return whether the mesh's intersections are counted: for a report or a requirement."""
+        required = looks_at("quality.self_intersections", self.require, CONVERT_FIGURES)
+        return self.report is not None or required
+
+    @property
+    def finds_curvature(self) -> bool:
+        """Return whether the mesh's curvature is measured: for a report that tells it or a requirement."""
+        return self.curvature or looks_at("curvature.", self.require, CONVERT_FIGURES)
