@@ -29,6 +29,9 @@ class MeshFormat:
         holds_groups: Whether there is one for names of parts.
         holds_colors: Whether there is one for colours.
         takes_element: Whether there is a choice of the kind of element that a face is.
+        companion_suffix: That of a file that stands beside the mesh and tells its colours, or none.
+        encode_companion: From a `MeshFile` to the chunks of that file, none where there is nothing to tell;
+            its name is given to `encode` as `companion`.
     """
 
     title: str
@@ -45,6 +48,8 @@ class MeshFormat:
     holds_colors: bool = False
     other_suffixes: tuple[str, ...] = ()
     takes_element: bool = False
+    companion_suffix: str = ""
+    encode_companion: str = ""
 
     @property
     def suffixes(self) -> tuple[str, ...]:
@@ -68,6 +73,8 @@ FORMATS: dict[str, MeshFormat] = {
         suffix=".obj",
         encode="obj:encode_obj",
         read="obj:read_obj",
+        companion_suffix=".mtl",
+        encode_companion="obj:encode_materials",
         holds_groups=True,
         holds_colors=True,
     ),

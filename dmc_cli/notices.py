@@ -56,6 +56,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-QUADS-SPLIT": "the mesh's format holds no quads: they were split into triangles",
     "W-SPACE-TURNED": "the mesh's format has axes of its own, which the mesh was turned to",
     "W-COLORS-LEFT-OUT": "the mesh's format holds no colours",
+    "W-MATERIALS-LEFT-OUT": "the materials of an OBJ are a file beside it, for which there is no place",
     "W-GROUPS-LEFT-OUT": "the mesh's format holds no names of parts",
     "W-MESH-UNREAD": "a mesh file holds more than is read of it (normals, values, other cells)",
     "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",

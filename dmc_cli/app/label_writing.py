@@ -10,7 +10,7 @@ from dmc_cli.app.label_report import require_of_labels
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.errors import RequirementError, SettingsError
 from dmc_cli.files import check_output, write_error, write_output
-from dmc_cli.mesh_io import MeshFile, write_mesh
+from dmc_cli.mesh_io import MeshFile, choose_format, companion_path, write_mesh
 from dmc_cli.notices import Notice, warning_keys
 from dmc_cli.progress import Stopwatch
 from dmc_cli.report import measure_memory, report_text
@@ -34,7 +34,10 @@ def checked_paths(settings: LabelSettings, volumes: Sequence[Volume], labels: Se
     items = [replace(settings, output=replace(output, path=first))]
     items += [replace(settings, output=replace(output, path=path, report=None)) for path in others]
     refuse_overlaps(items, [file for volume in volumes for file in volume.files])
-    for path in (*distinct, *([output.report] if output.report is not None else [])):
+    beside = [companion_path(path, choose_format(path, output.output_format)) for path in distinct]
+    has_colors = any(label.color is not None for label in labels)
+    more = [path for path in (output.report, *(beside if has_colors else ())) if path is not None]
+    for path in (*distinct, *more):
         if Path(path).parent.is_dir() or not is_template(output.path) or path == output.report:
             check_output(path, force=output.force)
     return paths or distinct

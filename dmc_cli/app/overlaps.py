@@ -15,6 +15,7 @@ from typing import NamedTuple
 from dmc_cli.app.file_keys import FileKeys
 from dmc_cli.errors import DmcError, SettingsError
 from dmc_cli.isovalue_choices import isovalue_text
+from dmc_cli.mesh_io import choose_format, companion_path
 from dmc_cli.settings import STREAM, ConvertSettings, LabelSettings, ReadSettings
 from dmc_cli.volume_formats import FORMATS
 from dmc_cli.volume_io import (
@@ -32,6 +33,10 @@ _SINGLE_FILES = (
     *(".mgh", ".mgz", ".mnc"),
 )
 """Suffixes of inputs that are one file."""
+
+
+MATERIALS = "file of materials"
+"""The role of the file beside an OBJ."""
 
 
 class Output(NamedTuple):
@@ -68,7 +73,8 @@ def refuse_overlaps(
     outputs += [] if junit is None else [Output(None, "verdicts", junit)]
     outputs += [output for item in items for output in _outputs(item)]
     if one_mesh:
-        outputs = [output for output in outputs if output.role != "mesh" or output.item is items[0]]
+        parts = ("mesh", MATERIALS)
+        outputs = [output for output in outputs if output.role not in parts or output.item is items[0]]
     for output in outputs:
         for key in files.of_output(output.path):
             other = owners.setdefault(key, output)
@@ -92,6 +98,10 @@ def _outputs(item: ConvertSettings | LabelSettings) -> Iterator[Output]:
     for role, path in (("mesh", output.path), ("halfedges", output.halfedges), ("report", output.report)):
         if path is not None:
             yield Output(item, role, path)
+    with suppress(SettingsError):  # whoever chooses the format will tell
+        companion = companion_path(output.path, choose_format(output.path, output.output_format))
+        if companion is not None:
+            yield Output(item, MATERIALS, companion)
 
 
 def _further_files(path: str, read: ReadSettings, files: FileKeys) -> Iterator[str]:

@@ -58,7 +58,7 @@ def check_output(path: str, *, force: bool) -> None:
     if path == STREAM:
         return
     try:
-        if not _is_device(path):
+        if not is_device(path):
             _check_place(path, _real(path), force=force)
     except WriteError:
         raise
@@ -99,9 +99,54 @@ def write_output(path: str, chunks: Iterable[bytes], *, force: bool) -> int:
     Raises:
         WriteError: As `check_output`, or the disk is full.
     """
+    with open_output(path, force=force) as stream:
+        return _fill(stream, chunks)
+
+
+def write_with_companion(
+    path: str, chunks: Iterable[bytes], companion: str, more: Iterable[bytes], *, force: bool
+) -> int:
+    """Write a file and another one that it names, both or none.
+
+    The companion appears first, when all bytes of both are on the disk: nobody finds a file that names what
+    is not there.
+
+    Args:
+        path: The file.
+        chunks: Its bytes.
+        companion: The other one; it is no stream and no device.
+        more: Its bytes.
+        force: Replace what exists, of both.
+
+    Returns:
+        The number of bytes of the file.
+
+    Raises:
+        WriteError: As `write_output`, of either; a companion that was not there before is not there then.
+    """
+    check_output(path, force=force)
+    check_output(companion, force=force)
+    is_new = not Path(companion).exists()
+    try:
+        with open_output(path, force=force) as stream:
+            size = _fill(stream, chunks)
+            stream.flush()
+            _wait_for_disk(stream)
+            write_output(companion, more, force=force)
+    except BaseException:
+        if is_new:
+            Path(companion).unlink(missing_ok=True)
+        raise
+    return size
+
+
+def _fill(stream: BinaryIO, chunks: Iterable[bytes]) -> int:
+    """Write chunks to a stream; return the number of bytes.
+
+    A thread writes one while the next one is made: the system call releases the interpreter's lock.
+    """
     size = 0
-    # a thread writes one chunk while the next one is made; the system call releases the GIL
-    with open_output(path, force=force) as stream, ThreadPoolExecutor(max_workers=1) as writer:
+    with ThreadPoolExecutor(max_workers=1) as writer:
         pending: Future[int] | None = None
         begin: Callable[..., Future[int]] = writer.submit
         for chunk in chunks:
@@ -139,7 +184,7 @@ def open_output(path: str, *, force: bool) -> Iterator[BinaryIO]:
             output = whole_writes(sys.stdout.buffer)
             yield output
             output.flush()
-        elif _is_device(path):
+        elif is_device(path):
             with Path(path).open("wb") as stream:
                 yield stream
         else:
@@ -261,7 +306,7 @@ def _is_same_file(descriptor: int, path: Path) -> bool:
         return False
 
 
-def _is_device(path: str) -> bool:
+def is_device(path: str) -> bool:
     """Return whether this is a device or a pipe, which is written directly and cannot be replaced.
 
     The path is asked as it is: a link such as `/dev/fd/3` to a pipe without a name leads to no other path.

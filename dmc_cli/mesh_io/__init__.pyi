@@ -20,5 +20,6 @@ from .write import (
     check_unit as check_unit,
     check_values as check_values,
     choose_format as choose_format,
+    companion_path as companion_path,
     write_mesh as write_mesh,
 )

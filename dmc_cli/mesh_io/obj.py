@@ -1,8 +1,8 @@
 """Write and read OBJ, the Wavefront object format: lines `v x y z`, `vn x y z` and `f a b c d`.
 
-A line `g name` begins a group of faces; colours stand behind the coordinates, from 0 to 1, as MeshLab and
-Blender read them. Indices count from 1, a negative one back from the last vertex so
-far; a normal that is written has the index of its vertex.
+A line `g name` begins a group of faces, `usemtl name` what has its material, which a file beside this one
+tells. Colours stand behind the coordinates, too, from 0 to 1, as MeshLab and Blender read them. Indices count
+from 1, a negative one back from the last vertex so far; a normal that is written has the index of its vertex.
 """
 
 import re
@@ -13,7 +13,8 @@ import numpy as np
 
 from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
-from dmc_cli.mesh_io.mesh_file import MeshFile, vertex_colors
+from dmc_cli.mesh_io.mesh_file import UNCOLORED, MeshFile, vertex_colors
+from dmc_cli.mesh_io.numbered import numbered_parts
 from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, spans
@@ -26,13 +27,21 @@ OTHER_PARTS = {b"vn": "normals", b"vt": "texture coordinates", b"l": "lines", b"
 """What else a line may hold, by its first word."""
 
 
-def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
-    """Yield the bytes of an OBJ file, with normals where the mesh has them; it is always text."""
+def encode_obj(mesh: MeshFile, *, ascii: bool = True, companion: str | None = None) -> Iterator[bytes]:
+    """Yield the bytes of an OBJ file, with normals where the mesh has them; it is always text.
+
+    Args:
+        mesh: The mesh.
+        ascii: Taken from whoever writes any format.
+        companion: The name of the file of its materials, or None where there is none.
+    """
     yield b"# written by dmc\n"
     if mesh.space != "none":
         yield f"# SPACE={mesh.space}\n".encode("ascii")
     if mesh.unit != "mm":
         yield f"# UNIT={mesh.unit}\n".encode("ascii")
+    if companion is not None:
+        yield f"mtllib {companion}\n".encode()
     colors = vertex_colors(mesh)
     for start, stop in spans(len(mesh.points)):
         rows = np.ascontiguousarray(mesh.points[start:stop], np.float32)
@@ -42,13 +51,27 @@ def encode_obj(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
     if mesh.normals is not None:
         for rows in chunks_of(mesh.normals):
             yield float_lines(rows, b"vn ")
-    start = 0
-    for name, count in (mesh.groups or {"": len(mesh.faces)}).items():
-        if name:
-            yield f"g {name}\n".encode()
-        for faces in chunks_of(mesh.faces[start : start + count]):
+    for part in numbered_parts(mesh):
+        if mesh.groups:
+            yield f"g {part.title}\n".encode()
+        if companion is not None:
+            yield f"usemtl {part.name}\n".encode("ascii")
+        for faces in chunks_of(part.faces):
             yield face_lines(faces, b"f", first=1, repeat=1 if mesh.normals is None else 2)
-        start += count
+
+
+def encode_materials(mesh: MeshFile) -> Iterator[bytes]:
+    """Yield the bytes of an MTL file, a material a group; none for a mesh without colours.
+
+    Colours are those of screens, from 0 to 1: no standard says so, but most programs show them as they are.
+    """
+    if mesh.color is None and not mesh.colors:
+        return
+    yield b"# written by dmc\n"
+    for part, name in zip(numbered_parts(mesh), mesh.groups or [""], strict=True):
+        color = mesh.colors.get(name, mesh.color or UNCOLORED)
+        shares = " ".join(f"{channel / 255:.6g}" for channel in color)
+        yield f"newmtl {part.name}\nKd {shares}\nKs 0 0 0\nd 1\nillum 1\n".encode("ascii")
 
 
 def read_obj(path: Path) -> MeshFile:

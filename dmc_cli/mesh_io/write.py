@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
+from typing import Any
 
 from dmc_cli.errors import CallError, SettingsError
-from dmc_cli.files import write_output
+from dmc_cli.files import is_device, write_output, write_with_companion
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
@@ -14,12 +15,21 @@ from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputUnit
 
 @dataclass(frozen=True)
 class WrittenFile:
-    """What was written: the format, the number of bytes, and what is told of what was left out."""
+    """What was written.
+
+    Attributes:
+        path: Where the mesh is.
+        format: In which format.
+        size: The number of its bytes.
+        warnings: What is told of what was left out.
+        companion: The file beside it that tells its colours, or None.
+    """
 
     path: str
     format: str
     size: int
     warnings: tuple[Notice, ...] = ()
+    companion: str | None = None
 
 
 def choose_format(path: str, output_format: str | None = None) -> str:
@@ -116,9 +126,44 @@ def write_mesh(
     name = choose_format(path, output_format)
     check_encoding(name, ascii=ascii, element=element)
     check_unit(name, mesh.unit)
-    choices = {} if element is None else {"element": element}
-    size = write_output(path, function(FORMATS[name].encode)(mesh, ascii=ascii, **choices), force=force)
-    return WrittenFile(path, name, size, tuple(_left_out(mesh, FORMATS[name])))
+    choices: dict[str, Any] = {} if element is None else {"element": element}
+    told = [*_left_out(mesh, FORMATS[name])]
+    encode, beside = function(FORMATS[name].encode), companion_path(path, name)
+    more = _companion(mesh, FORMATS[name])
+    if not more or beside is None:
+        told += [] if not more else [_no_companion(FORMATS[name])]
+        size = write_output(path, encode(mesh, ascii=ascii, **choices), force=force)
+        return WrittenFile(path, name, size, tuple(told))
+    chunks = encode(mesh, ascii=ascii, companion=PurePath(beside).name, **choices)
+    size = write_with_companion(path, chunks, beside, more, force=force)
+    return WrittenFile(path, name, size, tuple(told), beside)
+
+
+def companion_path(path: str, name: str) -> str | None:
+    """Return where the file stands that belongs beside a mesh of a format; None where there is none.
+
+    Standard output and devices have no place beside them, and a name that is no plain text cannot be told.
+    """
+    suffix = FORMATS[name].companion_suffix
+    if not suffix or path == STREAM or is_device(path) or not PurePath(path).name.isprintable():
+        return None
+    return str(PurePath(path).with_suffix(suffix))
+
+
+def _companion(mesh: MeshFile, mesh_format: MeshFormat) -> list[bytes]:
+    """Return the bytes of the file that belongs beside a mesh, none where there is nothing to tell."""
+    if not mesh_format.encode_companion:
+        return []
+    return [*function(mesh_format.encode_companion)(mesh)]
+
+
+def _no_companion(mesh_format: MeshFormat) -> Notice:
+    """Return what is told where the file beside the mesh has no place."""
+    return Notice(
+        "W-MATERIALS-LEFT-OUT",
+        f"the materials of {mesh_format.title} are a file beside it ({mesh_format.companion_suffix}), for"
+        " which there is no place here: they were left out, colours of vertices are told",
+    )
 
 
 def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
