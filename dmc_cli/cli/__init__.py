@@ -24,7 +24,7 @@ conversions    what an input becomes at each isovalue
 progress       how far a run is
 histogram      how many nodes have which value, drawn
 description    volumes and installations as values that JSON can hold
-summary        reports and descriptions in a few lines
+summary/       reports and descriptions in a few lines
 """
 
 import gc
