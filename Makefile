@@ -113,6 +113,7 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 	$(PY) benchmarks/mesh.py --out mesh
 	$(PY) benchmarks/measures.py --out measures
 	$(PY) benchmarks/labels.py --out labels
+	$(PY) benchmarks/parts.py --out parts
 	$(PY) benchmarks/memory.py --out memory
 	$(PY) benchmarks/convert.py --out convert
 	$(PY) benchmarks/dicom.py --out dicom

@@ -18,7 +18,7 @@ from dmc_cli.array_types import Int32Array
 from dmc_cli.bits import VECTOR_FLAGS, low_bits, next_node, previous_node
 from dmc_cli.errors import SettingsError
 from dmc_cli.field import Grid, GridShape
-from dmc_cli.runtime import Device
+from dmc_cli.runtime import Device, native
 
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
@@ -121,6 +121,20 @@ def complement_kernel(
         out[row, w] = ~bits[row, w] & low_bits(grid.nx - 32 * w)
 
 
+@wp.func_native(native(__file__, "add_rows"))
+def add_rows(
+    bits: wp.array2d(dtype=wp.uint32),
+    steps: wp.array(dtype=wp.vec2i),
+    first: wp.int32,
+    last: wp.int32,
+    row: wp.int32,
+    ny: wp.int32,
+    out: wp.array2d(dtype=wp.uint32),
+) -> None:
+    """Set in a row of `out` the bits of the rows that steps from `first` to before `last` lead to."""
+    ...
+
+
 @wp.func
 def widen_row(grid: Grid, row: wp.int32, out: wp.array2d(dtype=wp.uint32)) -> None:
     """Set the bits beside those of a row that are set."""
@@ -148,8 +162,6 @@ def dilate_kernel(
 ) -> None:
     """Cover each node by a ball. One thread a row."""
     row = first + wp.tid()
-    k = row / grid.ny
-    j = row - k * grid.ny
     for w in range(grid.words):
         out[row, w] = wp.uint32(0)
     widest = starts.shape[0] - 2
@@ -157,9 +169,4 @@ def dilate_kernel(
         half = widest - n
         if n > 0:
             widen_row(grid, row, out)
-        for s in range(starts[half], starts[half + 1]):
-            y = j + steps[s][0]
-            z = k + steps[s][1]
-            if y >= 0 and y < grid.ny and z >= 0 and z < grid.nz:
-                for w in range(grid.words):
-                    out[row, w] |= bits[y + grid.ny * z, w]
+        add_rows(bits, steps, starts[half], starts[half + 1], row, grid.ny, out)
