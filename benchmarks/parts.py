@@ -2,11 +2,11 @@
 
     python benchmarks/parts.py [--threads 2] [--rounds 3] [--fast] [--out NAME]
 
-The volume is a CT of a head with what it lies on, repeated along z as often as it takes; without the real one,
-balls in noise. Ours is the whole stage of a conversion, from the values to those that are contoured, kernels
-warm, the least of its rounds; SciPy does the same once, on one thread, as its documentation has it. `--fast`
-leaves it out. The goal is 2 seconds for each, on two threads. Adds a line to benchmarks/results/NAME.jsonl and
-writes NAME.md anew.
+The volume is a CT of a head with what it lies on, repeated along z as often as it takes; without the real
+one, noise. Ours is the whole stage of a conversion, from the values to those that are contoured, with warm
+kernels, the least of its rounds; SciPy does the same once, on one thread, as its documentation has it.
+`--fast` leaves it out. The goal is 2 seconds for each, on two threads. Adds a line to
+benchmarks/results/NAME.jsonl and writes NAME.md anew.
 """
 
 import argparse
@@ -114,7 +114,7 @@ def without_table(values: np.ndarray, _: float) -> np.ndarray:
 
 def coarse(values: np.ndarray, _: float) -> np.ndarray:
     smooth = ndimage.gaussian_filter(values.astype(np.float32), 1.0)
-    return ndimage.zoom(smooth, 0.5, order=1, grid_mode=True)
+    return ndimage.zoom(smooth, 0.5, order=1, mode="grid-constant", grid_mode=True)
 
 
 def smooth(values: np.ndarray, _: float) -> np.ndarray:

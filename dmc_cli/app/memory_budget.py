@@ -165,7 +165,7 @@ def reserve_cells(volume: Volume, settings: ConvertSettings, beside: int = 0) ->
 
 
 def reserve_beside(volume: Volume, more: int, settings: ConvertSettings, what: str) -> None:
-    """Raise MemoryBudgetError unless so many bytes fit beside a volume that is there, with its cells.
+    """Raise MemoryBudgetError unless so many bytes fit beside a volume that is there.
 
     Args:
         volume: The volume as it was read.
@@ -173,9 +173,8 @@ def reserve_beside(volume: Volume, more: int, settings: ConvertSettings, what: s
         settings: The conversion.
         what: What they are for, in words.
     """
-    sizes = sizes_of(volume, settings)
-    needed = sizes.bytes_of(_cells_cost(settings)) + more
-    reserve({"prepare": needed}, held_bytes(volume), settings, f"the volume and {what}")
+    held = held_bytes(volume)
+    reserve({"prepare": held + more}, held, settings, f"the volume and {what}")
 
 
 @dataclass

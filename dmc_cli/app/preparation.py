@@ -4,7 +4,6 @@ box of nodes -> table cut -> isovalue -> values of a band -> other distances -> 
 -> opened, closed -> components kept -> cavities filled
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,9 +13,6 @@ from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.runtime import Device
 from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Chosen, Suggestions, Volume
-
-FLOAT_BYTES = 4
-"""Bytes of a filtered value, of which an axis takes those before and those after it."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +78,7 @@ def prepare(
     if part.crop is not None:
         from dmc_cli.parts import crop_volume
 
-        reserve(source.values.nbytes)
-        volume = crop_volume(source, part.crop)
+        volume = crop_volume(source, part.crop, reserve)
         told["crop"] = {"shape": list(volume.shape), "origin": volume.affine[:3, 3].tolist()}
     if part.cut_table:
         volume, told["table"] = _without_table(volume, on_device, suggestions, reserve)
@@ -116,10 +111,9 @@ def _without_table(
     """Return the volume without what a scan's body lies on, and how much that was."""
     from dmc_cli.parts import cut_table
 
-    reserve(volume.values.nbytes + volume.values.size)  # the bits of eight sets of nodes
     level = suggestions(volume).tissue
     found = on_device if volume is on_device.volume else upload_volume(volume, on_device.device)
-    found, told = cut_table(found, level)
+    found, told = cut_table(found, level, reserve)
     return found.volume, {"level": level} | told
 
 
@@ -127,15 +121,14 @@ def _filtered(
     volume: Volume, settings: ConvertSettings, device: Device, reserve: Callable[[int], None]
 ) -> Volume:
     """Return the volume with nodes at other distances, and smoothed."""
-    from dmc_cli.parts import resampled_shape, resampled_volume, smoothed_volume
+    from dmc_cli.parts import blending_bytes, resampled_shape, resampled_volume, smoothed_volume
 
     part = settings.part
     if part.resample is not None:
-        shapes = (volume.shape, resampled_shape(volume, part.resample))
-        reserve(3 * FLOAT_BYTES * max(math.prod(shape) for shape in shapes))
+        reserve(blending_bytes(volume.shape, resampled_shape(volume, part.resample)))
         volume = resampled_volume(volume, part.resample, device)
     if part.smooth_volume is not None:
-        reserve(3 * FLOAT_BYTES * math.prod(volume.shape))
+        reserve(blending_bytes(volume.shape, volume.shape))
         volume = smoothed_volume(volume, part.smooth_volume, device)
     return volume
 

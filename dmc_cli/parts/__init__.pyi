@@ -1,6 +1,7 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .band import band_bytes as band_bytes, band_volume as band_volume
+from .blending import blending_bytes as blending_bytes
 from .components import RUN_BYTES as RUN_BYTES
 from .crop import crop_volume as crop_volume
 from .filtering import (

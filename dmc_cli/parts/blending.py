@@ -3,6 +3,7 @@
 Smoothing and resampling are such sums, in float32.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,8 @@ from dmc_cli.runtime import Device, native
 wp.set_module_options(
     {"enable_backward": False, "fuse_fp": False, "max_unroll": 0, "cpu_compiler_flags": VECTOR_FLAGS}
 )
+
+FLOAT_BYTES = 4
 
 ROWS_A_CHUNK = 8
 """Rows a chunk at least, as `ITEMS_A_CHUNK` of the device."""
@@ -51,16 +54,29 @@ def blend_of(sums: Sequence[tuple[IntArray, Float64Array]], nodes: int) -> Blend
     return Blend(starts, (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32))
 
 
+def blending_bytes(old: Sequence[int], new: Sequence[int]) -> int:
+    """Return the bytes at most of values of `old` nodes along x, y and z while they are blended to `new`."""
+    nx, ny, nz = new
+    counts = [math.prod(old), old[0] * old[1] * nz, old[0] * ny * nz, nx * ny * nz]
+    if counts[0] == counts[-1]:
+        return FLOAT_BYTES * 2 * counts[0]
+    return FLOAT_BYTES * (counts[0] + counts[2] + max(counts[1], counts[3]))
+
+
 def blended(values: Float32Array, blends: Sequence[Blend | None], device: Device) -> Float32Array:
     """Return values blended along x, y and z, float32 [k, j, i] on the host.
 
     Args:
-        values: float32 [k, j, i], finite.
+        values: float32 [k, j, i], finite; what they are afterwards is left open.
         blends: The sums along x, y and z; None along an axis that stays as it is.
         device: Where to work.
     """
     nz, ny, nx = values.shape
     current = wp.array(values.reshape(nz * ny, nx), dtype=wp.float32, device=device.name, copy=False)
+    keeps_nodes = all(
+        blend is None or len(blend.starts) == n for blend, n in zip(blends, (nx, ny, nz), strict=True)
+    )
+    spare = None
     for axis, kernel in ((2, blend_z_kernel), (1, blend_y_kernel), (0, blend_x_kernel)):
         blend = blends[axis]
         if blend is None:
@@ -68,10 +84,11 @@ def blended(values: Float32Array, blends: Sequence[Blend | None], device: Device
         arrays = [wp.array(part, device=device.name) for part in (blend.starts, blend.weights)]
         shape = [nx, ny, nz]
         shape[axis] = len(blend.starts)
-        out = device.empty((shape[1] * shape[2], shape[0]), wp.float32)
+        size = (shape[1] * shape[2], shape[0])
+        out = device.empty(size, wp.float32) if spare is None else spare
         device.launch(kernel, out.shape[0], [current, *arrays, ny, shape[1]], [out], ROWS_A_CHUNK)
         nx, ny, nz = shape
-        current = out
+        current, spare = out, current if keeps_nodes else None
     found: Float32Array = current.numpy().reshape(nz, ny, nx)
     return found
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import BoolArray, Float64Array, Int64Array, IntArray
+from dmc_cli.array_types import BoolArray, Float64Array, Int32Array, Int64Array, IntArray
 from dmc_cli.contouring import find_inside
 from dmc_cli.field import DeviceVolume, Grid, GridShape, grid_of
 from dmc_cli.parts.joining import join_runs
@@ -23,8 +23,20 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 UNIT = 1 << 16
 """Parts of a node's volume, in whole numbers of which sums are exact, whatever their order."""
 
-RUN_BYTES = 4 + 4 + 4 + 4 + 4 * 4
-"""Bytes a run takes: its ends, its parent, its root, and its component's number while that is found."""
+RUN_BYTES = 4 + 4 + 4 + 4 + 1 + 4
+"""Bytes a run takes: its ends, its parent, its root, whether it is one and how many there are before it."""
+
+COMPONENT_BYTES = 2 * 8 + 2 * 7 * 4 + 8 + 4 + 2 * 8 + 6 * 8 + 1
+"""Bytes a component takes while it is measured and then: sums, boxes, its place in the order, fields."""
+
+RENUMBERED = 1 << 18
+"""Runs that are renumbered at a time."""
+
+KEPT_RUN_BYTES = 4 + 4 + 4
+"""Bytes a run of components takes that were found: its ends and its component's number."""
+
+Reserve = Callable[[int], None]
+"""Is told how many bytes are about to be taken in all; it may raise."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +64,12 @@ class Components:
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.nodes)
+
+    @property
+    def nbytes(self) -> int:
+        """Return the bytes that they take, with their runs."""
+        fields = (self.nodes, self.volume_mm3, self.low, self.high, self.is_open)
+        return KEPT_RUN_BYTES * self.runs.count + sum(each.nbytes for each in fields)
 
 
 @dataclass(frozen=True)
@@ -105,7 +123,7 @@ def find_components(
     sets: NodeSets,
     *,
     of_object: bool,
-    reserve: Callable[[int], None] | None = None,
+    reserve: Reserve | None = None,
 ) -> Components:
     """Return the components of the object's nodes, or of all others.
 
@@ -119,21 +137,22 @@ def find_components(
     device, grid = volume.device, sets.grid
     is_inside = settings.inside == "above"
     bits = sets.object_bits(is_inside=is_inside) if of_object else sets.outer_bits(is_inside=is_inside)
-    beside = 2 * bits.size * 4
+    beside = (3 if of_object else 4) * bits.size * 4  # those of both sides, of what is asked, and a copy
 
-    def reserve_runs(count: int) -> None:
+    def reserve_more(count: int) -> None:
         if reserve is not None:
-            reserve(beside + RUN_BYTES * count)
+            reserve(beside + count)
 
-    runs = list_runs(bits, device, reserve_runs)
-    root = join_runs(runs, grid, device)
-    numbers, count = _numbers(root.numpy())
+    runs = list_runs(bits, device, lambda count: reserve_more(RUN_BYTES * count))
+    numbers = join_runs(runs, grid, device).numpy()
+    count = _number(numbers)
+    reserve_more(KEPT_RUN_BYTES * runs.count + COMPONENT_BYTES * count)
     weights = slice_weights(volume.volume)
     totals = wp.zeros((count, 2), dtype=wp.int64, device=device.name)
     boxes = np.empty((count, 7), np.int32)
     boxes[:, :3], boxes[:, 3:] = np.iinfo(np.int32).max, -1
     ends = wp.array(boxes, dtype=wp.int32, device=device.name)
-    label = wp.array(numbers, dtype=wp.int32, device=device.name)
+    label = wp.array(numbers, dtype=wp.int32, device=device.name, copy=False)
     missing = sets.data if sets.data is not None and not of_object else device.empty((0, 0), wp.uint32)
     inputs = [grid.struct(), runs.starts, runs.begin, runs.end, label, missing]
     weight = wp.array(weights, dtype=wp.int64, device=device.name)
@@ -141,30 +160,52 @@ def find_components(
     return _sorted(runs, numbers, totals.numpy(), ends.numpy(), volume)
 
 
-def _numbers(root: IntArray) -> tuple[IntArray, int]:
-    """Return the component of each run, int32 (n,), by their first runs, and how many there are."""
+def _number(root: Int32Array) -> int:
+    """Turn the root of each run into the number of its component, by their first runs; return how many."""
     is_root = root == np.arange(len(root), dtype=np.int32)
     order = np.cumsum(is_root, dtype=np.int32)
-    return order[root] - np.int32(1), int(order[-1]) if len(order) else 0
+    order -= 1
+    _renumber(root, order)
+    return int(order[-1]) + 1 if len(order) else 0
+
+
+def _renumber(numbers: Int32Array, new: Int32Array) -> None:
+    """Turn each number into what is new for it; in pieces, since indices are widened."""
+    for first in range(0, len(numbers), RENUMBERED):
+        part = numbers[first : first + RENUMBERED]
+        part[...] = new[part]
 
 
 def _sorted(
-    runs: Runs, numbers: IntArray, totals: Int64Array, ends: IntArray, volume: DeviceVolume
+    runs: Runs, numbers: Int32Array, totals: Int64Array, ends: IntArray, volume: DeviceVolume
 ) -> Components:
-    """Return components, numbered in the order of their first runs, in the order of their volumes."""
+    """Return components, numbered in the order of their first runs, in the order of their volumes.
+
+    `numbers` become those of that order.
+    """
     order = np.argsort(-totals[:, 1], kind="stable")
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order))
+    _renumber(numbers, rank)
     unit = node_volume(volume.volume)
     return Components(
         runs=runs,
-        numbers=wp.array(rank[numbers], dtype=wp.int32, device=volume.device.name),
+        numbers=wp.array(numbers, dtype=wp.int32, device=volume.device.name, copy=False),
         nodes=totals[order, 0],
         volume_mm3=totals[order, 1] * unit,
         low=ends[order, :3].astype(np.int64),
         high=ends[order, 3:6].astype(np.int64),
         is_open=ends[order, 6] > 0,
     )
+
+
+def tally(found: Components, chosen: BoolArray) -> dict[str, Any]:
+    """Return how many components were chosen, their nodes and volume, as a report has them."""
+    return {
+        "components": int(np.count_nonzero(chosen)),
+        "nodes": int(found.nodes[chosen].sum()),
+        "volume": float(found.volume_mm3[chosen].sum()),
+    }
 
 
 def node_volume(volume: Volume) -> float:

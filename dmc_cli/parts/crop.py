@@ -1,5 +1,6 @@
 """Keep a box of a volume's nodes: what lies in it stays exactly where it was."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +14,13 @@ LEAST = 2
 """Nodes along an axis, at least: a cell."""
 
 
-def crop_volume(volume: Volume, crop: str) -> Volume:
+def crop_volume(volume: Volume, crop: str, reserve: Callable[[int], None] | None = None) -> Volume:
     """Return the volume of a box of nodes.
 
     Args:
         volume: The volume.
         crop: The box, as `--crop` takes it.
+        reserve: Is told how many bytes its values take, before they are taken; it may raise.
 
     Raises:
         SettingsError: No cell of the volume lies in it.
@@ -44,7 +46,10 @@ def crop_volume(volume: Volume, crop: str) -> Volume:
         positions = positions[kept[2]] - positions[kept[2].start]
         step = float(np.mean(np.diff(positions)))
         affine[:3, 2] *= step / np.linalg.norm(affine[:3, 2])
-    values = np.ascontiguousarray(volume.values[kept[2], kept[1], kept[0]])
+    inside = volume.values[kept[2], kept[1], kept[0]]
+    if reserve is not None:
+        reserve(inside.nbytes)
+    values = np.ascontiguousarray(inside)
     return replace(volume, values=values, affine=affine, slice_positions=positions)
 
 

@@ -7,7 +7,6 @@ and with it where in the cell a vertex lies. What is filled was enclosed along t
 are closed.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,11 +17,13 @@ from dmc_cli.errors import EmptySurfaceError
 from dmc_cli.field import DeviceVolume, upload_volume
 from dmc_cli.parts.components import (
     Components,
+    Reserve,
     find_components,
     find_sets,
     mark_components,
     node_volume,
     slice_weights,
+    tally,
 )
 from dmc_cli.parts.flips import flip_nodes
 from dmc_cli.settings import PartSettings, SurfaceSettings
@@ -33,9 +34,6 @@ LISTED = 1000
 
 SPECK = 1e-3
 """A component is a speck if its volume is less than this share of the largest one's."""
-
-Reserve = Callable[[int], None]
-"""Is told how many bytes are about to be taken; it may raise."""
 
 
 def list_components(
@@ -63,19 +61,30 @@ def select_part(
     """
     size = volume.volume.values.nbytes
 
-    def reserve_runs(more: int) -> None:
+    def reserve_beside(more: int) -> None:
         if reserve is not None:
             reserve(size + more)
 
-    reserve_runs(0)
+    reserve_beside(0)
     values = volume.volume.values.copy()
     told: dict[str, Any] = {}
     for option, name in (("open_gaps", "opened"), ("close_gaps", "closed")):
         if getattr(part, option) is not None:
             volume, told[name] = _reshaped(volume, settings, values, option, getattr(part, option))
+    volume, kept = _with_kept(volume, settings, values, part, reserve_beside)
+    told |= kept
+    if part.largest_cavity is not None:
+        volume, told["filled"] = _filled(volume, settings, values, part.largest_cavity, reserve_beside)
+    return volume, told
+
+
+def _with_kept(
+    volume: DeviceVolume, settings: SurfaceSettings, values: Any, part: PartSettings, reserve: Reserve
+) -> tuple[DeviceVolume, dict[str, Any]]:
+    """Return the volume without components that are not kept, those that there were, and how much went."""
     sets = find_sets(volume, settings)
-    found = find_components(volume, settings, sets, of_object=True, reserve=reserve_runs)
-    told["components"] = _section(found, volume.volume)
+    found = find_components(volume, settings, sets, of_object=True, reserve=reserve)
+    told = {"components": _section(found, volume.volume)}
     dropped = _dropped(found, part)
     if len(found) and dropped.all():
         raise EmptySurfaceError(
@@ -83,17 +92,22 @@ def select_part(
             f" of at least {part.min_volume:g} mm3; choose a smaller --min-volume"
         )
     if part.most_kept is not None or part.min_volume is not None:
-        told["dropped"] = _tally(found, dropped)
-        if dropped.any():
-            bits = mark_components(found, dropped, sets.grid, volume)
-            volume = _flipped(volume, settings, values, bits)
-    if part.largest_cavity is not None:
-        sets = find_sets(volume, settings)
-        outer = find_components(volume, settings, sets, of_object=False, reserve=reserve_runs)
-        filled = ~outer.is_open & (outer.volume_mm3 <= part.largest_cavity)
-        told["filled"] = _tally(outer, filled)
-        if filled.any():
-            volume = _flipped(volume, settings, values, mark_components(outer, filled, sets.grid, volume))
+        told["dropped"] = tally(found, dropped)
+    if dropped.any():
+        volume = _flipped(volume, settings, values, mark_components(found, dropped, sets.grid, volume))
+    return volume, told
+
+
+def _filled(
+    volume: DeviceVolume, settings: SurfaceSettings, values: Any, largest: float, reserve: Reserve
+) -> tuple[DeviceVolume, dict[str, Any]]:
+    """Return the volume with cavities up to a volume in mm3 filled, and how much came."""
+    sets = find_sets(volume, settings)
+    outer = find_components(volume, settings, sets, of_object=False, reserve=reserve)
+    filled = ~outer.is_open & (outer.volume_mm3 <= largest)
+    told = tally(outer, filled)
+    if filled.any():
+        volume = _flipped(volume, settings, values, mark_components(outer, filled, sets.grid, volume))
     return volume, told
 
 
@@ -133,15 +147,6 @@ def _dropped(found: Components, part: PartSettings) -> BoolArray:
     if part.min_volume is not None:
         dropped |= found.volume_mm3 < part.min_volume
     return dropped
-
-
-def _tally(found: Components, chosen: BoolArray) -> dict[str, Any]:
-    """Return how many components were chosen, their nodes and volume."""
-    return {
-        "components": int(np.count_nonzero(chosen)),
-        "nodes": int(found.nodes[chosen].sum()),
-        "volume": float(found.volume_mm3[chosen].sum()),
-    }
 
 
 def _section(found: Components, volume: Volume) -> dict[str, Any]:

@@ -13,8 +13,16 @@ import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import BoolArray
-from dmc_cli.field import DeviceVolume, upload_volume
-from dmc_cli.parts.components import Components, NodeSets, find_components, find_sets, mark_components
+from dmc_cli.field import DeviceVolume, grid_of, upload_volume
+from dmc_cli.parts.components import (
+    Components,
+    NodeSets,
+    Reserve,
+    find_components,
+    find_sets,
+    mark_components,
+    tally,
+)
 from dmc_cli.parts.flips import flip_nodes
 from dmc_cli.parts.morphology import ball_of, opened
 from dmc_cli.settings import SurfaceSettings
@@ -29,37 +37,52 @@ SLICES_SHARE, WIDE_SHARE = 0.5, 0.25
 """Share of the slices that a table goes through at least, and of the width or height that it takes."""
 
 
-def cut_table(volume: DeviceVolume, level: float) -> tuple[DeviceVolume, dict[str, Any]]:
+SETS = 6
+"""Sets of nodes that are there at a time, at most, a bit a node each."""
+
+
+def cut_table(
+    volume: DeviceVolume, level: float, reserve: Reserve | None = None
+) -> tuple[DeviceVolume, dict[str, Any]]:
     """Return the volume without the table, and how much went.
 
     Args:
         volume: The volume on its device.
         level: The physical value that parts tissue from air.
+        reserve: Is told how many bytes are about to be taken in all; it may raise.
 
     Raises:
         SettingsError: Nodes are so far apart that no two lie in what is thick.
     """
-    settings, device = SurfaceSettings(isovalue=level), volume.device
-    sets = find_sets(volume, settings)
-    grid, bits = sets.grid, sets.inside.numpy()
-    ball = ball_of(THICK / 2, volume.volume.spacing, "cut_table")
-    thick = NodeSets(opened(sets.inside, ball, grid, device), None, grid)
-    found = find_components(volume, settings, thick, of_object=True)
-    is_body = found.volume_mm3 >= BODY_SHARE * (found.volume_mm3[0] if len(found) else 0.0)
-    rest = bits & ~mark_components(found, is_body, grid, volume)
-    left = NodeSets(wp.array(rest, dtype=wp.uint32, device=device.name), None, grid)
-    pieces = find_components(volume, settings, left, of_object=True)
+    grid, settings = grid_of(volume.volume.shape, 0), SurfaceSettings(isovalue=level)
+    held = SETS * 4 * grid.rows * grid.words
+
+    def reserve_beside(more: int) -> None:
+        if reserve is not None:
+            reserve(held + more)
+
+    left = _beside_body(volume, settings, reserve_beside)
+    pieces = find_components(volume, settings, left, of_object=True, reserve=reserve_beside)
     table = _is_table(pieces, volume.volume.shape)
-    told = {
-        "components": int(np.count_nonzero(table)),
-        "nodes": int(pieces.nodes[table].sum()),
-        "volume": float(pieces.volume_mm3[table].sum()),
-    }
+    told = tally(pieces, table)
     if not table.any():
         return volume, told
+    reserve_beside(pieces.nbytes + volume.volume.values.nbytes)
     values = volume.volume.values.copy()
     flip_nodes(volume.volume, values, level, mark_components(pieces, table, grid, volume))
-    return upload_volume(replace(volume.volume, values=values, gradient=None, formula=None), device), told
+    changed = replace(volume.volume, values=values, gradient=None, formula=None)
+    return upload_volume(changed, volume.device), told
+
+
+def _beside_body(volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve) -> NodeSets:
+    """Return the nodes of tissue that are not in a component of what is thick, as those of an object."""
+    sets, device = find_sets(volume, settings), volume.device
+    ball = ball_of(THICK / 2, volume.volume.spacing, "cut_table")
+    thick = NodeSets(opened(sets.inside, ball, sets.grid, device), None, sets.grid)
+    found = find_components(volume, settings, thick, of_object=True, reserve=reserve)
+    is_body = found.volume_mm3 >= BODY_SHARE * (found.volume_mm3[0] if len(found) else 0.0)
+    rest = sets.inside.numpy() & ~mark_components(found, is_body, sets.grid, volume)
+    return NodeSets(wp.array(rest, dtype=wp.uint32, device=device.name), None, sets.grid)
 
 
 def _is_table(pieces: Components, shape: tuple[int, int, int]) -> BoolArray:

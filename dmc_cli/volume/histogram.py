@@ -4,6 +4,7 @@ Every node with data counts, and the counts do not depend on how many threads th
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,10 @@ BINS = 4096
 
 MOST_VALUES = 1 << 16
 """Different integers that are counted one by one, at most."""
+
+
+SHARES = 32
+"""Parts of a volume that threads count one after another."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ def count_values(volume: Volume) -> Histogram:
 
 def _count_each(volume: Volume, low: int, high: int) -> tuple[Float64Array, IntArray]:
     """Return each stored value from `low` to `high`, and its count; values of padding count nothing."""
-    counts = np.zeros(high - low + 1, np.int64)
+    size = high - low + 1
 
     def count(plane: AnyArray) -> IntArray:
         """Return the counts of a slice."""
@@ -66,10 +71,9 @@ def _count_each(volume: Volume, low: int, high: int) -> tuple[Float64Array, IntA
             flat = flat[(flat >= low) & (flat <= high)]  # padding may lie beyond
         found = flat.astype(np.int64)
         found -= low
-        return np.bincount(found, minlength=len(counts))
+        return np.bincount(found, minlength=size)
 
-    for found in each_in_threads(count, list(volume.values), usable_cores()):
-        counts += found
+    counts = _in_threads(volume, count, size)
     values = np.arange(low, high + 1)
     if volume.padding is not None:
         counts[(values >= volume.padding[0]) & (values <= volume.padding[1])] = 0
@@ -78,11 +82,11 @@ def _count_each(volume: Volume, low: int, high: int) -> tuple[Float64Array, IntA
 
 def _count_bins(volume: Volume, low: float, high: float) -> tuple[Float64Array, IntArray]:
     """Return the middles of bins from the least to the greatest stored value, and their counts."""
-    counts = np.zeros(BINS, np.int64)
     exponent = max(math.frexp(low)[1], math.frexp(high)[1]) if high - low == math.inf else 0
     start = math.ldexp(low, -exponent)  # beyond half of what float64 holds a range is no number
     width = (math.ldexp(high, -exponent) - start) / BINS
     if width == 0.0:
+        counts = np.zeros(BINS, np.int64)
         counts[0] = sum(int(np.count_nonzero(_is_data(plane, volume.padding))) for plane in volume.values)
         return np.full(BINS, low), counts
     scale = 1.0 / width if width > 1.0 / np.finfo(np.float64).max else 0.0
@@ -102,9 +106,23 @@ def _count_bins(volume: Volume, low: float, high: float) -> tuple[Float64Array, 
         np.minimum(found, BINS - 1, out=found)
         return np.bincount(found, minlength=BINS)
 
-    for found in each_in_threads(count, list(volume.values), usable_cores()):
-        counts += found
+    counts = _in_threads(volume, count, BINS)
     return np.ldexp(start + width * (np.arange(BINS) + 0.5), exponent), counts
+
+
+def _in_threads(volume: Volume, count: Callable[[AnyArray], IntArray], size: int) -> IntArray:
+    """Return the counts of all slices, some slices a thread at a time, of which the sums are kept."""
+
+    def counted(slices: AnyArray) -> IntArray:
+        found = np.zeros(size, np.int64)
+        for plane in slices:
+            found += count(plane)
+        return found
+
+    total = np.zeros(size, np.int64)
+    for found in each_in_threads(counted, np.array_split(volume.values, SHARES), usable_cores()):
+        total += found
+    return total
 
 
 def _is_data(plane: AnyArray, padding: tuple[float, float] | None) -> AnyArray:

@@ -29,16 +29,16 @@ AREAS = {
         ("tests/mesh", "tests/processing", "tests/test_same_bytes.py", "tests/app/test_needed_kernels.py"),
     ),
     "report": Area(
-        ("measures/*.py", "report/*.py", "reproduction/*.py"),
+        ("measures/*.py", "report/*.py", "reproduction/*.py", "figures/*.py"),
         ("tests/measures", "tests/report", "tests/reproduction", "tests/app"),
     ),
-    "parts": Area(("parts/*.py",), ("tests/parts", "tests/cli/test_part.py", "tests/memory")),
+    "parts": Area(("parts/*.py",), ("tests/parts", "tests/memory")),
     "volume": Area(("volume/*.py", "volume_io/**/*.py"), ("tests/volume", "tests/volume_io")),
-    "mesh_io": Area(("mesh_io/*.py", "files/*.py"), ("tests/mesh_io", "tests/files")),
-    "cli": Area(("cli/*.py",), ("tests/cli", "tests/docs")),
+    "mesh_io": Area(("mesh_io/**/*.py", "files/*.py"), ("tests/mesh_io", "tests/files")),
+    "cli": Area(("cli/**/*.py",), ("tests/cli", "tests/docs")),
     "runtime": Area(
-        ("*.py", "app/*.py", "runtime/*.py"),
-        ("tests/test_*.py", "tests/app", "tests/cli", "tests/memory", "tests/runtime"),
+        ("*.py", "settings/*.py", "app/*.py", "runtime/*.py"),
+        ("tests/test_*.py", "tests/settings", "tests/app", "tests/cli", "tests/memory", "tests/runtime"),
     ),
 }
 

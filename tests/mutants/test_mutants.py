@@ -87,8 +87,17 @@ def test_what_has_no_effect_is_left_alone():
     assert (28, CONSTANTS, "True", "False") not in found()
 
 
+def test_every_file_of_the_package_is_of_one_area():
+    found = sorted(file for area in AREAS for file in files_of(area))
+    package = ROOT / PACKAGE
+    modules = (path for suffix in ("py", "h") for path in package.rglob(f"*.{suffix}"))
+    expected = {path.relative_to(package).as_posix() for path in modules} - set(NO_EFFECT)
+    assert found == sorted(expected)
+
+
 @pytest.mark.parametrize("area", AREAS)
 def test_every_fault_of_the_package_says_where_it_is_and_those_of_modules_are_python(area):
+    assert all(list(ROOT.glob(name)) for name in AREAS[area].tests)
     assert files_with_tests_of(area)
     mutants = [
         f for file in files_of(area) for f in faults_of(file, (ROOT / PACKAGE / file).read_text("utf-8"))
