@@ -14,7 +14,7 @@ from dmc_cli.array_types import BoolArray, Float64Array, Int32Array, Int64Array,
 from dmc_cli.contouring import find_inside
 from dmc_cli.field import DeviceVolume, Grid, GridShape, grid_of
 from dmc_cli.parts.joining import join_runs
-from dmc_cli.parts.runs import Runs, list_runs, mark_runs_kernel
+from dmc_cli.parts.runs import Runs, list_runs, mark_runs_kernel, meet_runs_kernel
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import Volume
 
@@ -234,6 +234,23 @@ def mark_components(
         mark_runs_kernel, grid.rows, [runs.starts, runs.begin, runs.end, components.numbers, marks], [bits]
     )
     return bits.numpy()
+
+
+def meeting_components(components: Components, bits: Any, grid: GridShape, volume: DeviceVolume) -> BoolArray:
+    """Return which components have a node of a set, uint32 [row, word]; bool (c,)."""
+    device, runs = volume.device, components.runs
+    meets = device.empty(runs.count, wp.uint8)
+    device.launch(meet_runs_kernel, grid.rows, [runs.starts, runs.begin, runs.end, bits], [meets])
+    found = np.zeros(len(components), bool)
+    found[components.numbers.numpy()[meets.numpy() != 0]] = True
+    return found
+
+
+def size_of(bits: Any, grid: GridShape, volume: Volume) -> dict[str, Any]:
+    """Return how many nodes a set has, uint32 [row, word], and their volume, as a report has them."""
+    layers = np.bitwise_count(bits).reshape(grid.nz, -1).sum(axis=1, dtype=np.int64)
+    weight = float(layers @ slice_weights(volume))
+    return {"nodes": int(layers.sum()), "volume": node_volume(volume) * weight}
 
 
 @wp.kernel

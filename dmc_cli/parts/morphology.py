@@ -8,7 +8,7 @@ A row of a dilated set is what its neighbours' rows give: those of one half-widt
 greatest half-width down each step widens what there is by a node either way.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,9 @@ wp.set_module_options(
 ROUNDING = 1e-9
 """Share of a spacing that a node's distance may be beyond the radius."""
 
+FINE = 4
+"""Nodes of a small ball's radius that a large one is made of, at least."""
+
 ROWS_A_CHUNK = 16
 """Rows a chunk at least, as `ITEMS_A_CHUNK` of the device."""
 
@@ -38,10 +41,12 @@ class Ball:
     Attributes:
         steps: Steps along y and z to each row, int32 (n, 2), those of the smallest half-width first.
         starts: Where the rows of each half-width begin, and their number as a last item, int32 (widest + 2,).
+        times: How often nodes are covered by it one after another, as by one ball so many times larger.
     """
 
     steps: Int32Array
     starts: Int32Array
+    times: int = 1
 
     @property
     def widest(self) -> int:
@@ -78,6 +83,12 @@ def ball_of(radius: float, spacing: tuple[float, float, float], option: str) -> 
     return ball
 
 
+def large_ball_of(radius: float, spacing: tuple[float, float, float], option: str) -> Ball:
+    """Return nearly the nodes within a radius in mm: smaller balls, which take less time; errors as `ball_of`."""
+    times = max(1, int(radius / (FINE * max(spacing))))
+    return replace(ball_of(radius / times, spacing, option), times=times)
+
+
 def opened(bits: Any, ball: Ball, grid: GridShape, device: Device) -> Any:
     """Return the nodes of a set that some ball inside it covers, uint32 [row, word]."""
     return dilated(
@@ -92,11 +103,13 @@ def closed(bits: Any, ball: Ball, grid: GridShape, device: Device) -> Any:
 
 def dilated(bits: Any, ball: Ball, grid: GridShape, device: Device) -> Any:
     """Return the nodes that a ball round a node of a set covers, uint32 [row, word]."""
-    out = device.empty((grid.rows, grid.words), wp.uint32)
     steps = wp.array(ball.steps, dtype=wp.vec2i, device=device.name)
     starts = wp.array(ball.starts, dtype=wp.int32, device=device.name)
-    device.launch(dilate_kernel, grid.rows, [grid.struct(), bits, steps, starts], [out], ROWS_A_CHUNK)
-    return out
+    for _ in range(ball.times):
+        out = device.empty((grid.rows, grid.words), wp.uint32)
+        device.launch(dilate_kernel, grid.rows, [grid.struct(), bits, steps, starts], [out], ROWS_A_CHUNK)
+        bits = out
+    return bits
 
 
 def _rest(bits: Any, grid: GridShape, device: Device) -> Any:

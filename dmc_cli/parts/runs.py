@@ -133,3 +133,23 @@ def mark_runs_kernel(
         if is_marked[component[n]] != wp.uint8(0):
             for w in range(begin[n] / 32, (end[n] + 31) / 32):
                 bits_out[row, w] |= low_bits(end[n] - 32 * w) & ~low_bits(begin[n] - 32 * w)
+
+
+@wp.kernel
+def meet_runs_kernel(
+    # In:
+    first: wp.int32,
+    starts: wp.array(dtype=wp.int64),
+    begin: wp.array(dtype=wp.int32),
+    end: wp.array(dtype=wp.int32),
+    bits: wp.array2d(dtype=wp.uint32),
+    # Out:
+    meets_out: wp.array(dtype=wp.uint8),
+) -> None:
+    """Find the runs with a node whose bit is set. One thread a row."""
+    row = first + wp.tid()
+    for n in range(wp.int32(starts[row]), wp.int32(starts[row + 1])):
+        found = wp.uint32(0)
+        for w in range(begin[n] / 32, (end[n] + 31) / 32):
+            found |= bits[row, w] & low_bits(end[n] - 32 * w) & ~low_bits(begin[n] - 32 * w)
+        meets_out[n] = wp.where(found != wp.uint32(0), wp.uint8(1), wp.uint8(0))

@@ -21,8 +21,7 @@ from dmc_cli.parts.components import (
     find_components,
     find_sets,
     mark_components,
-    node_volume,
-    slice_weights,
+    size_of,
     tally,
 )
 from dmc_cli.parts.flips import flip_nodes
@@ -125,9 +124,7 @@ def _reshaped(
     changed = change(bits, ball, sets.grid, device).numpy() ^ bits.numpy()
     if sets.data is not None:
         changed &= sets.data.numpy()
-    weights = slice_weights(volume.volume)
-    layers = np.bitwise_count(changed).reshape(sets.grid.nz, -1).sum(axis=1, dtype=np.int64)
-    told = {"nodes": int(layers.sum()), "volume": node_volume(volume.volume) * float(layers @ weights)}
+    told = size_of(changed, sets.grid, volume.volume)
     if told["nodes"]:
         volume = _flipped(volume, settings, values, changed)
     return volume, told

@@ -1,8 +1,10 @@
 """Cut the table that a scan's body lies on, and what holds it: thin things that go along the slices.
 
 A body is thick: what of the tissue a ball of `THICK` mm fits into, without small pieces, is body, and so is
-what stands out of it, ears and fingers. What is left beside it in a piece that goes through half of the
-slices and is wide is a table, a rail, a holder or a cable. Its nodes are flipped at the level that parts
+what it encloses and what stands out of it, ears and fingers. What is left beside it in a piece that goes
+through half of the slices and is wide is a table, a rail, a holder or a cable. Where the body touches such a
+piece, an ear is told from a rail by its length: what is in the same place in half of the slices is table, and
+of the rest what hangs together with the body is not. Nodes of the table are flipped at the level that parts
 tissue from air.
 """
 
@@ -21,10 +23,13 @@ from dmc_cli.parts.components import (
     find_components,
     find_sets,
     mark_components,
+    meeting_components,
+    size_of,
     tally,
 )
 from dmc_cli.parts.flips import flip_nodes
-from dmc_cli.parts.morphology import ball_of, opened
+from dmc_cli.parts.morphology import closed, large_ball_of, opened
+from dmc_cli.parts.profile import profile_nodes
 from dmc_cli.settings import SurfaceSettings
 
 THICK = 16.0
@@ -35,9 +40,10 @@ BODY_SHARE = 0.02
 
 SLICES_SHARE, WIDE_SHARE = 0.5, 0.25
 """Share of the slices that a table goes through at least, and of the width or height that it takes."""
+NEARBY, PROFILE_SHARE = 2.0, 0.5
+"""Millimetres that a table may move between slices, and the share of its own in which it is in one place."""
 
-
-SETS = 6
+SETS = 8
 """Sets of nodes that are there at a time, at most, a bit a node each."""
 
 
@@ -61,28 +67,45 @@ def cut_table(
         if reserve is not None:
             reserve(held + more)
 
-    left = _beside_body(volume, settings, reserve_beside)
+    body, left = _body_and_rest(volume, settings, reserve_beside)
     pieces = find_components(volume, settings, left, of_object=True, reserve=reserve_beside)
     table = _is_table(pieces, volume.volume.shape)
     told = tally(pieces, table)
     if not table.any():
         return volume, told
-    reserve_beside(pieces.nbytes + volume.volume.values.nbytes)
+    bits = mark_components(pieces, table, grid, volume)
+    del pieces
+    bits &= ~_of_body(bits, body, volume, settings, reserve_beside)
+    reserve_beside(volume.volume.values.nbytes)
     values = volume.volume.values.copy()
-    flip_nodes(volume.volume, values, level, mark_components(pieces, table, grid, volume))
+    flip_nodes(volume.volume, values, level, bits)
     changed = replace(volume.volume, values=values, gradient=None, formula=None)
-    return upload_volume(changed, volume.device), told
+    return upload_volume(changed, volume.device), told | size_of(bits, grid, volume.volume)
 
 
-def _beside_body(volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve) -> NodeSets:
-    """Return the nodes of tissue that are not in a component of what is thick, as those of an object."""
+def _body_and_rest(volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve) -> tuple[Any, NodeSets]:
+    """Return the nodes that a body takes or encloses, uint32 [row, word], and others of tissue as a set."""
     sets, device = find_sets(volume, settings), volume.device
-    ball = ball_of(THICK / 2, volume.volume.spacing, "cut_table")
+    ball = large_ball_of(THICK / 2, volume.volume.spacing, "cut_table")
     thick = NodeSets(opened(sets.inside, ball, sets.grid, device), None, sets.grid)
     found = find_components(volume, settings, thick, of_object=True, reserve=reserve)
     is_body = found.volume_mm3 >= BODY_SHARE * (found.volume_mm3[0] if len(found) else 0.0)
-    rest = sets.inside.numpy() & ~mark_components(found, is_body, sets.grid, volume)
-    return NodeSets(wp.array(rest, dtype=wp.uint32, device=device.name), None, sets.grid)
+    core = wp.array(mark_components(found, is_body, sets.grid, volume), dtype=wp.uint32, device=device.name)
+    body = closed(core, ball, sets.grid, device)
+    rest = sets.inside.numpy() & ~body.numpy()
+    return body, NodeSets(wp.array(rest, dtype=wp.uint32, device=device.name), None, sets.grid)
+
+
+def _of_body(
+    pieces: Any, body: Any, volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve
+) -> Any:
+    """Return the nodes of a body and what of pieces hangs together with it, uint32 [row, word]."""
+    device, grid = volume.device, grid_of(volume.volume.shape, 0)
+    on_device = wp.array(pieces, dtype=wp.uint32, device=device.name)
+    profile = profile_nodes(on_device, volume.volume, device, NEARBY, PROFILE_SHARE)
+    joined = wp.array(pieces & ~profile.numpy() | body.numpy(), dtype=wp.uint32, device=device.name)
+    found = find_components(volume, settings, NodeSets(joined, None, grid), of_object=True, reserve=reserve)
+    return mark_components(found, meeting_components(found, body, grid, volume), grid, volume)
 
 
 def _is_table(pieces: Components, shape: tuple[int, int, int]) -> BoolArray:

@@ -40,6 +40,25 @@ def test_a_table_is_cut_and_the_body_stays(gap, left):
     assert told["volume"] == pytest.approx(12.0 * told["nodes"])
 
 
+@pytest.mark.parametrize("drift", [0.0, 1.0])
+def test_an_ear_that_touches_a_rail_stays(drift):
+    """Slices that move against each other, as a tilted gantry's do, are followed along the scanner's axis."""
+    z, y, x = np.indices((40, 150, 120))
+    y = y - drift * z
+    body = ((x - 55) / 40) ** 2 + ((y - 45) / 28) ** 2 < 1
+    rail = (abs(x - 112) < 2) & (abs(y - 45) < 25)
+    ear = (abs(y - 45) < 3) & (abs(z - 20) < 5) & (x > 90) & ~rail & ~body & (x < 112)
+    values = np.where(body | rail | ear, 40, -1000).astype(np.int16)
+    affine = np.diag([2.0, 2.0, 3.0, 1.0])
+    affine[1, 2] = -2.0 * drift
+    source = Volume(values=values, affine=affine, space="LPS")
+    found, _ = cut_table(upload_volume(source, select_device("cpu")), LEVEL)
+    after = found.volume.values >= LEVEL
+    assert after[body].all()
+    assert after[ear].mean() >= 0.9
+    assert after[rail].mean() <= 0.05
+
+
 def test_without_a_table_nothing_changes():
     values, _, table = scene(3)
     values[table] = -1000
