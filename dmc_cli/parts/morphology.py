@@ -84,7 +84,7 @@ def ball_of(radius: float, spacing: tuple[float, float, float], option: str) -> 
 
 
 def large_ball_of(radius: float, spacing: tuple[float, float, float], option: str) -> Ball:
-    """Return nearly the nodes within a radius in mm: smaller balls, which take less time; errors as `ball_of`."""
+    """Return nearly the nodes within a radius in mm: balls that take less time; errors as `ball_of`."""
     times = max(1, int(radius / (FINE * max(spacing))))
     return replace(ball_of(radius / times, spacing, option), times=times)
 
