@@ -10,7 +10,7 @@ as much to import as a small surface to extract.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
@@ -55,7 +55,7 @@ from dmc_cli.report import (
 )
 from dmc_cli.runtime import launch_kernels, load_kernels, select_device
 from dmc_cli.settings import ConvertSettings, OutputUnit
-from dmc_cli.volume import Volume, intact, output_affine, told_as_labels
+from dmc_cli.volume import Volume, intact, output_affine, told_as_labels, volume_geometry
 
 
 @dataclass(frozen=True)
@@ -110,9 +110,12 @@ def make_mesh(
             volume = ahead.result(progress)
         refuse_overlaps([settings], volume.files)
         on_device = kept.keep(settings, volume, device)
+    geometry = volume_geometry(on_device.volume) if settings.output.space == "tkr" else None
     with intact(on_device.volume.values, settings.input):
         prepared = _prepared(settings, on_device, kept, watch)
         mesh, dump, report = _stages(prepared, watch)
+    if geometry is not None:
+        mesh = replace(mesh, geometry=geometry)
     return Made(prepared.settings, mesh, dump, report, watch)
 
 

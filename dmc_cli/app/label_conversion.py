@@ -6,7 +6,7 @@ volume -> labels -> conforming net -> smooth net -> shells -> report -> files
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
@@ -29,7 +29,15 @@ from dmc_cli.contouring import label_kernels
 from dmc_cli.errors import EmptySurfaceError, SettingsError
 from dmc_cli.measures import finding_kernels, kernel_modules
 from dmc_cli.mesh_formats import FORMATS
-from dmc_cli.mesh_io import LABELS, MeshFile, check_encoding, check_unit, choose_format, grouped
+from dmc_cli.mesh_io import (
+    LABELS,
+    MeshFile,
+    check_encoding,
+    check_space,
+    check_unit,
+    choose_format,
+    grouped,
+)
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.runtime import Device, load_kernels, select_device
 from dmc_cli.settings import LabelSettings
@@ -40,6 +48,7 @@ from dmc_cli.volume import (
     forecasting,
     intact,
     output_affine,
+    volume_geometry,
 )
 
 NODE_BYTES = 2 + 2
@@ -73,6 +82,7 @@ def convert_labels(settings: LabelSettings, progress: Progress = SILENT) -> Labe
     name = choose_format(output.path, output.output_format)
     check_encoding(name, ascii=output.ascii, element=output.element)
     check_unit(name, output.unit)
+    check_space(name, output.space)
     device = select_device(settings.device, settings.threads)
     with watch.stage("compile", "loading kernels"):
         load_kernels(device, _needed_kernels(settings), progress)
@@ -101,6 +111,7 @@ def _convert(
     paths = checked_paths(settings, volumes, labels)
     _check_layers(settings, layers)
     affine, space = output_affine(volumes[0], settings.output.space, settings.output.unit)
+    geometry = volume_geometry(volumes[0]) if settings.output.space == "tkr" else None
     meshes, surfaces = [], []
     for layer in layers:
         if not layer.labels and len(layers) > 1:
@@ -109,6 +120,8 @@ def _convert(
         meshes.append(mesh)
         surfaces += list(_surfaces(settings, layer, mesh, affine, space))
     files = _files(settings, meshes, surfaces, paths, space)
+    if geometry is not None:
+        files = {path: replace(file, geometry=geometry) for path, file in files.items()}
     report = label_report(settings, volumes[0], surfaces, meshes, paths, told, device, watch)
     write_files(settings, files, report, watch)
     return LabelResult(files, report)

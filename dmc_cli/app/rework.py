@@ -235,6 +235,8 @@ def _in_output(settings: ReworkSettings, mesh: MeshFile) -> MeshFile:
         SettingsError: RAS or LPS is asked of a mesh without a space, or float32 holds no such coordinates.
     """
     space, unit = _output_space(settings, mesh), settings.unit or mesh.unit
+    if settings.space != "native" or unit != mesh.unit:
+        mesh = replace(mesh, geometry=None)
     if space == mesh.space and unit == mesh.unit:
         return mesh
     turn = (1.0, 1.0, 1.0) if space == mesh.space else (-1.0, -1.0, 1.0)

@@ -13,6 +13,7 @@ from dmc_cli.mesh_io import (
     MeshFile,
     check_dump_name,
     check_encoding,
+    check_space,
     check_unit,
     check_values,
     choose_format,
@@ -45,6 +46,7 @@ def check_outputs(settings: ConvertSettings) -> None:
     name = choose_format(output.path, output.output_format)
     check_encoding(name, ascii=output.ascii, element=output.element)
     check_unit(name, output.unit)
+    check_space(name, output.space)
     check_values(name, output.values)
     check_output(output.path, force=output.force)
     if output.halfedges is not None:

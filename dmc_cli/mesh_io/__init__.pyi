@@ -17,6 +17,7 @@ from .read import read_mesh as read_mesh
 from .selection import flip_faces as flip_faces, keep_faces as keep_faces
 from .write import (
     check_encoding as check_encoding,
+    check_space as check_space,
     check_unit as check_unit,
     check_values as check_values,
     choose_format as choose_format,

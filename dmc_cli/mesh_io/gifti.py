@@ -1,10 +1,11 @@
 """Write and read GIfTI surfaces, as neuroimaging has them: points and triangles in XML, numbers in base64.
 
-Coordinates are RAS in millimetres by the standard; a mesh in LPS is turned to it.
+Coordinates are RAS in millimetres by the standard; a mesh in LPS is turned to it. FreeSurfer puts tkrRAS
+there, with the volume that it is relative to (`volume/tkr.py`) in the points' metadata.
 """
 
 import base64
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,10 @@ from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import make_mesh, unread
-from dmc_cli.mesh_io.patient import in_ras
+from dmc_cli.mesh_io.patient import checked_geometry, in_ras, patient_points, patient_triangles
 from dmc_cli.mesh_io.text import number_lines
-from dmc_cli.mesh_io.triangles import triangle_chunks, triangle_count
+from dmc_cli.mesh_io.triangles import triangle_count
+from dmc_cli.volume import VolumeGeometry
 
 POINTS, TRIANGLES = 1008, 1009
 """NIfTI's numbers of what an array is: places of vertices, corners of triangles."""
@@ -25,8 +27,12 @@ POINTS, TRIANGLES = 1008, 1009
 ARRAY = (
     '<DataArray Intent="NIFTI_INTENT_{intent}" DataType="NIFTI_TYPE_{kind}" Dimensionality="2" Dim0="{rows}"'
     ' Dim1="3" ArrayIndexingOrder="RowMajorOrder" Encoding="{encoding}" Endian="LittleEndian"'
-    ' ExternalFileName="" ExternalFileOffset="">\n<MetaData/>\n'
+    ' ExternalFileName="" ExternalFileOffset="">\n{metadata}\n'
 )
+ENTRY = "<MD><Name><![CDATA[VolGeom{name}]]></Name><Value><![CDATA[{value:.15g}]]></Value></MD>\n"
+SHAPE, SPACING, VECTORS = ("Width", "Height", "Depth"), ("Xsize", "Ysize", "Zsize"), ("X", "Y", "Z", "C")
+"""FreeSurfer's names: nodes, distances, and with `_R`, `_A`, `_S` behind them directions and centre."""
+
 SPACE = (
     "<CoordinateSystemTransformMatrix>\n<DataSpace>{space}</DataSpace>\n<TransformedSpace>{space}"
     "</TransformedSpace>\n<MatrixData>1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n</MatrixData>\n"
@@ -45,13 +51,26 @@ def encode_gifti(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
         b'<!DOCTYPE GIFTI SYSTEM "http://www.nitrc.org/frs/download.php/115/gifti.dtd">\n'
         b'<GIFTI Version="1.0" NumberOfDataArrays="2">\n<MetaData/>\n<LabelTable/>\n'
     )
-    yield begin(intent="POINTSET", kind="FLOAT32", rows=len(mesh.points)).encode("ascii")
-    yield SPACE.format(space=UNKNOWN if mesh.space == "none" else SCANNER).encode("ascii") + b"<Data>"
-    yield from map(write, in_ras(mesh))
+    metadata = "<MetaData/>" if mesh.geometry is None else _metadata(mesh.geometry)
+    is_scanner = mesh.space != "none" and mesh.geometry is None
+    yield begin(intent="POINTSET", kind="FLOAT32", rows=len(mesh.points), metadata=metadata).encode("ascii")
+    yield SPACE.format(space=SCANNER if is_scanner else UNKNOWN).encode("ascii") + b"<Data>"
+    yield from map(write, patient_points(mesh))
     yield b"</Data>\n</DataArray>\n"
-    yield begin(intent="TRIANGLE", kind="INT32", rows=triangle_count(mesh)).encode("ascii") + b"<Data>"
-    yield from map(write, triangle_chunks(mesh))
+    count = triangle_count(mesh)
+    begun = begin(intent="TRIANGLE", kind="INT32", rows=count, metadata="<MetaData/>")
+    yield f"{begun}<Data>".encode("ascii")
+    yield from map(write, patient_triangles(mesh))
     yield b"</Data>\n</DataArray>\n</GIFTI>\n"
+
+
+def _metadata(geometry: VolumeGeometry) -> str:
+    """Return the volume that tkrRAS is relative to, as FreeSurfer tells it."""
+    numbers = [*zip(SHAPE, geometry.shape, strict=True), *zip(SPACING, geometry.spacing, strict=True)]
+    for name, vector in zip(VECTORS, (*geometry.axes, geometry.centre), strict=True):
+        numbers += [(f"{name}_{axis}", float(value)) for axis, value in zip("RAS", vector, strict=True)]
+    entries = "".join(ENTRY.format(name=name, value=value) for name, value in numbers)
+    return f"<MetaData>\n{entries}</MetaData>"
 
 
 def _base64(rows: AnyArray) -> bytes:
@@ -73,6 +92,7 @@ def read_gifti(path: Path) -> MeshFile:
         points, triangles = arrays[POINTS].data, arrays[TRIANGLES].data
         others = [array for array in image.darrays if array.intent not in (POINTS, TRIANGLES)]
         is_known = arrays[POINTS].coordsys is not None and arrays[POINTS].coordsys.dataspace != 0
+        geometry = None if is_known else _geometry(arrays[POINTS].meta)
         shapes = (np.shape(points)[1:], np.shape(triangles)[1:])
     except KeyError as error:
         raise MeshFileError(
@@ -85,12 +105,28 @@ def read_gifti(path: Path) -> MeshFile:
         raise MeshFileError(
             f"{path}: points and triangles of {shapes} numbers were found; expected three each"
         )
+    corners = np.asarray(triangles)
+    if geometry is not None:
+        points, corners = in_ras(np.asarray(points), corners, geometry)
     told = [f"{len(others)} arrays of values"] if others else []
     return make_mesh(
         str(path),
         points,
-        np.full(len(triangles), 3),
-        np.asarray(triangles).ravel(),
-        b"SPACE=RAS\n" if is_known else b"",
+        np.full(len(corners), 3),
+        corners.ravel(),
+        b"SPACE=RAS\n" if is_known or geometry is not None else b"",
+        geometry=geometry,
         warnings=unread(path, told),
     )
+
+
+def _geometry(metadata: Mapping[str, str]) -> VolumeGeometry | None:
+    """Return the volume that FreeSurfer tells beside points in tkrRAS; None without one."""
+    try:
+        shape, spacing = (
+            np.array([float(metadata[f"VolGeom{name}"]) for name in names]) for names in (SHAPE, SPACING)
+        )
+        vectors = np.array([[float(metadata[f"VolGeom{name}_{axis}"]) for axis in "RAS"] for name in VECTORS])
+    except (KeyError, ValueError):
+        return None
+    return checked_geometry(np.round(shape).astype(int), spacing, vectors[:3], vectors[3])

@@ -22,7 +22,7 @@ from dmc_cli.array_types import (
 from dmc_cli.errors import CallError
 from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
-from dmc_cli.volume import Color, Space
+from dmc_cli.volume import Color, Space, VolumeGeometry
 
 NO_CORNER = -1
 """The fourth corner of a triangle."""
@@ -56,6 +56,8 @@ class MeshFile:
         groups: Names of parts, each with its number of faces, in the order of the faces; or none.
         color: The colour of the whole mesh, red, green and blue up to 255, or None.
         colors: The colours of groups by name, of some or all.
+        geometry: Of the volume in whose tkrRAS FreeSurfer and GIfTI files are to be, or were; the points
+            are in RAS and mm all the same.
         warnings: What is told of the file that it was read from.
         triangle_count: Number of faces with three corners.
 
@@ -73,6 +75,7 @@ class MeshFile:
     groups: Mapping[str, int] = field(default_factory=dict)
     color: Color | None = None
     colors: Mapping[str, Color] = field(default_factory=dict)
+    geometry: VolumeGeometry | None = None
     warnings: tuple[Notice, ...] = ()
     triangle_count: int = field(init=False)
 
@@ -91,6 +94,11 @@ class MeshFile:
                     f"there are {len(self.normals)} normals for {count} vertices; expected one a vertex;"
                     " leave them out where vertices have gone"
                 )
+        if self.geometry is not None and (self.space, self.unit) != ("RAS", "mm"):
+            raise CallError(
+                f"a volume's geometry was given with points in {self.space} and {self.unit}; expected RAS and"
+                " mm; turn them, or leave it out"
+            )
         _check_values("vertex", self.vertex_values, count)
         _check_values("face", self.face_values, len(self.faces))
         if self.groups and sum(self.groups.values()) != len(self.faces):
@@ -127,6 +135,7 @@ def grouped(meshes: Mapping[str, MeshFile]) -> MeshFile:
         normals=np.concatenate(normals) if len(normals) == len(meshes) else None,
         space=first.space,
         unit=first.unit,
+        geometry=first.geometry,
         vertex_values=_joined([mesh.vertex_values for mesh in meshes.values()]),
         face_values=_joined([mesh.face_values for mesh in meshes.values()]),
         groups={name: len(mesh.faces) for name, mesh in meshes.items()},

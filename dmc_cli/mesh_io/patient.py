@@ -1,20 +1,49 @@
-"""Give coordinates in the one space that a format has: RAS, in millimetres."""
+"""Give coordinates in the one space that a format has, in millimetres: RAS, or the tkrRAS of a volume."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from dmc_cli.array_types import Float32Array
+from dmc_cli.array_types import AnyArray, Float32Array, Int32Array
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.text import chunks_of
+from dmc_cli.mesh_io.triangles import triangle_chunks
+from dmc_cli.volume import VolumeGeometry
 
 LPS_TO_RAS = np.array([-1, -1, 1], np.float32)
 
 
-def in_ras(mesh: MeshFile) -> Iterator[Float32Array]:
-    """Yield the positions in RAS, or as they are where they have no space, in chunks.
+def patient_points(mesh: MeshFile) -> Iterator[Float32Array]:
+    """Yield the positions in chunks: in tkrRAS of a volume, in RAS, or without a space as they are."""
+    if mesh.geometry is None:
+        for points in chunks_of(mesh.points, np.float32):
+            # from LPS it is half a turn round z: no face is mirrored
+            yield points * LPS_TO_RAS if mesh.space == "LPS" else points
+        return
+    from_ras = np.linalg.inv(mesh.geometry.to_ras)
+    for points in chunks_of(mesh.points, np.float64):
+        yield (points @ from_ras[:3, :3].T + from_ras[:3, 3]).astype(np.float32)
 
-    It is half a turn round z: no face is mirrored.
-    """
-    for points in chunks_of(mesh.points, np.float32):
-        yield points * LPS_TO_RAS if mesh.space == "LPS" else points
+
+def patient_triangles(mesh: MeshFile) -> Iterator[Int32Array]:
+    """Yield the triangles so that they look outward there: turned round where that space is mirrored."""
+    is_mirrored = mesh.geometry is not None and mesh.geometry.is_mirrored
+    for triangles in triangle_chunks(mesh):
+        yield triangles[:, [0, 2, 1]] if is_mirrored else triangles
+
+
+def in_ras(points: AnyArray, triangles: AnyArray, geometry: VolumeGeometry) -> tuple[AnyArray, AnyArray]:
+    """Return positions, (V, 3), and triangles, (T, 3), of tkrRAS in RAS, looking outward there."""
+    to_ras = geometry.to_ras
+    moved = points.astype(np.float64) @ to_ras[:3, :3].T + to_ras[:3, 3]
+    return moved, triangles[:, [0, 2, 1]] if geometry.is_mirrored else triangles
+
+
+def checked_geometry(
+    shape: AnyArray, spacing: AnyArray, axes: AnyArray, centre: AnyArray
+) -> VolumeGeometry | None:
+    """Return the volume that a file tells, or None if its numbers are none of a volume."""
+    right = [found.shape == (3,) and np.isfinite(found).all() for found in (shape, spacing, centre)]
+    if not all(right) or axes.shape != (3, 3) or not abs(np.linalg.det(axes)) >= 0.5:
+        return None
+    return VolumeGeometry((*shape.tolist(),), (*spacing.tolist(),), axes, centre)  # type: ignore[arg-type]

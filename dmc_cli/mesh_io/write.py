@@ -10,7 +10,7 @@ from dmc_cli.files import is_device, write_output, write_with_companion
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
-from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputUnit
+from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputSpace, OutputUnit
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,16 @@ def check_unit(name: str, unit: OutputUnit) -> None:
         raise SettingsError(
             f"the unit {unit} was asked for (--unit), but {FORMATS[name].title} files are in millimetres;"
             " leave it out, or choose another format"
+        )
+
+
+def check_space(name: str, space: OutputSpace) -> None:
+    """Raise SettingsError if tkrRAS is asked for and the format does not tell the volume that it is of."""
+    if space == "tkr" and not FORMATS[name].is_ras_mm:
+        known = ", ".join(other for other, found in FORMATS.items() if found.is_ras_mm)
+        raise SettingsError(
+            f"tkrRAS was asked for (--space tkr), but {FORMATS[name].title} files do not tell the volume that"
+            f" it is relative to; expected one of {known}; choose --space ras, or such a format"
         )
 
 

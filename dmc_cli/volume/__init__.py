@@ -8,6 +8,7 @@ volume      the volume
 labels      the labels of a label map, and their numbers for kernels
 label_guess  whether a volume looks like a label map
 space       the axes of the output
+tkr         places as FreeSurfer's surfaces have them
 histogram   how many nodes have which value
 otsu        values parted into classes
 suggestions  what kind of volume there is, and which isovalues suit it

@@ -29,4 +29,5 @@ from .space import (
     output_affine as output_affine,
 )
 from .suggestions import Chosen as Chosen, Suggestion as Suggestion, Suggestions as Suggestions
+from .tkr import TKR_AXES as TKR_AXES, VolumeGeometry as VolumeGeometry, volume_geometry as volume_geometry
 from .volume import Space as Space, Volume as Volume, VolumeEntry as VolumeEntry

@@ -52,5 +52,5 @@ def _in_millimetres(volume: Volume, space: OutputSpace) -> tuple[Float64Array, S
             f"--space {space} was asked for, but {volume.path or 'the volume'} does not say how its axes"
             " lie in the patient; use --space native or voxel"
         )
-    target: Space = "RAS" if space == "ras" else "LPS"
+    target: Space = "LPS" if space == "lps" else "RAS"  # tkrRAS is told relative to RAS
     return (volume.affine if volume.space == target else RAS_LPS @ volume.affine), target

@@ -73,6 +73,7 @@ def test_a_conversion_with_all_that_there_is():
         ("lps", "RAS", "LPS"),
         ("ras", "LPS", "RAS"),
         ("voxel", "RAS", "grid indices"),
+        ("tkr", "LPS", "tkrRAS"),
     ],
 )
 def test_the_space_of_the_mesh(asked, stored, told):

@@ -47,7 +47,7 @@ output_options = stack(
         OutputSettings,
         "space",
         section="Output",
-        help="Axes of the coordinates: the input's, RAS or LPS, or grid indices.",
+        help="Axes of the coordinates: the input's, RAS or LPS, grid indices, or tkrRAS (FreeSurfer).",
     ),
     setting(
         OutputSettings,

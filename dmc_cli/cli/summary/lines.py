@@ -98,6 +98,8 @@ def output_space(report: dict[str, Any]) -> str:
     asked = report["settings"]["space"]
     if asked == "voxel":
         return "grid indices"
+    if asked == "tkr":
+        return "tkrRAS"
     name = space_name(report["input"]["space"] if asked == "native" else asked.upper())
     unit = report["mesh"]["unit"]
     return name if unit == "mm" else f"{name} in {unit}"
