@@ -46,6 +46,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-VALUES-MAPPED": "values have a further meaning (real-world values, uptake) that is not applied",
     "W-LABEL-MAP": "a volume that looks like a label map was cut at an isovalue; `--labels` makes its shells",
     "W-LABELS-ABSENT": "labels that the file, or a table beside it, names, but no node has",
+    "W-LABELS-GONE": "labels that have no node any more after a part was taken; they have no file",
     "W-NO-DATA": "nodes without data: the surface ends there",
     "W-QUADS-FEWER": "the mesh has no more quads than were asked for; none are taken away",
     "W-QUADS-LEFT": "more quads are left than were asked for; the message says what stopped the collapses",

@@ -14,7 +14,8 @@ unmet_requirements  what is required of a mesh, and the faces that are not so
 marked_faces   a mesh that was measured, with what each face is to blame for
 writing        what is written of it
 several        one input at several isovalues
-label_choice, label_files, label_surfaces  layers, files and meshes of labels
+label_choice, label_parts  layers of labels, and the part of each that is wanted
+label_files, label_surfaces  files and meshes of labels
 label_report, label_writing  what is told of them, and written
 label_conversion  a label map to the surfaces of its labels
 measurement    a mesh file measured

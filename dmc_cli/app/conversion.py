@@ -218,7 +218,7 @@ def every_kernel() -> list[ModuleType]:
     )
     from dmc_cli.parts import kernel_modules as part_kernels
 
-    parts = [*part_kernels(finds=True, reshapes=True, filters=True), *label_kernels()]
+    parts = [*part_kernels(finds=True, reshapes=True, filters=True, labels=True), *label_kernels()]
     return [*launch_kernels(), *every_kernel_module(), *parts, *processing, *every_measure]
 
 

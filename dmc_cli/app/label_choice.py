@@ -6,6 +6,7 @@ Names and colours come from the table that is given, else from the file, else fr
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,12 +31,14 @@ class Layer:
         labels: Those that are wanted, ascending by their values.
         stored: The stored value of each.
         counts: Its nodes, int64 (n,).
+        parts: What was done to each to have a part of it, for the report; none where the whole was wanted.
     """
 
     volume: Volume
     labels: list[Label]
     stored: AnyArray
     counts: IntArray
+    parts: tuple[dict[str, Any], ...] = ()
 
 
 def read_layers(settings: LabelSettings, progress: Progress) -> list[Volume]:

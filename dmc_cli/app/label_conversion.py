@@ -1,6 +1,6 @@
 """Convert a label map to the surfaces of its labels: closed shells, or one mesh that they share.
 
-volume -> labels -> conforming net -> smooth net -> shells -> report -> files
+volume -> labels -> part -> conforming net -> smooth net -> shells -> report -> files
 """
 
 import math
@@ -14,6 +14,7 @@ import numpy as np
 
 from dmc_cli.app.label_choice import Layer, choose_labels, read_layers
 from dmc_cli.app.label_files import group_names, is_template
+from dmc_cli.app.label_parts import take_part
 from dmc_cli.app.label_report import LabelSurface, label_report, node_size
 from dmc_cli.app.label_surfaces import (
     LabelMesh,
@@ -108,9 +109,14 @@ def _convert(
             f"{settings.input} has no label: every node is background (0); check that the right file was"
             " read, or allow an empty mesh with --allow-empty"
         )
-    paths = checked_paths(settings, volumes, labels)
     _check_layers(settings, layers)
-    affine, space = output_affine(volumes[0], settings.output.space, settings.output.unit)
+    if not settings.part.is_whole:
+        with watch.stage("prepare", "taking the part"):
+            part = take_part(settings, layers, device)
+        layers, told = part.layers, (*told, *part.notices)
+        labels = [label for layer in layers for label in layer.labels]
+    paths = checked_paths(settings, volumes, labels)
+    affine, space = output_affine(layers[0].volume, settings.output.space, settings.output.unit)
     geometry = volume_geometry(volumes[0]) if settings.output.space == "tkr" else None
     meshes, surfaces = [], []
     for layer in layers:
@@ -178,7 +184,14 @@ def _files(
 
 def _needed_kernels(settings: LabelSettings) -> list[ModuleType]:
     """Return the modules with kernels that a run needs."""
-    modules = label_kernels() + finding_kernels()
+    modules, part = label_kernels() + finding_kernels(), settings.part
+    if not part.is_whole:
+        from dmc_cli.parts import kernel_modules as part_kernels
+
+        filters = part.resample is not None
+        modules += part_kernels(
+            labels=part.selects, finds=part.selects, reshapes=part.changes_bits, filters=filters
+        )
     return modules + kernel_modules(intersections=False) if settings.output.is_measured else modules
 
 
@@ -190,7 +203,8 @@ def _surfaces(
     node_volume = node_size(layer.volume, affine, output.space)
     has_normals = output.normals and not settings.conforming
     shells = list_shells(mesh, len(layer.labels))
-    for label, count, shell in zip(layer.labels, layer.counts.tolist(), shells, strict=True):
+    parts = layer.parts or (None,) * len(layer.labels)
+    for label, count, part, shell in zip(layer.labels, layer.counts.tolist(), parts, shells, strict=True):
         file = MeshFile(
             points=shell.points,
             faces=shell.faces,
@@ -201,7 +215,7 @@ def _surfaces(
         )
         expected = None if node_volume is None else count * node_volume
         enclosed = float(patch_volumes(shell.points, shell.faces).sum())
-        yield LabelSurface(label, count, file, expected, enclosed)
+        yield LabelSurface(label, count, file, expected, enclosed, part)
 
 
 def _conforming(settings: LabelSettings, mesh: LabelMesh, labels: Sequence[Label], space: Space) -> MeshFile:

@@ -47,6 +47,7 @@ class LabelSurface:
         file: Its shell.
         node_volume: The volume of the boxes round its nodes, None where slices are uneven.
         volume: The volume that the shell encloses.
+        part: What was done to have a part of the label; None where the whole was wanted.
     """
 
     label: Label
@@ -54,6 +55,7 @@ class LabelSurface:
     file: MeshFile
     node_volume: float | None
     volume: float
+    part: dict[str, Any] | None = None
 
 
 def node_size(volume: Volume, affine: Float64Array, space: OutputSpace) -> float | None:
@@ -144,6 +146,7 @@ def _label_row(surface: LabelSurface, path: str, measured: dict[str, Any]) -> di
         "color": label.color,
         "nodes": surface.nodes,
         "node_volume": expected,
+        "part": surface.part,
         "path": path,
         "mesh": {
             "vertices": len(surface.file.points),
@@ -179,4 +182,5 @@ def _settings_section(settings: LabelSettings, device: Device) -> dict[str, Any]
     section = {"input": settings.input, "output": output.pop("path")}
     section |= {"labels": settings.labels, "conforming": settings.conforming}
     section |= {"label_names": settings.label_names}
+    section |= asdict(settings.part)
     return section | asdict(settings.read) | output | {"device": device.name, "threads": device.threads}

@@ -10,9 +10,9 @@ from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.summary import label_lines
 from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.errors import SettingsError
-from dmc_cli.settings import LabelSettings, OutputSettings, ReadSettings
+from dmc_cli.settings import LabelSettings, OutputSettings, PartSettings, ReadSettings
 
-_OF_ISOVALUES = {"Surface", "Part", "Mesh"}
+_OF_ISOVALUES = {"Surface", "Mesh"}
 """Sections of options that are of a surface at an isovalue."""
 
 
@@ -28,6 +28,7 @@ def convert_labels(input: str, path: str, values: dict[str, Any], *, quiet: bool
         values,
         input=input,
         read=options.gather(ReadSettings, values),
+        part=options.gather(PartSettings, values),
         output=options.gather(OutputSettings, values, path=path),
     )
     with shown_progress(quiet=quiet, verbose=verbose) as progress:

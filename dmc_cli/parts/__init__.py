@@ -12,6 +12,8 @@ components  their size, volume and bounds
 flips       nodes brought to the other side of the isovalue
 morphology  sets of nodes opened and closed by balls
 selection   the object opened and closed, components kept, cavities filled
+label_runs  nodes of a row that have one label
+label_resampling, label_selection  what the others do, for labels
 profile     what goes on along the slices
 table       what a scan's body lies on, cut away
 kernels     its modules with kernels

@@ -10,5 +10,7 @@ from .filtering import (
     smoothed_volume as smoothed_volume,
 )
 from .kernels import kernel_modules as kernel_modules
+from .label_resampling import resampled_labels as resampled_labels
+from .label_selection import select_labels as select_labels
 from .selection import list_components as list_components, select_part as select_part
 from .table import cut_table as cut_table

@@ -15,6 +15,7 @@ from dmc_cli.contouring import find_inside
 from dmc_cli.field import DeviceVolume, Grid, GridShape, grid_of
 from dmc_cli.parts.joining import join_runs
 from dmc_cli.parts.runs import Runs, list_runs, mark_runs_kernel, meet_runs_kernel
+from dmc_cli.runtime import Device
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume import Volume
 
@@ -144,20 +145,41 @@ def find_components(
             reserve(beside + count)
 
     runs = list_runs(bits, device, lambda count: reserve_more(RUN_BYTES * count))
+    missing = sets.data if sets.data is not None and not of_object else None
+    return components_of(runs, grid, volume.volume, device, reserve_more, missing)
+
+
+def components_of(
+    runs: Runs,
+    grid: GridShape,
+    volume: Volume,
+    device: Device,
+    reserve: Callable[[int], None],
+    data: Any | None = None,
+) -> Components:
+    """Return the components of runs of a volume's nodes.
+
+    Args:
+        runs: The runs.
+        grid: The grid of the volume's nodes.
+        volume: The volume, for what a node takes.
+        device: Where to work.
+        reserve: Is told how many bytes that takes, the runs counted in; it may raise.
+        data: A bit for each node with data, uint32 [row, word], where others leave a component open.
+    """
     numbers = join_runs(runs, grid, device).numpy()
     count = _number(numbers)
-    reserve_more(KEPT_RUN_BYTES * runs.count + COMPONENT_BYTES * count)
-    weights = slice_weights(volume.volume)
+    reserve(KEPT_RUN_BYTES * runs.count + COMPONENT_BYTES * count)
     totals = wp.zeros((count, 2), dtype=wp.int64, device=device.name)
     boxes = np.empty((count, 7), np.int32)
     boxes[:, :3], boxes[:, 3:] = np.iinfo(np.int32).max, -1
     ends = wp.array(boxes, dtype=wp.int32, device=device.name)
     label = wp.array(numbers, dtype=wp.int32, device=device.name, copy=False)
-    missing = sets.data if sets.data is not None and not of_object else device.empty((0, 0), wp.uint32)
+    missing = data if data is not None else device.empty((0, 0), wp.uint32)
     inputs = [grid.struct(), runs.starts, runs.begin, runs.end, label, missing]
-    weight = wp.array(weights, dtype=wp.int64, device=device.name)
+    weight = wp.array(slice_weights(volume), dtype=wp.int64, device=device.name)
     device.launch_whole(measure_runs_kernel, grid.rows, [*inputs, weight], [totals, ends])
-    return _sorted(runs, numbers, totals.numpy(), ends.numpy(), volume)
+    return _sorted(runs, numbers, totals.numpy(), ends.numpy(), volume, device)
 
 
 def _number(root: Int32Array) -> int:
@@ -177,7 +199,7 @@ def _renumber(numbers: Int32Array, new: Int32Array) -> None:
 
 
 def _sorted(
-    runs: Runs, numbers: Int32Array, totals: Int64Array, ends: IntArray, volume: DeviceVolume
+    runs: Runs, numbers: Int32Array, totals: Int64Array, ends: IntArray, volume: Volume, device: Device
 ) -> Components:
     """Return components, numbered in the order of their first runs, in the order of their volumes.
 
@@ -187,10 +209,10 @@ def _sorted(
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order))
     _renumber(numbers, rank)
-    unit = node_volume(volume.volume)
+    unit = node_volume(volume)
     return Components(
         runs=runs,
-        numbers=wp.array(numbers, dtype=wp.int32, device=volume.device.name, copy=False),
+        numbers=wp.array(numbers, dtype=wp.int32, device=device.name, copy=False),
         nodes=totals[order, 0],
         volume_mm3=totals[order, 1] * unit,
         low=ends[order, :3].astype(np.int64),

@@ -51,6 +51,16 @@ def resampled_volume(volume: Volume, step: str, device: Device) -> Volume:
     Raises:
         SettingsError: That makes fewer than two nodes along an axis, or too many.
     """
+    blends, affine = resampling(volume, step)
+    return _filtered(volume, blends, device, keeps_nodes=False, affine=affine, slice_positions=None)
+
+
+def resampling(volume: Volume, step: str) -> tuple[list[Blend | None], Float64Array]:
+    """Return the sums along x, y and z that resampling takes, None where nodes stay, and the new affine.
+
+    Raises:
+        SettingsError: That makes fewer than two nodes along an axis, or too many.
+    """
     places, spacing = _places(volume), _new_spacing(volume, step)
     blends: list[Blend | None] = []
     affine = volume.affine.copy()
@@ -66,7 +76,7 @@ def resampled_volume(volume: Volume, step: str, device: Device) -> Volume:
         blends.append(None if is_same else _triangle(old, distance, count))
         if not is_same:
             affine[:3, axis] *= distance / volume.spacing[axis]
-    return _filtered(volume, blends, device, keeps_nodes=False, affine=affine, slice_positions=None)
+    return blends, affine
 
 
 def resampled_shape(volume: Volume, step: str) -> tuple[int, int, int]:

@@ -28,7 +28,7 @@ def join_runs(runs: Runs, grid: GridShape, device: Device) -> Any:
     parent, root = device.empty(runs.count, wp.int32), device.empty(runs.count, wp.int32)
     if runs.count == 0:
         return root
-    inputs = [grid.struct(), runs.starts, runs.begin, runs.end]
+    inputs = [grid.struct(), runs.starts, runs.begin, runs.end, runs.code]
     device.launch(join_in_layers_kernel, grid.nz, inputs, [parent], 1)
     step = 1
     while step < grid.nz:
@@ -63,18 +63,20 @@ def join_rows(
     starts: wp.array(dtype=wp.int64),
     begin: wp.array(dtype=wp.int32),
     end: wp.array(dtype=wp.int32),
+    code: wp.array(dtype=wp.int32),
     row: wp.int32,
     other: wp.int32,
     parent: wp.array(dtype=wp.int32),
 ) -> None:
-    """Join the runs of two neighbouring rows that overlap."""
+    """Join the runs of two neighbouring rows that overlap, where they have codes those of the same one."""
     a = wp.int32(starts[row])
     b = wp.int32(starts[other])
     a_end = wp.int32(starts[row + 1])
     b_end = wp.int32(starts[other + 1])
     while a < a_end and b < b_end:
         if end[a] > begin[b] and end[b] > begin[a]:
-            join(parent, a, b)
+            if code.shape[0] == 0 or code[a] == code[b]:
+                join(parent, a, b)
         if end[a] <= end[b]:
             a += 1
         else:
@@ -89,6 +91,7 @@ def join_in_layers_kernel(
     starts: wp.array(dtype=wp.int64),
     begin: wp.array(dtype=wp.int32),
     end: wp.array(dtype=wp.int32),
+    code: wp.array(dtype=wp.int32),
     # Out:
     parent_out: wp.array(dtype=wp.int32),
 ) -> None:
@@ -98,7 +101,7 @@ def join_in_layers_kernel(
     for n in range(wp.int32(starts[row]), wp.int32(starts[row + grid.ny])):
         parent_out[n] = n
     for j in range(grid.ny - 1):
-        join_rows(starts, begin, end, row + j, row + j + 1, parent_out)
+        join_rows(starts, begin, end, code, row + j, row + j + 1, parent_out)
 
 
 @wp.kernel
@@ -109,6 +112,7 @@ def join_layers_kernel(
     starts: wp.array(dtype=wp.int64),
     begin: wp.array(dtype=wp.int32),
     end: wp.array(dtype=wp.int32),
+    code: wp.array(dtype=wp.int32),
     step: wp.int32,
     # In and out:
     parent_inout: wp.array(dtype=wp.int32),
@@ -117,7 +121,7 @@ def join_layers_kernel(
     k = (2 * (first + wp.tid()) + 1) * step - 1
     for j in range(grid.ny):
         row = j + grid.ny * k
-        join_rows(starts, begin, end, row, row + grid.ny, parent_inout)
+        join_rows(starts, begin, end, code, row, row + grid.ny, parent_inout)
 
 
 @wp.kernel

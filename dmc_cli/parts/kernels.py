@@ -3,10 +3,13 @@
 from types import ModuleType
 
 
-def kernel_modules(*, finds: bool = False, reshapes: bool = False, filters: bool = False) -> list[ModuleType]:
+def kernel_modules(
+    *, finds: bool = False, reshapes: bool = False, filters: bool = False, labels: bool = False
+) -> list[ModuleType]:
     """Return the modules whose kernels the stages need, for loading them ahead of time.
 
-    `finds` is for components, `reshapes` for opening and closing, `filters` for smoothing and resampling.
+    `finds` is for components, `reshapes` for opening and closing, `filters` for smoothing and
+    resampling, `labels` for components of labels.
     """
     modules: list[ModuleType] = []
     if finds:
@@ -21,4 +24,8 @@ def kernel_modules(*, finds: bool = False, reshapes: bool = False, filters: bool
         from dmc_cli.parts import blending
 
         modules.append(blending)
+    if labels:
+        from dmc_cli.parts import label_runs
+
+        modules.append(label_runs)
     return modules

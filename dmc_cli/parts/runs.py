@@ -1,5 +1,7 @@
 """List the runs of a set of nodes: nodes of a row that follow each other, from the bits of the set.
 
+Those of a label map (`label_runs.py`) have a code each, and are joined with their like alone.
+
 Runs are numbered in the order of the rows, and within a row along x: count, scan, emit.
 """
 
@@ -17,17 +19,19 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 @dataclass(frozen=True)
 class Runs:
-    """The runs of a set of nodes.
+    """The runs of a set of nodes, or of all nodes of a label map.
 
     Attributes:
         starts: The number of each row's first run, and of all runs as a last item, int64 (rows + 1,).
         begin: The first node of each run along x, int32 (n,).
         end: The node behind its last one, int32 (n,).
+        code: The code that its nodes have, int32 (n,); of a set there is none, (0,).
     """
 
     starts: Any
     begin: Any
     end: Any
+    code: Any
 
     @property
     def count(self) -> int:
@@ -49,7 +53,7 @@ def list_runs(bits: Any, device: Device, reserve: Callable[[int], None] | None =
     begin, end = device.empty(total, wp.int32), device.empty(total, wp.int32)
     if total:
         device.launch(list_runs_kernel, rows, [bits, starts], [begin, end])
-    return Runs(starts, begin, end)
+    return Runs(starts, begin, end, device.empty(0, wp.int32))
 
 
 @wp.func

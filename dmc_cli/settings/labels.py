@@ -7,6 +7,7 @@ from dmc_cli.requirements import MEASURE_FIGURES, settled_requirements
 from dmc_cli.settings.checks import check_path, check_run
 from dmc_cli.settings.conversion import MemoryShare
 from dmc_cli.settings.output import OutputSettings
+from dmc_cli.settings.part import PartSettings
 from dmc_cli.settings.reading import ReadSettings
 from dmc_cli.settings.types import settle_types
 
@@ -20,6 +21,9 @@ class LabelSettings:
     each has a closed shell of its own: `output.path` is a template with `{label}` in it, or one file. With it
     all are one mesh, whose faces know the labels on both sides; it has no normals, since vertices where
     labels meet have several.
+
+    `part` is of each label: its components, its cavities, what of it is thin. Nodes that it loses become
+    background, and what it gains was background; resampling takes the label that most nodes have.
     """
 
     input: str
@@ -28,6 +32,7 @@ class LabelSettings:
     conforming: bool = False
     label_names: str | None = None
     read: ReadSettings = field(default_factory=ReadSettings)
+    part: PartSettings = field(default_factory=PartSettings)
     share: MemoryShare = field(default_factory=MemoryShare)
     device: str = "auto"
     threads: int | None = None
@@ -42,6 +47,11 @@ class LabelSettings:
             raise SettingsError(
                 f"labels are {','.join(self.labels)!r:.80}; expected all, or numbers or names with commas"
                 " between, as in 1,2,5"
+            )
+        if self.part.cut_table or self.part.smooth_volume is not None:
+            raise SettingsError(
+                "cut_table and smooth_volume are of values that measure something, and labels are names;"
+                " leave them out with labels, whose surfaces are smooth as they are"
             )
         output = self.output
         if output.halfedges is not None or output.curvature or output.check or output.values:

@@ -150,6 +150,9 @@ def test_grid_coordinates_and_units(run, tmp_path, boxes):
         (["a/{name}_{color}.ply", "--labels", "all"], "found {color}; expected {label}"),
         (["a/{label}.ply", "--labels", "all", "-i", "0.5"], "--isovalue was given with labels"),
         (["a/{label}.ply", "--labels", "all", "--simplify", "all"], "--simplify was given with labels"),
+        (["a/{label}.ply", "--labels", "all", "--cut-table"], "labels are names; leave them out with labels"),
+        (["a/{label}.ply", "--labels", "all", "--smooth-volume", "1"], "labels are names; leave them out"),
+        (["a/{label}.ply", "--labels", "all", "--crop", "20:30,:,:"], "x ends at node 15"),
         (["a/{label}.ply", "--labels", "all", "--halfedges", "h.npz"], "leave them out with labels"),
         (
             ["a/{label}.ply", "--labels", "all", "--require", "on-surface"],
@@ -166,6 +169,48 @@ def test_what_cannot_be_done_is_said_and_nothing_written(run, tmp_path, monkeypa
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_part_of_each_label_that_is_wanted(run, tmp_path):
+    labels = three_boxes()
+    labels[5, 5, 3] = labels[5, 5, 4] = 0  # a cavity in 1
+    labels[1, 1, 1] = 2  # a speck
+    np.save(tmp_path / "a.npy", labels)
+    words = ["--labels", "all", "--crop", "0:11,:,:", "--keep", "largest", "--fill-cavities"]
+    words += ["--report", tmp_path / "r.json"]
+    result = run("convert", tmp_path / "a.npy", tmp_path / "{label}.ply", *words)
+    assert result.exit_code == 0, result.stderr
+    assert sorted(path.name for path in tmp_path.glob("*.ply")) == ["1.ply", "2.ply"]
+    assert "part      1 component(s) dropped: 1 nodes, 1 mm³" in result.stderr
+    assert "part      1 cavity filled: 2 nodes, 2 mm³" in result.stderr
+    report = json.loads((tmp_path / "r.json").read_text())
+    jsonschema.validate(report, json.loads((ROOT / "docs" / "labels-report-schema.json").read_text()))
+    assert report["warning_codes"][-1] == "W-LABELS-GONE"
+    assert report["warnings"][-1] == "labels that the part which was taken has no node of: 40"
+    first, second = report["labels"]
+    assert (first["nodes"], first["part"]["filled"]) == (144, {"components": 1, "nodes": 2, "volume": 2.0})
+    assert (second["nodes"], second["part"]["dropped"]["nodes"]) == (144, 1)
+    assert read_mesh(str(tmp_path / "1.ply")).points.max() < 9
+
+
+def test_labels_at_other_distances_lie_where_they_were(run, tmp_path, boxes):
+    words = ["--labels", "all", "--resample", "isotropic", "--no-normals"]
+    assert run("convert", boxes, tmp_path / "{label}.ply", *words).exit_code == 0
+    for label in (1, 2, 40):
+        mesh = read_mesh(str(tmp_path / f"{label}.ply"))
+        k, j, i = np.nonzero(three_boxes() == label)
+        middle = [5 + i.mean(), 6 - 2 * j.mean(), 7 + 3 * k.mean()]
+        assert np.abs((mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2 - middle).max() <= 0.6
+        assert enclosed(mesh) == pytest.approx((three_boxes() == label).sum() * 6.0, rel=0.1)
+
+
+def test_a_part_without_a_label_is_refused_or_empty(run, tmp_path, boxes):
+    words = ["--labels", "40", "--crop", ":5,:,:"]
+    result = run("convert", boxes, tmp_path / "{label}.ply", *words)
+    assert result.exit_code == 5
+    assert "no node is left of 40; expected some; take a larger part" in " ".join(result.stderr.split())
+    assert run("convert", boxes, tmp_path / "a.ply", *words, "--allow-empty").exit_code == 0
+    assert b"element vertex 0" in (tmp_path / "a.ply").read_bytes()
 
 
 def test_an_existing_file_is_kept(run, tmp_path, boxes):

@@ -32,7 +32,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of the summary; what the report does not hold is left out."""
     yield from (f"warning: {warning}" for warning in warnings(report))
     yield f"volume    {volume_line(report['input'])}"
-    yield from _part_lines(report.get("part"))
+    yield from part_lines(report.get("part"))
     yield f"surface   {_surface_line(report['surface'])}"
     yield from _choice_lines(report["surface"].get("choice"))
     yield f"mesh      {mesh_line(report['mesh'])}, {output_space(report)}"
@@ -68,7 +68,7 @@ def _surface_line(surface: dict[str, Any]) -> str:
     return text
 
 
-def _part_lines(part: dict[str, Any] | None) -> Iterator[str]:
+def part_lines(part: dict[str, Any] | None) -> Iterator[str]:
     """Yield what was done to have a part of the volume."""
     if part is None:
         return
