@@ -220,6 +220,14 @@ def function(place: str) -> Callable[..., Any]:
     return found
 
 
+def format_by_suffix(path: str) -> str | None:
+    """Return the name of the format that a path's suffix means, None where it means none."""
+    from pathlib import PurePath
+
+    suffix = PurePath(path).suffix.lower()
+    return next((name for name, known in FORMATS.items() if suffix in known.suffixes), None)
+
+
 def known_suffixes() -> list[str]:
     """Return the suffixes that mean a format, in the order of the list."""
     return [suffix for known in FORMATS.values() for suffix in known.suffixes]

@@ -53,7 +53,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
     "W-SPACE-UNKNOWN": "one of two meshes names no space; its axes are taken for those of the other",
-    "W-NORMALS-LEFT-OUT": "the mesh's format holds no normals",
+    "W-NORMALS-LEFT-OUT": "the output's format holds no normals, which were asked for or read from a mesh",
     "W-QUADS-SPLIT": "the mesh's format holds no quads: they were split into triangles",
     "W-SPACE-TURNED": "the mesh's format has axes of its own, which the mesh was turned to",
     "W-COLORS-LEFT-OUT": "the mesh's format holds no colours",

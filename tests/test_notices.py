@@ -71,7 +71,8 @@ def test_a_report_has_a_code_for_each_sentence():
 
 def test_the_report_and_the_description_tell_codes(unplaced, tmp_path, run):
     report = tmp_path / "a.json"
-    result = run("convert", unplaced, tmp_path / "a.off", "-i", 0.5, "--report", report, "--series", 1)
+    words = ["--report", report, "--series", 1, "--normals"]
+    result = run("convert", unplaced, tmp_path / "a.off", "-i", 0.5, *words)
     assert result.exit_code == 0
     told = json.loads(report.read_text())
     assert told["warning_codes"] == ["W-OPTION-UNUSED", "W-SPACING-MISSING", "W-NORMALS-LEFT-OUT"]

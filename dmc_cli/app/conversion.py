@@ -169,7 +169,7 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         refuse_lost(stages.placement.local.numpy())
     device.let_go()
     normals = None
-    if output.normals or output.halfedges is not None:
+    if output.has_normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
             normals = compute_normals(stages.placement, settings.surface)
     report = _make_report(prepared, stages, counts, watch)
@@ -178,7 +178,7 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         from dmc_cli.mesh import check_mesh
 
         check_mesh(stages.mesh, stages.placement, normals, report, settings)
-    written_normals = normals if output.normals else None
+    written_normals = normals if output.has_normals else None
     mesh = file_of_mesh(
         stages.mesh,
         written_normals,
@@ -225,7 +225,7 @@ def every_kernel() -> list[ModuleType]:
 def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list[ModuleType]:
     """Return the modules with kernels that a run needs, alone or as one of several of the same volume."""
     dumped, wanted = settings.output.halfedges is not None, settings.mesh.simplify != "none"
-    has_normals = settings.output.normals or dumped
+    has_normals = settings.output.has_normals or dumped
     modules = surface_kernels(settings.surface, normals_too=has_normals, indexed=indexed)
     part, finds = settings.part, finds_components(settings)
     finds, reshapes = finds or part.cut_table, part.changes_bits or part.cut_table
@@ -313,7 +313,12 @@ def _make_report(
     facts = RunFacts(
         volume=prepared.source,
         settings=settings,
-        resolved={"device": device.name, "threads": device.threads, **resolved_isovalue(prepared.choice)},
+        resolved={
+            "normals": settings.output.has_normals,
+            "device": device.name,
+            "threads": device.threads,
+            **resolved_isovalue(prepared.choice),
+        },
         choice=prepared.choice,
         part=prepared.part,
         stored_isovalue=stages.placement.frame.stored_isovalue,

@@ -201,7 +201,7 @@ def _surfaces(
     """Yield the shell of each label of a layer as a file has it, with its volume."""
     output = settings.output
     node_volume = node_size(layer.volume, affine, output.space)
-    has_normals = output.normals and not settings.conforming
+    has_normals = output.has_normals and not settings.conforming
     shells = list_shells(mesh, len(layer.labels))
     parts = layer.parts or (None,) * len(layer.labels)
     for label, count, part, shell in zip(layer.labels, layer.counts.tolist(), parts, shells, strict=True):

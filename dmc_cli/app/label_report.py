@@ -178,7 +178,7 @@ def _measured(file: MeshFile, settings: LabelSettings, device: Device) -> dict[s
 
 def _settings_section(settings: LabelSettings, device: Device) -> dict[str, Any]:
     """Return every setting under the name of its option, in one level."""
-    output = asdict(settings.output)
+    output = asdict(settings.output) | {"normals": settings.output.has_normals and not settings.conforming}
     section = {"input": settings.input, "output": output.pop("path")}
     section |= {"labels": settings.labels, "conforming": settings.conforming}
     section |= {"label_names": settings.label_names}

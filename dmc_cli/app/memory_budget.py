@@ -109,7 +109,7 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
         if mesh.relax:
             spares = SPARE if mesh.relax == 1 else SPARE + SPARE
             stages["relax"] = alive + SHAPES + spares
-    if output.normals or output.halfedges is not None:
+    if output.has_normals or output.halfedges is not None:
         alive += NORMALS
         stages["normals"] = alive
     if output.values:

@@ -156,7 +156,7 @@ def _reworked(
         work.warnings += volume.warnings
         _work_on_volume(settings, work, volume, device, watch)
     work.mesh = _in_output(settings, work.mesh)
-    if not settings.normals:
+    if settings.normals is False:
         work.mesh = replace(work.mesh, normals=None)
     if settings.values:
         listed = list_values(settings.values, mesh_of_file(work.mesh, device), work.placement, volume, watch)
@@ -210,7 +210,7 @@ def _work_on_volume(
         repair_stages(stages, watch)
         work.repair = stages.repair
     normals = None
-    if settings.normals:
+    if settings.has_normals:
         from dmc_cli.contouring import compute_normals
 
         with watch.stage("normals", "computing normals"):

@@ -75,7 +75,7 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
     "--normals/--no-normals",
     section="Output",
     is_flag=True,
-    help="Vertex normals: those of the volume, else of the file.",
+    help="Vertex normals of the volume, else of the file; without a word where there is a place for them.",
 )
 @options.setting(
     ReworkSettings,

@@ -7,7 +7,7 @@ from typing import Any
 
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.files import is_device, write_output, write_with_companion
-from dmc_cli.mesh_formats import FORMATS, MeshFormat, function, known_suffixes
+from dmc_cli.mesh_formats import FORMATS, MeshFormat, format_by_suffix, function, known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
 from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputSpace, OutputUnit
@@ -38,15 +38,13 @@ def choose_format(path: str, output_format: str | None = None) -> str:
     Raises:
         SettingsError: The suffix is of no format, or there is none.
     """
-    if output_format is not None:
-        return output_format
-    suffix = PurePath(path).suffix.lower()
-    for name, mesh_format in FORMATS.items():
-        if suffix in mesh_format.suffixes:
-            return name
+    name = output_format or format_by_suffix(path)
+    if name is not None:
+        return name
     known = ", ".join(known_suffixes())
     if path == STREAM:
         raise SettingsError("standard output has no suffix; name the format with --output-format")
+    suffix = PurePath(path).suffix.lower()
     found = f"the suffix {suffix}" if suffix else "no suffix"
     raise SettingsError(
         f"{path} has {found}; expected one of {known}; rename the output, or name its format with "

@@ -15,7 +15,8 @@ class OutputSettings:
     """What to write where, and what must hold before it is written.
 
     `path`, `halfedges` and `report` may be `-`, standard output, but only one of them. Without
-    `output_format` the suffix of `path` chooses it. `unit` is that of the coordinates, and so of area
+    `output_format` the suffix of `path` chooses it. Without a word `normals` stand where the format has a
+    place for them. `unit` is that of the coordinates, and so of area
     and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
     `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
     `curvature` has the report tell that, too. `require` lists what the mesh must be, words and comparisons
@@ -25,7 +26,7 @@ class OutputSettings:
 
     path: str
     output_format: str | None = None
-    normals: bool = True
+    normals: bool | None = None
     space: OutputSpace = "native"
     unit: OutputUnit = "mm"
     ascii: bool = False
@@ -59,6 +60,11 @@ class OutputSettings:
             )
 
     @property
+    def has_normals(self) -> bool:
+        """Return whether the mesh's file gets normals."""
+        return has_normals(self.normals, self.path, self.output_format)
+
+    @property
     def is_measured(self) -> bool:
         """Return whether the mesh's measures are needed: for a report, a requirement or a check."""
         return self.report is not None or bool(self.require) or self.check
@@ -73,3 +79,11 @@ class OutputSettings:
     def finds_curvature(self) -> bool:
         """Return whether the mesh's curvature is measured: for a report that tells it or a requirement."""
         return self.curvature or looks_at("curvature.", self.require, CONVERT_FIGURES)
+
+
+def has_normals(asked: bool | None, path: str, output_format: str | None) -> bool:
+    """Return whether a mesh's file gets normals: as is asked, else where its format has a place for them."""
+    if asked is not None:
+        return asked
+    name = output_format or mesh_formats.format_by_suffix(path)
+    return name is None or mesh_formats.FORMATS[name].holds_normals

@@ -8,6 +8,7 @@ from dmc_cli.requirements import MESH_FIGURES, settled_requirements
 from dmc_cli.settings.checks import check_format, check_outputs, check_path, check_reference, check_run
 from dmc_cli.settings.choices import STREAM, Element, Inside, MeshSpace, MeshValue, OutputUnit
 from dmc_cli.settings.mesh import MeshSettings
+from dmc_cli.settings.output import has_normals
 from dmc_cli.settings.reading import ReadSettings
 from dmc_cli.settings.types import settle_types
 
@@ -34,7 +35,7 @@ class ReworkSettings:
     read: ReadSettings = field(default_factory=ReadSettings)
     unit: OutputUnit | None = None
     space: MeshSpace = "native"
-    normals: bool = True
+    normals: bool | None = None
     output_format: str | None = None
     ascii: bool = False
     values: tuple[MeshValue, ...] = ()
@@ -81,6 +82,11 @@ class ReworkSettings:
                 "simplify_rules is 'paper', by the colours of the grid, which files of meshes lack; expected"
                 " 'safe'; leave it out"
             )
+
+    @property
+    def has_normals(self) -> bool:
+        """Return whether the mesh's file gets normals."""
+        return has_normals(self.normals, self.path, self.output_format)
 
     @property
     def is_measured(self) -> bool:

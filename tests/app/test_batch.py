@@ -88,7 +88,9 @@ def test_outcomes_come_in_the_order_of_the_items(seen, tmp_path, monkeypatch, jo
 def test_an_outcome_counts_and_warns(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     item = ConvertSettings(
-        input="synth:torus:12", surface=SurfaceSettings(isovalue=0.0), output=OutputSettings(path="a.off")
+        input="synth:torus:12",
+        surface=SurfaceSettings(isovalue=0.0),
+        output=OutputSettings(path="a.off", normals=True),
     )
     (found,) = outcomes_of([item])
     assert (found.status, found.error, found.warnings) == (

@@ -19,7 +19,8 @@ def test_a_format_is_chosen_told_and_measured(run, tmp_path, name, ascii):
     assert run(*SPHERE, path, *text, "--report", report).exit_code == 0
     told = json.loads(report.read_text())
     assert ("W-QUADS-SPLIT" in told["warning_codes"]) == (not FORMATS[name].holds_quads)
-    assert ("W-NORMALS-LEFT-OUT" in told["warning_codes"]) == (not FORMATS[name].holds_normals)
+    assert told["settings"]["normals"] == FORMATS[name].holds_normals
+    assert "W-NORMALS-LEFT-OUT" not in told["warning_codes"]
     measured = json.loads(run("measure", path, "--json").stdout)
     counts = {"quads": told["mesh"]["quads"], "triangles": 0}
     if not FORMATS[name].holds_quads:
@@ -28,6 +29,14 @@ def test_a_format_is_chosen_told_and_measured(run, tmp_path, name, ascii):
     assert measured["mesh"]["vertices"] == told["mesh"]["vertices"]
     assert measured["mesh"]["volume"] == pytest.approx(told["mesh"]["volume"], rel=1e-5)
     assert (measured["topology"]["genus"], measured["topology"]["boundary_edges"]) == (0, 0)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_normals_that_are_asked_for_and_left_out_are_told(run, tmp_path, name):
+    result = run(*SPHERE, tmp_path / "a.dat", "--output-format", name, "--normals")
+    assert ("W-NORMALS-LEFT-OUT" in result.stderr) == (not FORMATS[name].holds_normals)
+    mesh = run("mesh", tmp_path / "a.dat", "-", "--output-format", "stl")
+    assert mesh.exit_code in (0, 3)  # a name that tells no format cannot be read
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -41,7 +41,7 @@ output_options = stack(
         "--normals/--no-normals",
         section="Output",
         is_flag=True,
-        help="Vertex normals.",
+        help="Vertex normals; without a word where the format has a place for them.",
     ),
     setting(
         OutputSettings,
