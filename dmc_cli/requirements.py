@@ -82,6 +82,13 @@ _OF_CHANGES: dict[str, tuple[str, ...]] = {
         *("removed_3x3y", "removed_3333", "refused", "irregular_percent_before"),
         *("irregular_percent_after", "irregular_percent_patterns", "rounds", "operations"),
     ),
+    "repair": ("pairs_before", "pairs_after", "moved", "left_surface", "rounds"),
+    "size": (
+        *("quads_wanted", "edge_length_wanted", "max_error", "quads_before", "quads", "edge_length"),
+        *("fixed_quads", "rounds", "taken_back"),
+    ),
+    "size.to_before": ("samples", "mean", "rms", "max"),
+    "size.from_before": ("samples", "mean", "rms", "max"),
 }
 _OF_ITS_MAKING: dict[str, tuple[str, ...]] = {
     "input": ("no_data_nodes",),

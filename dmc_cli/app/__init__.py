@@ -7,7 +7,8 @@ kept_volume    a volume that several conversions share
 preparation    what the settings leave open until a volume is read
 no_surface     why there is no surface, and where there are some
 mesh_values    what stands beside vertices and faces in a file
-size           what became of the number of quads that was asked for
+fine_mesh      the mesh before quads were taken away, and how far another may be from it
+size           what became of the size that was asked for
 mesh_stages    simplification, remeshing, decimation, relaxation, timed
 conversion     the table of contents: one call per stage
 unmet_requirements  what is required of a mesh, and the faces that are not so

@@ -16,7 +16,15 @@ from typing import Any
 
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.memory_budget import MeshForecast, reserve_cells
-from dmc_cli.app.mesh_stages import Stages, decimate_stages, relax_stages, repair_stages, simplify_stages
+from dmc_cli.app.mesh_stages import (
+    Stages,
+    decimate_stages,
+    measure_size,
+    relax_stages,
+    repair_stages,
+    simplify_stages,
+    size_kernels,
+)
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.no_surface import no_surface
 from dmc_cli.app.overlaps import refuse_overlaps
@@ -155,8 +163,8 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         before = _measure(stages, volume, settings, watch, is_last=False)
         simplify_stages(stages, settings.mesh, watch)
         stages.simplification["before"] = None if before is None else measured_sections(before)
-    if settings.mesh.quads is not None:
-        decimate_stages(stages, str(settings.mesh.quads), watch)
+    if settings.mesh.first_size is not None:
+        decimate_stages(stages, settings.mesh, volume, watch, is_measured=output.is_measured)
     if output.halfedges is not None:  # the vertices' colours are those of the cells that they were made in
         from dmc_cli.contouring import color_vertices
 
@@ -167,6 +175,7 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         repair_stages(stages, watch)
     if settings.mesh.is_changed or stages.repair:
         refuse_lost(stages.placement.local.numpy())
+    measure_size(stages, watch)
     device.let_go()
     normals = None
     if output.has_normals or output.halfedges is not None:
@@ -235,9 +244,11 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
         modules += part_kernels(finds=finds, reshapes=reshapes, filters=part.filters)
     if settings.needs_halfedges:
         remeshed, relaxed = settings.mesh.remesh > 0, settings.mesh.relax > 0
-        decimated = settings.mesh.quads is not None
+        decimated = settings.mesh.first_size is not None
         modules += mesh_kernel_modules(settings.surface.method, colors=settings.needs_colors)
         modules += processing_kernels(simplify=wanted, relax=relaxed, remesh=remeshed, decimate=decimated)
+    if settings.mesh.first_size is not None:
+        modules += size_kernels(settings.mesh, is_measured=settings.output.is_measured)
     if settings.repairs_intersections:
         from dmc_cli.measures import finding_kernels
 

@@ -47,6 +47,12 @@ DECIMATED = Cost(vertex=12 + 12 + 8, face=1 + 8 + 8)
 """Of taking quads away, beside a copy of the mesh without gaps: places and normals of the vertices before it;
 refusals, what is listed, and where all goes."""
 
+FINE = Cost(vertex=12, face=16)
+"""The mesh before quads were taken away, which distances are measured from."""
+
+BOUNDED = FINE + MESH + TWINS + Cost(vertex=4 + 1, face=1)
+"""Of a bound on them: that mesh, and a copy to return to, which is the whole mesh at first."""
+
 NORMALS = Cost(vertex=12)
 VALUES = Cost(vertex=8, face=4)
 """Of the file: deviation and valence, quality."""
@@ -104,8 +110,12 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
             stages["simplify"] = alive + (measures if output.is_measured else PATTERNS)
         if mesh.remesh:
             stages["remesh"] = alive + TRACKED + SHAPES + SPARE + SPARE
-        if mesh.quads is not None:
+        if mesh.first_size is not None:
             stages["size"] = alive + TRACKED + DECIMATED + MESH + TWINS
+            if mesh.max_error is not None:
+                stages["size"] += BOUNDED + INTERSECTIONS
+            elif output.is_measured:
+                stages["size"] += FINE
         if mesh.relax:
             spares = SPARE if mesh.relax == 1 else SPARE + SPARE
             stages["relax"] = alive + SHAPES + spares

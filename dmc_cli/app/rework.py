@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
-from dmc_cli.app.mesh_stages import Stages, decimate_stages, relax_stages, repair_stages, simplify_stages
+from dmc_cli.app.mesh_stages import (
+    Stages,
+    decimate_stages,
+    measure_size,
+    relax_stages,
+    repair_stages,
+    simplify_stages,
+    size_kernels,
+)
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
@@ -136,8 +144,10 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
         simplify=wanted,
         relax=operations.relax > 0,
         remesh=operations.remesh > 0,
-        decimate=operations.quads is not None,
+        decimate=operations.first_size is not None,
     )
+    if operations.first_size is not None:
+        modules += size_kernels(operations, is_measured=settings.is_measured)
     return modules
 
 
@@ -200,15 +210,16 @@ def _work_on_volume(
     if operations.simplify != "none":
         simplify_stages(stages, operations, watch)
         work.simplification = stages.simplification
-    if operations.quads is not None:
-        decimate_stages(stages, str(operations.quads), watch)
-        work.size = stages.size
+    if operations.first_size is not None:
+        decimate_stages(stages, operations, volume, watch, is_measured=settings.is_measured)
         work.warnings += stages.warnings
     if operations.relax:
         relax_stages(stages, operations.relax, watch)
     if repairs(operations, settings.require):
         repair_stages(stages, watch)
         work.repair = stages.repair
+    measure_size(stages, watch)
+    work.size = stages.size or None
     normals = None
     if settings.has_normals:
         from dmc_cli.contouring import compute_normals

@@ -15,6 +15,7 @@ split_faces       how quads are split into triangles
 sampling          points spread over a mesh
 nearest           how far points are from a mesh
 distance          how far two meshes are from each other
+proximity         a bound of that, proven of every point
 thickness         how thick walls are at the vertices
 curvature         mean and Gaussian curvature at the vertices
 deviation         how far vertices are from the surface

@@ -25,6 +25,7 @@ from .intersections import (
     find_intersections as find_intersections,
 )
 from .kernels import (
+    distance_kernels as distance_kernels,
     finding_kernels as finding_kernels,
     kernel_modules as kernel_modules,
     list_kernels as list_kernels,
@@ -42,6 +43,7 @@ from .location import (
 )
 from .nearest import NearestFaces as NearestFaces
 from .plain_values import plain as plain
+from .proximity import Proximity as Proximity, prove_proximity as prove_proximity
 from .quality import (
     Quality as Quality,
     choose_diagonals as choose_diagonals,

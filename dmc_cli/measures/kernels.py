@@ -29,7 +29,7 @@ def kernel_modules(
         rounding_kernels,
         vertex_fans,
     )
-    from dmc_cli.mesh import connecting_kernels, tree_kernels
+    from dmc_cli.mesh import connecting_kernels
 
     modules = [components, deviation, rounding_kernels, quality, elements, *connecting_kernels(), vertex_fans]
     modules.append(component_list)
@@ -42,10 +42,21 @@ def kernel_modules(
     if thickness:
         modules += thickness_kernels()
     if distance:
-        from dmc_cli.measures import nearest, sampling, split_faces
-
-        modules += [*tree_kernels(), split_faces, sampling, nearest]
+        modules += distance_kernels()
     return modules + list_kernels() if lists else modules
+
+
+def distance_kernels(*, proves: bool = False) -> list[ModuleType]:
+    """Return the modules whose kernels measure the distance of two meshes, or prove a bound of it, too."""
+    from dmc_cli.measures import nearest, quality, sampling, split_faces
+    from dmc_cli.mesh import connecting_kernels, tree_kernels
+
+    modules = [*tree_kernels(), *connecting_kernels(), quality, split_faces, sampling, nearest]
+    if proves:
+        from dmc_cli.measures import proximity
+
+        modules.append(proximity)
+    return modules
 
 
 def thickness_kernels() -> list[ModuleType]:

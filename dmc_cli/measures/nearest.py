@@ -140,8 +140,9 @@ def nearest_kernel(
     places: wp.array[wp.int32],
     # Out:
     distances_out: wp.array[wp.float64],
+    faces_out: wp.array[wp.int32],
 ) -> None:
-    """Find the distance of each of a run of points from the nearest face. One thread per run."""
+    """Find the face that is nearest to each of a run of points, and its distance. One thread per run."""
     run = first + wp.tid()
     nearest = int(-1)
     for place in range(RUN * run, wp.min(RUN * (run + 1), queries.shape[0])):
@@ -173,6 +174,7 @@ def nearest_kernel(
                         least = distance
                         nearest = order[n]
         distances_out[query] = wp.sqrt(least)
+        faces_out[query] = nearest
 
 
 @wp.kernel
@@ -204,15 +206,22 @@ class NearestFaces:
 
         Infinite where the mesh has no face.
         """
+        if not self.mesh.face_count or not queries.shape[0]:
+            return np.full(queries.shape[0], np.inf)
+        distances: Float64Array = self.find(queries)[0].numpy()
+        return distances
+
+    def find(self, queries: Any) -> tuple[Any, Any]:
+        """Return the distance of each of some points, as `distances` does, and the face that is so near.
+
+        Both are on the mesh's device, float64 and int32 (N,); the mesh has a face.
+        """
         mesh, tree, count = self.mesh, self.tree, queries.shape[0]
-        if not mesh.face_count or not count:
-            return np.full(count, np.inf)
-        found = mesh.device.empty(count, wp.float64)
+        distances, faces = mesh.device.empty(count, wp.float64), mesh.device.empty(count, wp.int32)
         inputs = [mesh.positions, mesh.corners, self.turns, tree.order, tree.lows, tree.highs]
         inputs += [tree.starts, tree.top, queries, _along_curve(mesh.device, queries)]
-        mesh.device.launch(nearest_kernel, -(-count // int(RUN)), inputs, [found], 4, 256)
-        distances: Float64Array = found.numpy()
-        return distances
+        mesh.device.launch(nearest_kernel, -(-count // int(RUN)), inputs, [distances, faces], 4, 256)
+        return distances, faces
 
 
 def _along_curve(device: Device, queries: Any) -> Any:

@@ -1,6 +1,11 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .decimation import Decimated as Decimated, Decimation as Decimation, decimate as decimate
+from .decimation import (
+    Bound as Bound,
+    Decimated as Decimated,
+    Decimation as Decimation,
+    decimate as decimate,
+)
 from .intersection_repair import Repaired as Repaired, repair_intersections as repair_intersections
 from .kernels import kernel_modules as kernel_modules
 from .patterns import Simplified as Simplified, simplify as simplify

@@ -1,12 +1,16 @@
 """Say what becomes of a surface's quads."""
 
+import math
 from dataclasses import dataclass
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.settings.choices import Simplify, SimplifyRules
 from dmc_cli.settings.types import is_whole, settle_types
 
-_CHANGES = ("remesh", "quads", "relax", "simplify")
+_SIZES = ("quads", "edge_length", "max_error")
+"""Settings that have quads taken away."""
+
+_CHANGES = ("remesh", *_SIZES, "relax", "simplify")
 """Settings that have quads changed, one that implies another before it."""
 
 
@@ -15,9 +19,11 @@ class MeshSettings:
     """What becomes of the surface's quads; `project` puts vertices that have moved back on the surface.
 
     `remesh` is the number of rounds of remeshing, which implies the simplification by all patterns; `quads`
-    how many to leave then, a number or a share as in "25%"; `relax` the number of steps of smoothing on the
-    surface, at last. `repair_intersections` has faces that intersect pulled apart; without a
-    word, where it is required that there are none.
+    how many to leave then, a number or a share as in "25%"; `edge_length` leaves as many as sides of so many
+    mm make of the area instead. `max_error` is how many mm the mesh may be from the one before quads were
+    taken away, everywhere and both ways; alone it leaves as few as that lets. `relax` is the number of steps
+    of smoothing on the surface, at last. `repair_intersections` has faces that intersect pulled apart;
+    without a word, where it is required that there are none.
     """
 
     simplify: Simplify = "none"
@@ -25,6 +31,8 @@ class MeshSettings:
     project: bool = True
     remesh: int = 0
     quads: str | int | None = None
+    edge_length: float | None = None
+    max_error: float | None = None
     relax: int = 0
     repair_intersections: bool | None = None
 
@@ -35,7 +43,7 @@ class MeshSettings:
         settle_types(self)
         if self.quads is not None:
             wanted_quads(str(self.quads), 0)
-            self._check_decimation()
+        self._check_sizes()
         if self.remesh < 0:
             raise SettingsError(f"remesh is {self.remesh}; expected a number of rounds, 0 or more")
         if self.relax < 0:
@@ -43,13 +51,22 @@ class MeshSettings:
         if self.remesh:
             self._settle_remeshing()
 
-    def _check_decimation(self) -> None:
-        """Raise SettingsError if what comes before does not leave a mesh on the surface."""
-        off_surface = self._off_surface
-        if self.simplify != "none" and off_surface is not None:
+    def _check_sizes(self) -> None:
+        """Raise SettingsError if a size is none, or what comes before leaves no mesh on the surface."""
+        for name in ("edge_length", "max_error"):
+            length = getattr(self, name)
+            if length is not None and not 0 < length < math.inf:
+                raise SettingsError(f"{name} is {length}; expected a positive length in mm")
+        if self.quads is not None and self.edge_length is not None:
             raise SettingsError(
-                f"quads is {self.quads!r:.80}, but {off_surface}; expected the safe rules and vertices on the"
-                " surface, which collapses rely on"
+                f"quads is {self.quads!r:.80} and edge_length is {self.edge_length:g}; expected one of them,"
+                " since either says how many quads are left"
+            )
+        size, off_surface = self.first_size, self._off_surface
+        if size is not None and self.simplify != "none" and off_surface is not None:
+            raise SettingsError(
+                f"{size} is {getattr(self, size)!r:.80}, but {off_surface}; expected the safe rules and"
+                " vertices on the surface, which collapses rely on"
             )
 
     def _settle_remeshing(self) -> None:
@@ -73,6 +90,11 @@ class MeshSettings:
         if self.simplify_rules == "paper":
             return "simplify_rules is 'paper'"
         return None if self.project else "project is off"
+
+    @property
+    def first_size(self) -> str | None:
+        """Return the name of the first setting that has quads taken away, None if there is none."""
+        return next((name for name in _SIZES if getattr(self, name) is not None), None)
 
     @property
     def first_change(self) -> str | None:

@@ -44,6 +44,23 @@ mesh_options = stack(
     ),
     setting(
         MeshSettings,
+        "edge_length",
+        section="Mesh",
+        type=float,
+        metavar="MM",
+        help="Take quads away until sides are so long on average; instead of --quads.",
+    ),
+    setting(
+        MeshSettings,
+        "max_error",
+        section="Mesh",
+        type=float,
+        metavar="MM",
+        help="Take quads away only as far as every point stays so near to the mesh before, and that to every"
+        " point of the new one; alone, as many as that lets.",
+    ),
+    setting(
+        MeshSettings,
         "relax",
         section="Mesh",
         type=int,

@@ -10,7 +10,7 @@ from dmc_cli.cli.summary.lines import (
     output_space,
     repair_lines,
     requirement_lines,
-    size_line,
+    size_lines,
     time_line,
     topology_line,
     volume_line,
@@ -37,8 +37,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     yield from _choice_lines(report["surface"].get("choice"))
     yield f"mesh      {mesh_line(report['mesh'])}, {output_space(report)}"
     yield from repair_lines(report)
-    if size := report.get("size"):
-        yield f"size      {size_line(size)}"
+    yield from size_lines(report)
     if topology := report.get("topology"):
         yield f"topology  {topology_line(topology)}"
     quality = report.get("quality")

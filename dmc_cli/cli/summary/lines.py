@@ -45,10 +45,22 @@ def mesh_line(mesh: dict[str, Any]) -> str:
     return text
 
 
-def size_line(size: dict[str, Any]) -> str:
-    """Tell how many quads were taken away, and what stopped that."""
-    text = f"{size['quads']} of {size['quads_before']} quads, {size['quads_wanted']} asked for"
-    return text if size["reached"] else f"{text}; stopped by {size['stopped_by']}"
+def size_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Tell how many quads were taken away, what stopped that, and how far the mesh is from the one before."""
+    size = report.get("size")
+    if not size:
+        return
+    asked = "" if size["quads_wanted"] is None else f", {size['quads_wanted']} asked for"
+    sides = "" if size["edge_length"] is None else f", sides {number(size['edge_length'], 4)} mm on average"
+    end = "" if size["stopped_by"] is None else f"; stopped by {size['stopped_by'].replace('_', '-')}"
+    yield f"size      {size['quads']} of {size['quads_before']} quads{asked}{sides}{end}"
+    if size["to_before"]:
+        there, back = (
+            f"{number(size[way]['mean'], 3)} mm on average, at most {number(size[way]['max'], 3)}"
+            for way in ("to_before", "from_before")
+        )
+        bound = "" if size["max_error"] is None else f"; nowhere more than {size['max_error']:g}"
+        yield f"          from the mesh before {there}; that from it {back}{bound}"
 
 
 def repair_lines(report: dict[str, Any]) -> Iterator[str]:

@@ -3,7 +3,17 @@
 from collections.abc import Iterator
 from typing import Any
 
-from dmc_cli.cli.summary.lines import intersections, mesh_line, space_name, time_line, topology_line, warnings
+from dmc_cli.cli.summary.lines import (
+    intersections,
+    mesh_line,
+    repair_lines,
+    requirement_lines,
+    size_lines,
+    space_name,
+    time_line,
+    topology_line,
+    warnings,
+)
 
 
 def rework_lines(report: dict[str, Any]) -> Iterator[str]:
@@ -13,8 +23,11 @@ def rework_lines(report: dict[str, Any]) -> Iterator[str]:
     yield f"read      {read['vertices']} vertices, {read['faces']} faces"
     unit = "" if mesh["unit"] == "mm" else f" in {mesh['unit']}"
     yield f"mesh      {mesh_line(mesh)}, {space_name(mesh['space'])}{unit}"
+    yield from repair_lines(report)
+    yield from size_lines(report)
     if topology := report["topology"]:
         yield f"topology  {topology_line(topology)}"
     if quality := report["quality"]:
         yield f"faces     {intersections(quality)}"
+    yield from requirement_lines(report)
     yield f"time      {time_line(report['timings_ms'])}"

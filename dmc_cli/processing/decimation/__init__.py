@@ -7,6 +7,7 @@ costs       what collapses cost
 candidates  the quads of each region, from the cheapest on
 judge       what an operation must leave
 sweep       collapses, rotations, and vertices that glide
+bound       a distance that is proven, and returns to the last mesh that kept it
 rounds      the rounds in order
 kernels     the modules with kernels
 """

@@ -18,6 +18,10 @@ NOWHERE = wp.constant(1.0e30)
 """Square of the distance of a sample from which no tracked point is known."""
 
 
+MOST_STEPS = wp.constant(12)
+"""Steps from sample to sample along a side of a quad, at most."""
+
+
 @wp.struct
 class Guard:
     """The tracked points' places and normals, vec3 (G,), and what holds for the round.
@@ -28,6 +32,7 @@ class Guard:
         farthest: How far a point may be from its quad.
         highest: How far samples of a quad may be from the surface.
         reach: How far beside a sample the point may be that says what its height is.
+        spacing: How far apart the samples of a quad are, `MOST_STEPS` a side at most; two steps at least.
         least_shape: Shapes below this must not become worse.
     """
 
@@ -36,6 +41,7 @@ class Guard:
     farthest: wp.float32
     highest: wp.float32
     reach: wp.float32
+    spacing: wp.float32
     least_shape: wp.float32
 
 
@@ -106,3 +112,29 @@ def height_of_sample(guard: Guard, work: Work, b: wp.int32, count: wp.int32, x: 
         beside = wp.sqrt(wp.max(wp.length_sq(way) - up * up, 0.0))
         height = up + wp.max(beside - guard.reach, 0.0)
     return height
+
+
+@wp.func
+def sample_steps(
+    guard: Guard, corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32
+) -> wp.int32:
+    """Return how many steps from sample to sample a quad's sides have."""
+    longest = float(0.0)
+    for c in range(4):
+        side = position[corners[4 * q + c]] - position[corners[4 * q + ((c + 1) & 3)]]
+        longest = wp.max(longest, wp.length(side))
+    return wp.int32(wp.clamp(wp.ceil(longest / guard.spacing), 2.0, float(MOST_STEPS)))
+
+
+@wp.func
+def sample_of(
+    corners: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+    s: wp.float32,
+    t: wp.float32,
+) -> wp.vec3:
+    """Return the point of a quad, as a bilinear patch, at s along its first side and t along its last."""
+    low = wp.lerp(position[corners[4 * q]], position[corners[4 * q + 1]], s)
+    high = wp.lerp(position[corners[4 * q + 3]], position[corners[4 * q + 2]], s)
+    return wp.lerp(low, high, t)

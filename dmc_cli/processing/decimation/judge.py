@@ -3,7 +3,13 @@
 import warp as wp
 
 from dmc_cli.mesh import next_outgoing
-from dmc_cli.processing.decimation.guard import Guard, distance_from_triangles, height_of_sample
+from dmc_cli.processing.decimation.guard import (
+    Guard,
+    distance_from_triangles,
+    height_of_sample,
+    sample_of,
+    sample_steps,
+)
 from dmc_cli.processing.remeshing import (
     CORNER,
     FACE_GONE,
@@ -93,20 +99,19 @@ def is_well_shaped(guard: Guard, work: Work, b: wp.int32, before: wp.vec4, budge
 
 @wp.func
 def is_low(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> wp.bool:
-    """Return whether the midpoints of sides and centres of the patch's quads are near the surface."""
+    """Return whether samples of the patch's quads, all but their corners, are near the surface."""
     low = bool(True)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
-        before = work.mesh.position[work.mesh.corners[4 * q + 3]]
-        centre = wp.vec3(0.0, 0.0, 0.0)
-        for c in range(4):
-            here = work.mesh.position[work.mesh.corners[4 * q + c]]
-            if low:
-                low = height_of_sample(guard, work, b, count, 0.5 * (before + here)) <= guard.highest
-            centre += 0.25 * here
-            before = here
-        if low:
-            low = height_of_sample(guard, work, b, count, centre) <= guard.highest
+        steps = sample_steps(guard, work.mesh.corners, work.mesh.position, q)
+        for m in range((steps + 1) * (steps + 1)):
+            i = m % (steps + 1)
+            j = m / (steps + 1)
+            if low and not ((i == 0 or i == steps) and (j == 0 or j == steps)):
+                s = float(i) / float(steps)
+                t = float(j) / float(steps)
+                x = sample_of(work.mesh.corners, work.mesh.position, q, s, t)
+                low = height_of_sample(guard, work, b, count, x) <= guard.highest
     return low
 
 

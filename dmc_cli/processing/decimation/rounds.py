@@ -20,6 +20,7 @@ from dmc_cli.mesh import (
     OWN_PREFIX,
     Mesh,
     Placement,
+    WorkingMesh,
     connect,
     in_frame_of,
     in_near_frame,
@@ -30,11 +31,12 @@ from dmc_cli.mesh import (
     working_mesh,
 )
 from dmc_cli.processing.color_repair import repair_colors
+from dmc_cli.processing.decimation.bound import SHARE, Bound, Keeper, State
 from dmc_cli.processing.decimation.candidates import Candidates, find_candidates
-from dmc_cli.processing.decimation.guard import Guard
+from dmc_cli.processing.decimation.guard import NOWHERE, Guard
 from dmc_cli.processing.decimation.points import mean_side, nearest_quads
 from dmc_cli.processing.decimation.sweep import REASONS, Sweep, sweep_kernel
-from dmc_cli.processing.distance_guard import renumbered, track_vertices
+from dmc_cli.processing.distance_guard import TrackedPoints, renumbered, track_vertices
 from dmc_cli.processing.relaxation import find_normals
 from dmc_cli.processing.remeshing import (
     FROZEN,
@@ -110,7 +112,13 @@ class Decimated:
     fixed: int
 
 
-def decimate(mesh: Mesh, placement: Placement, quads: int, progress: Progress = SILENT) -> Decimated:
+def decimate(
+    mesh: Mesh,
+    placement: Placement,
+    quads: int,
+    progress: Progress = SILENT,
+    bound: Bound | None = None,
+) -> Decimated:
     """Return the mesh with at most `quads` quads, or as few as can be had; no array is changed.
 
     Args:
@@ -118,12 +126,13 @@ def decimate(mesh: Mesh, placement: Placement, quads: int, progress: Progress = 
         placement: Where its vertices lie.
         quads: How many to leave. A mesh that has no more is returned as it is.
         progress: Told the share of the quads that are gone.
+        bound: How far the mesh may go from what it is, where that is asked for.
 
     Raises:
         SettingsError: The mesh has triangles.
         CallError: Mesh and placement do not belong together.
     """
-    return Decimation(mesh, placement).run(quads, progress)
+    return Decimation(mesh, placement, bound).run(quads, progress)
 
 
 class Decimation:
@@ -132,11 +141,16 @@ class Decimation:
     So a caller that drops the mesh and its placement before `run` has their memory back in it.
     """
 
-    def __init__(self, mesh: Mesh, placement: Placement) -> None:
+    _mesh: WorkingMesh
+    _tracked: TrackedPoints
+    _rounds: int
+    _eased: int
+
+    def __init__(self, mesh: Mesh, placement: Placement, bound: Bound | None = None) -> None:
         """Take a mesh; the arguments are those of `decimate`."""
         mesh = connect(require_quads(mesh, "--quads"))
         require_places(mesh, placement)
-        self._affine, self._given = placement.frame.affine, (mesh, placement)
+        self._affine, self._given, self._bound = placement.frame.affine, (mesh, placement), bound
 
     def run(self, quads: int, progress: Progress = SILENT) -> Decimated:
         """Return the mesh with at most `quads` quads, or as few as can be had; once only."""
@@ -146,23 +160,55 @@ class Decimation:
         del self._given
         self._begin(*in_near_frame(mesh.with_face_values({DEFECT: None}), placement))
         del mesh, placement
+        keeper = None if self._bound is None else Keeper(self._bound, self._state())
         for n in range(FIRST_POLISHES):
             self._polish(n, 0)
-        first, rounds, eased = self._mesh.face_count, 0, 0
-        refusals = [0] * REASONS
-        while self._mesh.face_count > quads and eased < len(LEAST_SHAPES):
-            before = self._mesh.face_count
-            progress.advance((first - before) / (first - quads))
-            refusals = self._collapse(rounds, quads, eased)
-            rounds += 1
-            if before - self._mesh.face_count < max(1, min(before - quads, before // LEAST_PROGRESS)):
-                eased += 1
-            self._polish(rounds, TRIES)
-        for n in range(LAST_POLISHES):
-            self._polish(rounds + n, LAST_TRIES if n < LAST_ROTATIONS else 0)
+        self._first, self._refusals = self._mesh.face_count, [0] * REASONS
+        is_done = False
+        while not is_done:
+            while self._has_more(quads):
+                self._round(quads, progress)
+                if keeper is not None and keeper.is_due(self._mesh.face_count):
+                    self._hold(keeper)
+            for n in range(LAST_POLISHES):
+                self._polish(self._rounds + n, LAST_TRIES if n < LAST_ROTATIONS else 0)
+            is_done = keeper is None or self._hold(keeper) or keeper.is_given_up
         mesh, placement = self._result()
-        reasons = dict(zip(REASON_NAMES, refusals, strict=True))
-        return Decimated(mesh, placement, quads, rounds, reasons, self._fixed)
+        reasons = dict(zip(REASON_NAMES, self._refusals, strict=True))
+        return Decimated(mesh, placement, quads, self._rounds, reasons, self._fixed)
+
+    def _has_more(self, quads: int) -> bool:
+        """Return whether there are too many quads, and rules to be eased yet."""
+        return self._mesh.face_count > quads and self._eased < len(LEAST_SHAPES)
+
+    def _round(self, quads: int, progress: Progress) -> None:
+        """Take quads away, ease the rules where that led on too little, and polish what is left."""
+        before = self._mesh.face_count
+        progress.advance((self._first - before) / (self._first - quads))
+        self._refusals = self._collapse(self._rounds, quads, self._eased)
+        self._rounds += 1
+        if before - self._mesh.face_count < max(1, min(before - quads, before // LEAST_PROGRESS)):
+            self._eased += 1
+        self._polish(self._rounds, TRIES)
+
+    def _state(self) -> State:
+        """Return what the rounds have made so far."""
+        return State(self._mesh, self._tracked, self._eased)
+
+    def _hold(self, keeper: Keeper) -> bool:
+        """Return whether the bound holds; else the mesh is the last one that it holds for."""
+        self._assign_nearest()
+        mesh, _ = in_frame_of(self._affine, *self._mesh.as_mesh())
+        state, holds = keeper.next_state(mesh, self._state())
+        self._mesh, self._tracked, self._eased = state.mesh, state.tracked, state.eased
+        if keeper.is_given_up:
+            self._eased = len(LEAST_SHAPES)
+        return holds
+
+    def _assign_nearest(self) -> None:
+        """Assign tracked points to nearer quads."""
+        nearest = nearest_quads(self._tracked, self._place, self._mesh)
+        self._tracked = replace(self._tracked, nearest_quad=nearest)
 
     def _begin(self, mesh: Mesh, placement: Placement) -> None:
         """Take a mesh in the near frame, and its vertices as tracked points."""
@@ -178,13 +224,12 @@ class Decimation:
         self._place = wp.clone(mesh.positions)
         self._normal = find_normals(self._context, placement.cell, placement.local, self._device)
         self._mesh = with_room(working_mesh(mesh, placement), 0)  # a copy: sweeps change it in place
-        self._fine_edge = mean_side(self._mesh)
+        self._fine_edge, self._rounds, self._eased = mean_side(self._mesh), 0, 0
 
     def _collapse(self, number: int, quads: int, eased: int) -> list[int]:
         """Collapse quads, by rules that are eased, `quads` being left; return the refusals by reason."""
         edge, more = mean_side(self._mesh), self._mesh.face_count - quads
-        nearest = nearest_quads(self._tracked, self._place, self._mesh)
-        self._tracked = replace(self._tracked, nearest_quad=nearest)
+        self._assign_nearest()
         regions = self._regions(number, edge, is_whole=more <= AT_ONCE)
         refused = self._mesh.face_values[REFUSED]
         found = find_candidates(self._mesh, regions, refused, PER_STEP, 1.0 if eased else CHEAP_SHARE)
@@ -232,8 +277,13 @@ class Decimation:
         """Return what holds where the mean side will be `edge`."""
         guard = Guard()
         guard.place, guard.normal = self._place, self._normal
-        guard.farthest, guard.highest = FINE_SHARE * edge, share * edge
+        guard.farthest, guard.highest, guard.spacing = FINE_SHARE * edge, share * edge, float(NOWHERE)
         guard.reach, guard.least_shape = self._fine_edge, least_shape
+        if self._bound is not None:
+            scale = np.linalg.norm(self._frame.affine[:3, 0]) / np.linalg.norm(self._affine[:3, 0])
+            most = SHARE * float(scale) * self._bound.distance
+            guard.farthest, guard.highest = min(guard.farthest, most), min(guard.highest, most)
+            guard.spacing = self._fine_edge
         return guard
 
     def _regions(self, number: int, edge: float, *, is_whole: bool = False) -> Regions:
