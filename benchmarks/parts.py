@@ -19,8 +19,7 @@ from cases import CASES
 from history import record
 from scipy import ndimage
 
-from dmc_cli.app.conversion import load_needed_kernels
-from dmc_cli.app.preparation import prepare
+from dmc_cli.app import load_needed_kernels, prepare
 from dmc_cli.field import upload_volume
 from dmc_cli.runtime import select_device
 from dmc_cli.settings import ConvertSettings, OutputSettings, PartSettings, ReadSettings, SurfaceSettings

@@ -10,6 +10,7 @@ from .conversion import (
     ConvertResult as ConvertResult,
     compile_kernels as compile_kernels,
     convert as convert,
+    load_needed_kernels as load_needed_kernels,
 )
 from .junit import junit_text as junit_text
 from .kept_volume import KeptVolume as KeptVolume
@@ -22,6 +23,7 @@ from .label_surfaces import (
 from .measurement import measure_file as measure_file
 from .object_components import list_object_components as list_object_components
 from .overlaps import refuse_overlaps as refuse_overlaps
+from .preparation import prepare as prepare
 from .read_ahead import ReadAhead as ReadAhead
 from .rework import ReworkResult as ReworkResult, rework_file as rework_file
 from .several import convert_each as convert_each

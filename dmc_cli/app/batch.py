@@ -13,15 +13,19 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from threading import Event, Thread
 from typing import Any
 
 from dmc_cli.app import conversion
+from dmc_cli.app.conversion import ConvertResult
 from dmc_cli.app.kept_volume import KeptVolume
 from dmc_cli.app.output_folders import OutputFolders
 from dmc_cli.errors import DeviceError, DmcError, RequirementError
+from dmc_cli.measures import measure_quality, quality_kernels
+from dmc_cli.mesh import mesh_of_file
 from dmc_cli.progress import SILENT, Progress, SilentProgress
+from dmc_cli.runtime import select_device
 from dmc_cli.settings import ConvertSettings, MemoryShare
 from dmc_cli.stop import check_stop, stopping_on
 from dmc_cli.system import lacks_memory
@@ -54,7 +58,7 @@ class Outcome:
         vertices: Of the mesh, also of one that is not as required; None where there is none.
         quads: Likewise.
         triangles: Likewise.
-        quality: The figures of `QUALITY`, where the mesh was measured: for a report or a requirement.
+        quality: The figures of `QUALITY`; intersections only where a report or a requirement counts them.
         requirements: The verdicts on what was required.
         report: The report's file, or None if none was written.
         warnings: What is told beside a mesh that was made.
@@ -153,7 +157,8 @@ def convert_all(
         share = MemoryShare(jobs=jobs, free=available_bytes())
         shared = [replace(item, share=share) for item in items]
         with suppress(DmcError):  # each item tells
-            conversion.load_needed_kernels(shared, progress)  # threads must not race to compile
+            # threads must not race to compile
+            conversion.load_needed_kernels(shared, progress, quality_kernels())
         with OutputFolders() as folders, progress.stage(f"{len(items)} items"):
             if _convert_side_by_side(shared, tell, jobs, progress, whole, folders):
                 return
@@ -228,8 +233,11 @@ def _ended(item: ConvertSettings, progress: Progress, kept: KeptVolume, folders:
     try:
         folders.make(item)
         result = conversion.convert(item, progress, kept=kept)
+        quality = _quality(result)
     except RequirementError as error:
-        return Outcome(**facts | _found(item, error.report), status=error.exit_status, error=str(error))
+        report: dict[str, Any] = error.report
+        found = _found(item, report, report["quality"])
+        return Outcome(**facts | found, status=error.exit_status, error=str(error))
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
         return Outcome(**facts, status=error.exit_status, error=told)
@@ -237,16 +245,25 @@ def _ended(item: ConvertSettings, progress: Progress, kept: KeptVolume, folders:
         if lacks_memory(error):
             return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
         return Outcome(**facts, status=_BUG, error=traceback.format_exc())
-    return Outcome(**facts | _found(item, result.report), status=0)
+    return Outcome(**facts | _found(item, result.report, quality), status=0)
 
 
-def _found(item: ConvertSettings, report: dict[str, Any]) -> dict[str, Any]:
-    """Return what an outcome has of the report on a mesh."""
-    quality = report["quality"]
+def _quality(result: ConvertResult) -> dict[str, Any]:
+    """Return the quality of a mesh; where no report has it, the figures that take hardly any time."""
+    measured: dict[str, Any] | None = result.report["quality"]
+    if measured is not None:
+        return measured
+    settings = result.report["settings"]
+    mesh = mesh_of_file(result.mesh, select_device(settings["device"], settings["threads"]))
+    return asdict(measure_quality(mesh)) | {"self_intersections": None}
+
+
+def _found(item: ConvertSettings, report: dict[str, Any], quality: dict[str, Any]) -> dict[str, Any]:
+    """Return what an outcome has of the report on a mesh and of its quality."""
     return {
         "isovalue": report["settings"]["isovalue"],
         **{key: report["mesh"][key] for key in ("vertices", "quads", "triangles")},
-        "quality": None if quality is None else {key: quality[key] for key in QUALITY},
+        "quality": {key: quality[key] for key in QUALITY},
         "requirements": tuple(report["requirements"]),
         "report": item.output.report,
         "warnings": tuple(report["warnings"]),

@@ -205,14 +205,16 @@ def compile_kernels(progress: Progress = SILENT) -> None:
         load_kernels(select_device(name), every_kernel(), progress)
 
 
-def load_needed_kernels(items: Sequence[ConvertSettings], progress: Progress = SILENT) -> None:
-    """Load, and compile where the cache lacks them, the kernels of several runs at once.
+def load_needed_kernels(
+    items: Sequence[ConvertSettings], progress: Progress = SILENT, besides: Sequence[ModuleType] = ()
+) -> None:
+    """Load, and compile where the cache lacks them, the kernels of several runs at once, and others besides.
 
     A device that is missing is left to the runs that ask for it.
     """
     needed: dict[str, dict[str, ModuleType]] = {}
     for item in items:
-        modules = {module.__name__: module for module in _needed_kernels(item)}
+        modules = {module.__name__: module for module in [*_needed_kernels(item), *besides]}
         needed.setdefault(item.device, {}).update(modules)
     for name, found in needed.items():
         with suppress(DeviceError):

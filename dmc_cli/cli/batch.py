@@ -71,7 +71,7 @@ def batch(
     (`inputs`, `isovalue`, `output`, ...; not --jobs, --junit, -q, -v) and, under [[items]], tables of them
     that go before the common ones. An item without inputs takes the common ones; if all have their own, the
     common ones are converted too. Each item's outcome is a line of JSON on standard output: seconds, counts,
-    and with --report, which is a template too, or --require quality and verdicts. Folders of outputs are
+    quality, verdicts of --require and the file of --report, which is a template too. Folders of outputs are
     made. Ends with status 8 if an item failed.
 
     \b

@@ -29,6 +29,7 @@ from .kernels import (
     finding_kernels as finding_kernels,
     kernel_modules as kernel_modules,
     list_kernels as list_kernels,
+    quality_kernels as quality_kernels,
     thickness_kernels as thickness_kernels,
 )
 from .lists import (

@@ -59,6 +59,13 @@ def distance_kernels(*, proves: bool = False) -> list[ModuleType]:
     return modules
 
 
+def quality_kernels() -> list[ModuleType]:
+    """Return the modules whose kernels measure the quality of a mesh."""
+    from dmc_cli.measures import quality
+
+    return [quality]
+
+
 def thickness_kernels() -> list[ModuleType]:
     """Return the modules whose kernels find how thick walls are."""
     from dmc_cli.measures import quality, split_faces, thickness

@@ -162,18 +162,18 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
 
 def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):
     order = []
-    monkeypatch.setattr(conversion, "load_needed_kernels", lambda loaded, _: order.append(len(loaded)))
+    monkeypatch.setattr(conversion, "load_needed_kernels", lambda loaded, *_: order.append(len(loaded)))
     outcomes_of(items("bug", "bug"), 2)
     outcomes_of(items("bug", "bug"), 1)
     assert order == [2]
 
 
 def test_kernels_that_cannot_be_loaded_fail_every_item(seen, monkeypatch):
-    def refuse(loaded, progress):
+    def refuse(*_):
         raise WriteError("the kernel cache cannot be used")
 
     monkeypatch.setattr(conversion, "load_needed_kernels", refuse)
-    monkeypatch.setattr(conversion, "convert", lambda *_, **__: refuse(None, None))
+    monkeypatch.setattr(conversion, "convert", lambda *_, **__: refuse())
     assert [found.status for found in outcomes_of(items("a", "b"), 2)] == [9, 9]
 
 

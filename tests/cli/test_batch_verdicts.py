@@ -99,8 +99,15 @@ def test_a_line_has_seconds_counts_quality_verdicts_and_the_report(run, folder):
         assert one["seconds"] > 0
         assert (folder / one["output"]).exists() == met
     assert (torus["status"], torus["quads"] > 0) == (6, True)
+
+
+def test_a_line_without_a_report_has_the_quality_that_takes_no_time(run, folder):
     (plain,) = outcomes(run("batch", SPHERE, "-i", 0, "-o", "b.ply"))
-    assert (plain["quality"], plain["requirements"], plain["report"]) == (None, [], None)
+    words = ("-o", "b.ply", "--force", "--report", "{stem}.json")
+    (reported,) = outcomes(run("batch", SPHERE, "-i", 0, *words))
+    assert (plain["requirements"], plain["report"]) == ([], None)
+    assert reported["quality"]["self_intersections"] == 0
+    assert plain["quality"] == {**reported["quality"], "self_intersections": None}
 
 
 @pytest.mark.parametrize("jobs", [1, 3])
