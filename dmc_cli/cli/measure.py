@@ -98,7 +98,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
 def measure(as_json: bool, quiet: bool, verbose: int, **values: Any) -> None:
     """Measure the mesh file MESH: topology, quality, how far it is from an isosurface or another mesh.
 
-    MESH holds quads or triangles, in a format that convert writes or one of meshio such as .vtk or .stl.
+    MESH holds quads or triangles, in a format that convert writes or one of meshio such as .med or .vol.
 
     \b
     Examples:

@@ -122,7 +122,7 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
 def mesh(quiet: bool, verbose: int, **values: Any) -> None:
     """Rework the mesh file IN into OUT: parts, sides, units and formats; on its volume all of convert's.
 
-    IN holds quads or triangles, in a format that convert writes or one of meshio such as .vtk or .stl.
+    IN holds quads or triangles, in a format that convert writes or one of meshio such as .med or .vol.
     Without an option it is written as it is, in the format of OUT. What --simplify, --remesh and --relax do
     needs quads, and the volume that keeps the vertices on its surface.
 

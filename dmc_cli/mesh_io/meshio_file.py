@@ -38,7 +38,7 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
     if file_format is None and path.suffix.lower() not in meshio.extension_to_filetypes:
         raise UnsupportedFormatError(
             f"{path}: there is no reader for {path.suffix or 'a file without a suffix'}; expected"
-            f" {', '.join(known_suffixes())} or a format of meshio such as .xdmf, .mesh, .su2"
+            f" {', '.join(known_suffixes())} or a format of meshio such as .med, .vol, .su2"
         )
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):

@@ -14,7 +14,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     """Read a mesh of quads and triangles.
 
     Args:
-        path: A file of a format of `mesh_formats.py`, or of one that meshio knows, for example .xdmf.
+        path: A file of a format of `mesh_formats.py`, or of one that meshio knows, for example .med.
 
     Raises:
         UnsupportedFormatError: No reader for this suffix or this variant.

@@ -9,7 +9,7 @@ LAYOUTS = [
 ]
 """Names, each with whether it is asked for as text."""
 
-REORDERED = ("msh", "inp", "nas", "k")
+REORDERED = ("msh", "inp", "nas", "k", "medit")
 """Formats of solvers, where triangles and quads stand apart."""
 
 EXACT = [

@@ -112,6 +112,8 @@ HASHES: dict[str, str] = {
     "cube.inp": "657dc3723bf0cb81",
     "cube.nas": "2043959c813322d9",
     "cube.k": "70a774299242ed9c",
+    "cube.mesh": "d13d7d1b4e36ed00",
+    "cube.xdmf": "573fc669c2ffb344",
     "cube.gii": "d7030c8c9de4b8cc",
     "cube.ascii.gii": "05f3636097b74579",
     "cube.pial": "50d0d50722dc34b2",

@@ -1,4 +1,4 @@
-"""Gmsh, Abaqus, Nastran, LS-DYNA: read back by meshio, and line by line as the manuals have their fields."""
+"""Formats of solvers are read back by meshio, and line by line as their manuals have the fields."""
 
 from dataclasses import replace
 
@@ -14,8 +14,8 @@ from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
 from tests.mesh_io.layouts import rings
 
-MESHIO = {"msh": "gmsh", "inp": "abaqus", "nas": "nastran"}
-LAYOUTS = [("msh", False), ("msh", True), ("inp", False), ("nas", False)]
+MESHIO = {"msh": "gmsh", "inp": "abaqus", "nas": "nastran", "mesh": "medit", "xdmf": "xdmf"}
+LAYOUTS = [("msh", False), ("msh", True), ("inp", False), ("nas", False), ("mesh", False), ("xdmf", False)]
 
 
 @pytest.fixture
@@ -70,6 +70,31 @@ def test_meshio_reads_the_same_values_of_gmsh(tmp_path, mixed, ascii):
     for side in (0, 1):
         found = np.concatenate(data.cell_data[f"labels_{side}"])
         np.testing.assert_array_equal(found, mixed.face_values["labels"][order, side])
+
+
+def test_meshio_reads_the_same_values_of_xdmf(tmp_path, mixed):
+    path = written(tmp_path, mixed, "xdmf")
+    data = meshio.read(path, "xdmf")
+    for name, array in mixed.vertex_values.items():
+        assert data.point_data[name].dtype == array.dtype
+        np.testing.assert_array_equal(data.point_data[name], array)
+    found = np.concatenate(data.cell_data["labels"])
+    np.testing.assert_array_equal(found, mixed.face_values["labels"])
+    faces = [row for block in data.cells for row in block.data.tolist()]
+    assert faces == [[*ring] for ring in rings(mixed.faces)]  # in the order of the mesh
+    again = read_mesh(path)
+    np.testing.assert_array_equal(again.faces, mixed.faces)
+    np.testing.assert_array_equal(again.face_values["labels"], mixed.face_values["labels"])
+
+
+def test_groups_of_medit_are_references(tmp_path, mixed):
+    path = written(tmp_path, two_parts(mixed), "mesh")
+    data = meshio.read(path, "medit")
+    found = dict(zip([block.type for block in data.cells], data.cell_data["medit:ref"], strict=True))
+    is_triangle = mixed.faces[:, 3] < 0
+    for kind, count in (("triangle", is_triangle.sum()), ("quad", (~is_triangle).sum())):
+        assert found[kind].tolist() == [1] * count + [2] * count
+    assert "# reference 2: 2 right\n" in path.read_text()
 
 
 @pytest.mark.parametrize(("suffix", "ascii"), [*LAYOUTS, ("k", False)])
