@@ -152,16 +152,35 @@ def corner_normals(shell: Shell) -> Float32Array:
 def _without_intersections(
     net: LabelNet, smoother: NetSmoother, positions: Callable[[], Any]
 ) -> tuple[Any, int]:
-    """Move vertices of quads that intersect back; return positions, and how many pairs still intersect."""
-    for number in range(MOST_ROUNDS):
+    """Move vertices of quads that intersect back; return positions, and how many pairs still intersect.
+
+    What that takes from labels is given back where no quad intersects or folds again.
+    """
+
+    def flawed() -> tuple[Any, int, IntArray]:
         points = positions()
         pairs: IntArray = find_intersections(Mesh(points, net.faces, net.device))
-        if not len(pairs):
-            return points, 0
-        share = 0.5 if number < HALF_ROUNDS else 1.0
-        smoother.retreat(np.unique(pairs).astype(np.int32), share)
-    points = positions()
-    return points, len(find_intersections(Mesh(points, net.faces, net.device)))
+        folds = smoother.folded() if len(pairs) or retreated else np.zeros(0, np.int64)
+        return points, len(pairs), np.union1d(pairs, folds)
+
+    retreated = 0
+    points, left, quads = flawed()
+    while len(quads) and retreated < MOST_ROUNDS:
+        smoother.retreat(quads, 0.5 if retreated < HALF_ROUNDS else 1.0)
+        retreated += 1
+        points, left, quads = flawed()
+    if retreated and not len(quads):
+        safe, before = wp.clone(smoother.local), points
+        smoother.give_back()
+        points, left, quads = flawed()
+        for _ in range(MOST_ROUNDS):
+            if not len(quads):
+                return points, 0
+            smoother.retreat(quads, refuge=safe)
+            points, left, quads = flawed()
+        wp.copy(smoother.local, safe)
+        return before, 0
+    return points, left
 
 
 def _on_host(net: LabelNet, shells: Shells, points: Any, left: int, *, reverse: bool) -> LabelMesh:

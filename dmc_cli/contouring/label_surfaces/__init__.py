@@ -6,6 +6,7 @@ net            the conforming net: a quad round each crossed edge, shared by the
 links          the neighbours and quads of each vertex, and what lies on junctions of labels
 pieces         specks, which stay as they are
 swept_volumes  what quads sweep as they move
+lost_volumes   what no vertex owes, shared out among labels
 steps          smoothing, spreading what is owed, giving it back
 folds          quads that fold
 smoothing      the rounds in order

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import Int32Array
+from dmc_cli.array_types import IntArray
 from dmc_cli.contouring.label_surfaces.folds import flag_folds_kernel, retreat_kernel
 from dmc_cli.contouring.label_surfaces.links import link_vertices
+from dmc_cli.contouring.label_surfaces.lost_volumes import shared_out
 from dmc_cli.contouring.label_surfaces.net import LabelNet
 from dmc_cli.contouring.label_surfaces.pieces import hold_pieces
 from dmc_cli.contouring.label_surfaces.steps import (
@@ -82,6 +83,7 @@ class NetSmoother:
         self._moved, self._bend, self._normal = (empty(count, wp.vec3) for _ in range(3))
         self._parts, self._spare = self._device.zeros(count, wp.vec2), empty(count, wp.vec2)
         self._part, self._swept = empty(count, wp.float32), empty(net.quad_count, wp.vec4)
+        self._lost = self._device.zeros(net.quad_count, wp.float32)
         self._flags = empty(net.quad_count, wp.uint8)
         self._vertices(find_parts_kernel, [], [self._part])
         centre = empty(count, wp.vec3)
@@ -99,16 +101,36 @@ class NetSmoother:
                 self._smooth(average_kernel, AVERAGE_SHARE)
             elif number < AVERAGING + EVENING:
                 self._smooth(unbend_kernel, EVEN_SHARE)
+            elif number == AVERAGING + EVENING:
+                self._owe_lost()
             self._give_back()
             progress.advance((number + 1) / rounds)
         self._unfold()
 
-    def retreat(self, quads: Int32Array, share: float = 0.5) -> None:
-        """Move the vertices of some quads, by their numbers, a share of the way back to where they began."""
+    def retreat(self, quads: IntArray, share: float = 1.0, refuge: Any | None = None) -> None:
+        """Move the vertices of some quads a share of the way back, and owe what that sweeps.
+
+        They are given by their numbers, and go back to `refuge`, places of all vertices, or where they began.
+        """
         flags = np.zeros(self.net.quad_count, np.uint8)
         flags[quads] = 1
         flagged = wp.array(flags, dtype=wp.uint8, device=self._device.name)
-        self._vertices(retreat_kernel, [flagged, self._start, share], [self.local])
+        wp.copy(self._moved, self.local)
+        safe = self._start if refuge is None else refuge
+        self._vertices(retreat_kernel, [flagged, safe, share], [self._moved])
+        self._take()
+
+    def folded(self) -> IntArray:
+        """Return the numbers of the quads that fold."""
+        self._finds_folds(self.local)
+        found: IntArray = np.flatnonzero(self._flags.numpy())
+        return found
+
+    def give_back(self) -> None:
+        """Give back what is owed as long as no quad folds."""
+        self._owe_lost()
+        for _ in range(GUARDED):
+            self._give_back(guarded=True)
 
     def _smooth(self, kernel: Any, share: float) -> None:
         """Do the smoothing steps of a round, and owe what they sweep."""
@@ -144,8 +166,7 @@ class NetSmoother:
             wp.copy(self._moved, self.local)
             self._vertices(retreat_kernel, [self._flags, self._start, 0.5], [self._moved])
             self._take()
-        for _ in range(GUARDED):
-            self._give_back(guarded=True)
+        self.give_back()
 
     def _finds_folds(self, local: Any) -> bool:
         """Flag the quads that fold where vertices are at some places; return whether there is any."""
@@ -161,8 +182,24 @@ class NetSmoother:
     def _owe(self, before: Any, after: Any) -> None:
         """Add to what vertices owe what their quads sweep in a move; find their normals after it."""
         inputs = [self.net.faces, self.net.frames, self._links.kind, before, after]
-        self._device.launch(sweep_kernel, self.net.quad_count, inputs, [self._swept], ITEMS_A_CHUNK)
+        outputs = [self._lost, self._swept]
+        self._device.launch(sweep_kernel, self.net.quad_count, inputs, outputs, ITEMS_A_CHUNK)
         self._vertices(owe_kernel, [self._swept, self._part], [self._parts, self._normal])
+
+    def _owe_lost(self) -> None:
+        """Let vertices owe what quads without a regular corner have swept."""
+        lost = self._lost.numpy().astype(np.float64)
+        if not lost.any():
+            return
+        part, parts = self._part.numpy(), self._parts.numpy().copy()
+        owing = np.flatnonzero(part > 0)
+        sides = self.net.sides.numpy()
+        first = self._links.quads.numpy()[self._links.quad_start.numpy()[owing]]
+        areas = parts[owing, 1].astype(np.float64) / part[owing]
+        owed = shared_out(lost, sides, sides[first], areas)
+        parts[owing, 0] += (part[owing] * owed).astype(np.float32)
+        self._parts.assign(parts)
+        self._lost.zero_()
 
     def _spread(self, steps: int) -> None:
         """Spread what is owed, and the areas, over the surface."""

@@ -75,12 +75,14 @@ def sweep_kernel(
     kind: wp.array(dtype=wp.uint8),
     before: wp.array(dtype=wp.vec3),
     after: wp.array(dtype=wp.vec3),
+    # In/out:
+    lost_inout: wp.array(dtype=wp.float32),
     # Out:
     swept_out: wp.array(dtype=wp.vec4),
 ) -> None:
     """Find a quad's vector of area after a move, and the share that each regular corner has of what it swept.
 
-    One thread per quad.
+    What a quad without a regular corner swept is added to what is lost. One thread per quad.
     """
     q = first + wp.tid()
     face = faces[q]
@@ -89,9 +91,10 @@ def sweep_kernel(
         regular += wp.where(wp.int32(kind[face[corner]]) == REGULAR, 1, 0)
     frame = wp.int32(frames[q])
     p = quad_corners(after, face, frame)
-    share = float(0.0)
-    if regular > 0:
-        share = swept_volume(quad_corners(before, face, frame), p) / float(regular)
+    share = swept_volume(quad_corners(before, face, frame), p) / float(wp.max(regular, 1))
+    if regular == 0:
+        lost_inout[q] = lost_inout[q] + share
+        share = 0.0
     area = 0.5 * wp.cross(p[2] - p[0], p[3] - p[1])
     swept_out[q] = wp.vec4(area[0], area[1], area[2], share)
 

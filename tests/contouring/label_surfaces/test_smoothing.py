@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from tests.contouring.label_surfaces.nets import (
     assert_closed_manifold,
@@ -105,6 +106,45 @@ def test_smooth_regions_meet_without_folds_or_intersections():
     assert least_jacobian(mesh.points, mesh.faces) >= 0.05
     for code, shell in enumerate(shells_of(mesh), 1):
         assert abs(enclosed(shell) / (labels == code).sum() - 1) <= 0.002
+
+
+def rough_map(seed, count, sigma, noise, shape):
+    """Regions of several labels whose borders are noisy."""
+    from scipy.ndimage import gaussian_filter
+
+    rng = np.random.default_rng(seed)
+    fields = [gaussian_filter(rng.standard_normal(shape), sigma) for _ in range(count)]
+    noisy = [field / field.std() + noise * rng.standard_normal(shape) for field in fields]
+    return np.argmax(noisy, axis=0).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("sigma", "noise", "percent"), [(3, 0.1, 0.1), (2, 0.3, 0.15), (1, 0.0, 0.15)])
+def test_rough_maps_keep_their_volumes_without_a_fold_or_an_intersection(sigma, noise, percent):
+    labels = rough_map(7, 6, sigma, noise, (19, 20, 21))
+    mesh = mesh_of(labels)
+    assert mesh.intersections == 0
+    assert least_jacobian(mesh.points, mesh.faces) >= 0.149
+    for code, shell in enumerate(shells_of(mesh), 1):
+        assert_closed_manifold(shell.faces, len(shell.points))
+        assert abs(enclosed(shell) / (labels == code).sum() - 1) * 100 <= percent
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.integers(2, 9),
+    sigma=st.floats(0, 3),
+    noise=st.floats(0, 1),
+    spacing=st.sampled_from([(1.0, 1.0, 1.0), ANISOTROPIC, (1.0, 0.4, 2.0)]),
+)
+def test_no_map_folds_or_intersects(seed, count, sigma, noise, spacing):
+    labels = rough_map(seed, count, sigma, noise, (9, 11, 13))
+    mesh = mesh_of(labels, spacing)
+    assert mesh.intersections == 0
+    if len(mesh.faces):
+        assert least_jacobian(mesh.points, mesh.faces) > 0.1
+    for shell in shells_of(mesh):
+        assert_closed_manifold(shell.faces, len(shell.points))
 
 
 @pytest.mark.pool
