@@ -114,6 +114,7 @@ bench: $(VENV)/.installed-dev ## time surface and mesh beside other programs, a 
 	$(PY) benchmarks/measures.py --out measures
 	$(PY) benchmarks/labels.py --out labels
 	$(PY) benchmarks/parts.py --out parts
+	$(PY) benchmarks/size.py --out size
 	$(PY) benchmarks/memory.py --out memory
 	$(PY) benchmarks/convert.py --out convert
 	$(PY) benchmarks/dicom.py --out dicom

@@ -43,9 +43,10 @@ SPARE, SHAPES = Cost(vertex=12 + 8 + 12 + 12), Cost(vertex=12 + 22, face=4 + 1)
 TRACKED = Cost(vertex=12 + 4 + 2, face=1)
 """Of remeshing: the vertices before it, each with its nearest quad; flags."""
 
-DECIMATED = Cost(vertex=12 + 12 + 8, face=1 + 8 + 8)
-"""Of taking quads away, beside a copy of the mesh without gaps: places and normals of the vertices before it;
-refusals, what is listed, and where all goes."""
+DECIMATED = Cost(vertex=12 + 12 + 8 + 16 + 20, face=1 + 8 + 8 + 36 + 16)
+"""Of taking quads away, beside a copy of the mesh without gaps: places and normals of the vertices before it,
+and the lists that these and the regions' vertices are sorted in; refusals, what is listed, where all goes,
+costs and regions, here and on the host, and the lists that they are sorted in."""
 
 FINE = Cost(vertex=12, face=16)
 """The mesh before quads were taken away, which distances are measured from."""

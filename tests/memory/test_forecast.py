@@ -33,6 +33,9 @@ SLOW_OPTIONS = {
     "halfedge text": ["--halfedges", "HALFEDGES.txt"],
     "relax 3": ["--relax", "3", "--no-normals"],
     "more": ["--remesh", "1"],
+    "quads": ["--quads", "50%"],
+    "quads, told": ["--quads", "50%", "--report", "REPORT.json"],
+    "bound": ["--quads", "50%", "--max-error", "1"],
     "everything": [
         *["--remesh", "1", "--relax", "1", "--halfedges", "HALFEDGES.npz"],
         *["--check", "--report", "REPORT.json", "--ascii"],

@@ -82,6 +82,21 @@ def kept(count):
             True,
             {"remesh": 48_000 + 25_000 + 19_000 + 39_000 + 88_000},
         ),
+        (
+            settings_of(MeshSettings(quads=10)),
+            True,
+            {"size": 48_000 + 25_000 + 19_000 + 137_000 + 73_000},
+        ),
+        (
+            settings_of(MeshSettings(quads=10), report="r"),
+            True,
+            {"size": 48_000 + 25_000 + 19_000 + 137_000 + 73_000 + 28_000},
+        ),
+        (
+            settings_of(MeshSettings(max_error=1.0)),
+            True,
+            {"size": 48_000 + 25_000 + 19_000 + 137_000 + 73_000 + 28_000 + 73_000 + 6000 + 38_000},
+        ),
         (settings_of(MeshSettings(relax=1)), True, {"relax": 48_000 + 25_000 + 39_000 + 44_000}),
         (settings_of(MeshSettings(relax=2)), True, {"relax": 48_000 + 25_000 + 39_000 + 88_000}),
     ],
