@@ -45,7 +45,7 @@ from dmc_cli.contouring import (
 )
 from dmc_cli.errors import DeviceError
 from dmc_cli.field import DeviceVolume
-from dmc_cli.measures import kernel_modules as report_kernels, rounding_warnings
+from dmc_cli.measures import distance_kernels, kernel_modules as report_kernels, rounding_warnings
 from dmc_cli.mesh import COLOR, COLOR24, Mesh, file_of_mesh, refuse_lost
 from dmc_cli.mesh_io import (
     HalfedgeDump,
@@ -224,9 +224,8 @@ def load_needed_kernels(
 def every_kernel() -> list[ModuleType]:
     """Return all modules with kernels, whatever a run needs of them."""
     processing = processing_kernels(simplify=True, relax=True, remesh=True, repair=True, decimate=True)
-    every_measure = report_kernels(
-        intersections=True, curvature=True, distance=True, lists=True, thickness=True
-    )
+    every_measure = report_kernels(intersections=True, curvature=True, lists=True, thickness=True)
+    every_measure += distance_kernels(proves=True)
     from dmc_cli.parts import kernel_modules as part_kernels
 
     parts = [*part_kernels(finds=True, reshapes=True, filters=True, labels=True), *label_kernels()]
