@@ -12,7 +12,7 @@ from .conversion import (
     convert as convert,
     load_needed_kernels as load_needed_kernels,
 )
-from .junit import junit_text as junit_text
+from .junit import junit_text as junit_text, junit_written as junit_written
 from .kept_volume import KeptVolume as KeptVolume
 from .label_conversion import LabelResult as LabelResult, convert_labels as convert_labels
 from .label_surfaces import (

@@ -1,29 +1,73 @@
 """Write the outcomes of a batch as JUnit's XML, which programs of continuous integration show.
 
 A test case is an item. One whose mesh is not as required has a failure, any other that failed an error; both
-have the message. Counts, figures and verdicts are properties. There is no time but how long an item took.
+have the message. One that a run which was stopped did not end is skipped. Counts, figures and verdicts are
+properties. There is no time but how long an item took.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
-from dmc_cli.errors import RequirementError
+from dmc_cli.app.output_folders import OutputFolders
+from dmc_cli.errors import DmcError, RequirementError
+from dmc_cli.files import check_output, write_output
 from dmc_cli.printable import printable
+from dmc_cli.settings import ConvertSettings
 
 if TYPE_CHECKING:
     from dmc_cli.app.batch import Outcome
 
 
-def junit_text(outcomes: Sequence["Outcome"]) -> str:
-    """Return the outcomes as a document of XML, in their order."""
+@contextmanager
+def junit_written(
+    path: str | None,
+    items: Sequence[ConvertSettings],
+    outcomes: Sequence["Outcome"],
+    *,
+    force: bool,
+    whole: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> Iterator[None]:
+    """Write what has been told when the context ends, also by an exception; the file's folder is made.
+
+    Args:
+        path: The file; None writes nothing.
+        items: All that are to be converted.
+        outcomes: Those that are told; they may come within the context.
+        force: Whether the file may exist.
+        whole: A context in which no signal raises an exception.
+
+    Raises:
+        WriteError: The file exists, or cannot be written.
+    """
+    if path is None:
+        yield
+        return
+    with OutputFolders() as folders:
+        folders.make_for(path)
+        check_output(path, force=force)
+        try:
+            yield
+        except BaseException:
+            with whole(), suppress(DmcError):  # why the run ends is told
+                write_output(path, [junit_text(outcomes, items).encode()], force=force)
+            raise
+        write_output(path, [junit_text(outcomes, items).encode()], force=force)
+
+
+def junit_text(outcomes: Sequence["Outcome"], items: Sequence[ConvertSettings] = ()) -> str:
+    """Return the outcomes as a document of XML, in their order, and after them the items that have none."""
+    told = {outcome.output for outcome in outcomes}
+    left = [item for item in items if item.output.path not in told]
     unmet = sum(_is_unmet(outcome) for outcome in outcomes)
     failed = sum(outcome.status != 0 for outcome in outcomes)
     counts = {
         "name": "dmc batch",
-        "tests": len(outcomes),
+        "tests": len(outcomes) + len(left),
         "failures": unmet,
         "errors": failed - unmet,
+        "skipped": len(left),
         "time": f"{sum(outcome.seconds for outcome in outcomes):.3f}",
     }
     lines = [
@@ -31,6 +75,7 @@ def junit_text(outcomes: Sequence["Outcome"]) -> str:
         f"<testsuites{_attributes(counts)}>",
         f"  <testsuite{_attributes(counts)}>",
         *(line for outcome in outcomes for line in _case(outcome)),
+        *(line for item in left for line in _skipped(item)),
         "  </testsuite>",
         "</testsuites>",
     ]
@@ -48,6 +93,14 @@ def _case(outcome: "Outcome") -> Iterator[str]:
     if outcome.status:
         kind = "failure" if _is_unmet(outcome) else "error"
         yield f"      <{kind}{_attributes({'type': f'status {outcome.status}', 'message': outcome.error})}/>"
+    yield "    </testcase>"
+
+
+def _skipped(item: ConvertSettings) -> Iterator[str]:
+    """Yield the lines of an item that the run did not end."""
+    named = {"classname": item.input, "name": item.output.path, "time": "0.000"}
+    yield f"    <testcase{_attributes(named)}>"
+    yield f"      <skipped{_attributes({'message': 'the run was stopped before this item was done'})}/>"
     yield "    </testcase>"
 
 

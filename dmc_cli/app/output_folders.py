@@ -25,15 +25,24 @@ class OutputFolders:
         """
         output = item.output
         for path in (output.path, output.halfedges, output.report):
-            if path is None or path == STREAM:
-                continue
-            folder = Path(path).parent
-            missing = [part for part in (folder, *folder.parents) if not part.exists()]
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise write_error(path, error) from error
-            self._made += missing
+            if path is not None:
+                self.make_for(path)
+
+    def make_for(self, path: str) -> None:
+        """Make the folder of an output if it is not there.
+
+        Raises:
+            WriteError: It cannot be made.
+        """
+        if path == STREAM:
+            return
+        folder = Path(path).parent
+        missing = [part for part in (folder, *folder.parents) if not part.exists()]
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise write_error(path, error) from error
+        self._made += missing
 
     def __enter__(self) -> "OutputFolders":
         """Return itself."""

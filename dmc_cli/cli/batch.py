@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     section="Batch",
     metavar="FILE",
     shell_complete=complete_files,
-    help="Write the outcomes as JUnit's XML, for continuous integration: a test case an item.",
+    help="Write the outcomes as JUnit's XML, for continuous integration: a test case an item, also of a run"
+    " that is stopped.",
 )
 @options.surface_options
 @options.part_options
@@ -86,19 +87,14 @@ def batch(
     outcomes: list[Outcome] = []
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
-            from dmc_cli.app import convert_all, junit_text
-            from dmc_cli.files import check_output, write_output
-
-        if junit is not None:
-            check_output(junit, force=values["force"])
+            from dmc_cli.app import convert_all, junit_written
 
         def tell(outcome: "Outcome") -> None:
             echo_data(json_text(asdict(outcome)), progress)
             outcomes.append(outcome)
 
-        convert_all(items, tell, jobs, progress, signals_held)
-    if junit is not None:
-        write_output(junit, [junit_text(outcomes).encode()], force=values["force"])
+        with junit_written(junit, items, outcomes, force=values["force"], whole=signals_held):
+            convert_all(items, tell, jobs, progress, signals_held)
     if failed := sum(outcome.status != 0 for outcome in outcomes):
         raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")
     if not quiet:

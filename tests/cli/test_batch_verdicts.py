@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from dmc_cli.app import conversion
 from dmc_cli.app.batch import QUALITY, Outcome
 from dmc_cli.app.junit import junit_text
 
@@ -156,6 +157,34 @@ def test_whatever_names_and_messages_hold_the_document_is_well_formed(text):
 def test_no_item_gives_a_suite_without_cases():
     root = ElementTree.fromstring(junit_text([]).encode())
     assert (root.get("tests"), list(root.iter("testcase"))) == ("0", [])
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_junit_of_a_run_that_is_stopped_has_what_is_done_and_skips_the_rest(run, folder, monkeypatch, jobs):
+    whole = conversion.convert
+
+    def until_stopped(item, *args, **kwargs):
+        if "torus" in item.input:
+            raise KeyboardInterrupt
+        return whole(item, *args, **kwargs)
+
+    monkeypatch.setattr(conversion, "convert", until_stopped)
+    words = (SPHERE, TORUS, "-i", 0, "-o", "{stem}.ply", "--jobs", jobs, "--junit", "new/deep/j.xml")
+    result = run("batch", *words)
+    assert result.exit_code not in (0, 8)
+    assert [line["output"] for line in outcomes(result)] == ["synth_sphere_16.ply"]
+    found = cases("new/deep/j.xml")
+    assert list(found) == ["synth_sphere_16.ply", "synth_torus_16.ply"]
+    assert found["synth_sphere_16.ply"] == []
+    ((kind, _, told),) = found["synth_torus_16.ply"]
+    assert (kind, told) == ("skipped", "the run was stopped before this item was done")
+    suite = ElementTree.parse("new/deep/j.xml").getroot()
+    assert (suite.get("tests"), suite.get("skipped"), suite.get("errors")) == ("2", "1", "0")
+
+
+def test_the_folder_of_junit_is_made(run, folder):
+    assert run("batch", SPHERE, "-i", 0, "-o", "a.ply", "--junit", "new/j.xml").exit_code == 0
+    assert list(cases("new/j.xml")) == ["a.ply"]
 
 
 def test_junit_is_an_output_of_its_own(run, folder):
