@@ -310,6 +310,7 @@ def _measure(
             stages.placement,
             volume,
             intersections=output.finds_intersections and (is_last or output.report is not None),
+            known_intersections=stages.repair.get("pairs_after"),
             curvature=is_last and output.finds_curvature,
             components=is_last and output.report is not None,
         )

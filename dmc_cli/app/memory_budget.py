@@ -34,6 +34,9 @@ MEASURES = Cost(vertex=15)
 INTERSECTIONS = Cost(face=38)
 """The tree of boxes, its order, and how quads are split; less and earlier what a report measures besides."""
 
+REPAIRED = INTERSECTIONS + Cost(vertex=16)
+"""Of pulling faces apart: finding them, and where vertices were, half of it, since most meshes have none."""
+
 PATTERNS = Cost(vertex=1 + 4, face=2 + 3)
 """What has gone and who may go; lists of quads with a pattern."""
 
@@ -120,6 +123,8 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
         if mesh.relax:
             spares = SPARE if mesh.relax == 1 else SPARE + SPARE
             stages["relax"] = alive + SHAPES + spares
+    if settings.repairs_intersections:
+        stages["repair"] = alive + REPAIRED
     if output.has_normals or output.halfedges is not None:
         alive += NORMALS
         stages["normals"] = alive

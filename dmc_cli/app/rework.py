@@ -70,6 +70,7 @@ class _Work:
     repair: dict[str, int]
     warnings: list[Notice]
     size: dict[str, Any] | None = None
+    intersections: int | None = None
 
 
 def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> ReworkResult:
@@ -165,7 +166,9 @@ def _reworked(
     if volume is not None:
         work.warnings += volume.warnings
         _work_on_volume(settings, work, volume, device, watch)
-    work.mesh = _in_output(settings, work.mesh)
+    placed = _in_output(settings, work.mesh)
+    if placed is not work.mesh:  # coordinates are rounded otherwise
+        work.mesh, work.intersections = placed, None
     if settings.normals is False:
         work.mesh = replace(work.mesh, normals=None)
     if settings.values:
@@ -217,7 +220,7 @@ def _work_on_volume(
         relax_stages(stages, operations.relax, watch)
     if repairs(operations, settings.require):
         repair_stages(stages, watch)
-        work.repair = stages.repair
+        work.repair, work.intersections = stages.repair, stages.repair["pairs_after"]
     measure_size(stages, watch)
     work.size = stages.size or None
     normals = None
@@ -295,7 +298,13 @@ def _make_report(
         if volume is not None and settings.isovalue is not None:
             reference = VolumeReference(volume=volume, isovalue=settings.isovalue, inside=settings.inside)
         with watch.stage("report", "measuring"):
-            measured = measure_mesh(device, replace(mesh, warnings=()), settings.path, reference)
+            measured = measure_mesh(
+                device,
+                replace(mesh, warnings=()),
+                settings.path,
+                reference,
+                known_intersections=work.intersections,
+            )
     told = {key: measured.pop(key, []) for key in ("warnings", "warning_codes")}
     own = warning_keys(work.warnings)
     return {

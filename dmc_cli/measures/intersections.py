@@ -138,6 +138,60 @@ def intersect_kernel(
         counts_out[block] = count
 
 
+@wp.kernel
+def intersect_some_kernel(
+    first: wp.int32,
+    # In:
+    points: wp.array[wp.vec3f],
+    corners: wp.array[wp.int32],
+    turns: wp.array[wp.uint8],
+    order: wp.array[wp.int32],
+    lows: wp.array[wp.vec3f],
+    highs: wp.array[wp.vec3f],
+    levels: Levels,
+    top: wp.int32,
+    places: wp.array[wp.int32],
+    starts: wp.array[wp.int64],
+    # Out:
+    counts_out: wp.array[wp.int64],
+    pairs_out: wp.array[wp.vec2i],
+) -> None:
+    """Count, or with `starts` list, the intersections of a face with all others.
+
+    One thread per face, given by its place in the order.
+    """
+    item = first + wp.tid()
+    place = places[item]
+    f = order[place]
+    face = face_points(points, corners, turns, f)
+    count = wp.int64(0)
+    lefts = Masks()
+    bases = Levels()
+    level = int(top)
+    lefts[top] = wp.uint32(1)
+    while level <= top:
+        left = lefts[level]
+        if left == wp.uint32(0):
+            level += 1
+        else:
+            n = bases[level] + bit_index(left)
+            lefts[level] = left & (left - wp.uint32(1))
+            if level > 0:
+                level -= 1
+                start = CHILDREN * n
+                bases[level] = start
+                size = child_count(levels, level, n)
+                lefts[level] = boxes_meeting(lows, highs, levels[level] + start, size, place)
+            elif n != place:
+                g = order[n]
+                if faces_meet(face, face_points(points, corners, turns, g)):
+                    if pairs_out.shape[0] > 0:
+                        pairs_out[starts[item] + count] = wp.vec2i(wp.min(f, g), wp.max(f, g))
+                    count += wp.int64(1)
+    if pairs_out.shape[0] == 0:
+        counts_out[item] = count
+
+
 def count_intersections(mesh: Mesh) -> int:
     """Count the pairs of faces of a mesh that intersect.
 
@@ -149,31 +203,46 @@ def count_intersections(mesh: Mesh) -> int:
     return mesh.device.total(_Search(mesh).count())
 
 
-def find_intersections(mesh: Mesh) -> Int32Array:
+def find_intersections(mesh: Mesh, faces: Int32Array | None = None) -> Int32Array:
     """Return the pairs of faces of a mesh that intersect, (n, 2) int32, lower face first, ascending.
+
+    Args:
+        mesh: The mesh.
+        faces: Only pairs with one of these faces are looked for; without them all are.
 
     Raises:
         CallError: It is no mesh, or its faces name vertices that it does not have.
         DeviceError: There are more pairs than 32 bits can number.
     """
-    if require_mesh(mesh).face_count < 2:
+    if require_mesh(mesh).face_count < 2 or (faces is not None and not len(faces)):
         return np.empty((0, 2), np.int32)
-    search = _Search(mesh)
+    search = _Search(mesh, faces)
     counts = search.count()
     found = search.list_pairs(counts, mesh_size(mesh.device.total(counts)))
-    return found[np.lexsort((found[:, 1], found[:, 0]))]
+    pairs: Int32Array = np.unique(found, axis=0).reshape(-1, 2)
+    return pairs
 
 
 class _Search:
-    """A mesh with what is looked up to find its intersections: the tree, and how quads are split."""
+    """A mesh with what is looked up to find its intersections: the tree, and how quads are split.
 
-    def __init__(self, mesh: Mesh) -> None:
+    Pairs of given faces are looked for face by face, so one of two given faces is found twice.
+    """
+
+    def __init__(self, mesh: Mesh, faces: Int32Array | None = None) -> None:
         self.mesh, self.device, self.tree = mesh, mesh.device, build_tree(mesh)
         self.turns = split_faces(mesh)
+        self.places: Any = None
+        self.size = self.tree.level_size(1)
+        if faces is not None:
+            is_given = np.zeros(mesh.face_count, bool)
+            is_given[faces] = True
+            places = np.flatnonzero(is_given[self.tree.order.numpy()]).astype(np.int32)
+            self.places, self.size = wp.array(places, dtype=wp.int32, device=self.device.name), len(places)
 
     def count(self) -> Any:
-        """Return the number of pairs of each block of faces with those at and after it, int64."""
-        counts = self.device.empty(self.tree.level_size(1), wp.int64)
+        """Return the pairs of each block of faces with those at and after it, or of each face, int64."""
+        counts = self.device.empty(self.size, wp.int64)
         self._launch(self.device.empty(0, wp.int64), [counts, self.device.empty(0, wp.vec2i)])
         return counts
 
@@ -182,11 +251,15 @@ class _Search:
         pairs = self.device.empty(total, wp.vec2i)
         if total:
             self._launch(self.device.starts(counts)[0], [counts, pairs])
-        return pairs.numpy()
+        return pairs.numpy().reshape(-1, 2)
 
     def _launch(self, starts: Any, outputs: list[Any]) -> None:
         mesh, tree = self.mesh, self.tree
         inputs = [mesh.positions, mesh.corners, self.turns]
-        inputs += [tree.order, tree.lows, tree.highs, tree.starts, tree.top, starts]
-        blocks = tree.level_size(1)
-        self.device.launch(intersect_kernel, blocks, inputs, outputs, BLOCKS_A_CHUNK, MOST_BLOCKS_A_CHUNK)
+        inputs += [tree.order, tree.lows, tree.highs, tree.starts, tree.top]
+        if self.places is None:
+            inputs += [starts]
+            grains = (BLOCKS_A_CHUNK, MOST_BLOCKS_A_CHUNK)
+            self.device.launch(intersect_kernel, self.size, inputs, outputs, *grains)
+        else:
+            self.device.launch(intersect_some_kernel, self.size, [*inputs, self.places, starts], outputs)

@@ -3,11 +3,11 @@
 Faces that intersect are few and small: a fold where the surface is bent more than the grid shows, seldom two
 sheets. Half a step towards the mean of the neighbours undoes most of them. The first rounds keep vertices on
 the surface; where that is not enough, they leave it. Vertices of a boundary stay. In each round only vertices
-of faces that intersect then move, all at once (Jacobi).
+of faces that intersect then move, all at once (Jacobi), and only faces that have moved are looked at again.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import warp as wp
@@ -28,6 +28,13 @@ ROUNDS_ON_SURFACE = 3
 
 SHARE = 0.5
 """Of the way to the mean of the neighbours."""
+
+
+class Find(Protocol):
+    """What finds pairs of faces that intersect."""
+
+    def __call__(self, mesh: Mesh, faces: Int32Array | None = None) -> Int32Array:
+        """Return the pairs of a mesh, (n, 2); with `faces` only those with one of them."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +60,13 @@ class Repaired:
     rounds: int
 
 
-def repair_intersections(mesh: Mesh, placement: Placement, find: Callable[[Mesh], Int32Array]) -> Repaired:
+def repair_intersections(mesh: Mesh, placement: Placement, find: Find) -> Repaired:
     """Return the mesh without intersections, as far as they can be undone; no array is changed.
 
     Args:
         mesh: The mesh.
         placement: Where its vertices lie.
-        find: Returns the pairs of faces of a mesh that intersect, (n, 2), as `find_intersections` does.
+        find: `find_intersections`.
 
     Raises:
         CallError: Mesh and placement do not belong together.
@@ -70,21 +77,34 @@ def repair_intersections(mesh: Mesh, placement: Placement, find: Callable[[Mesh]
     moved: set[int] = set()
     left: set[int] = set()
     if before:
-        affine = placement.frame.affine
+        given = placement.frame.affine
         mesh, placement = in_near_frame(mesh, placement)
         mesh = replace(mesh, positions=wp.clone(mesh.positions))
         placement = replace(placement, cell=wp.clone(placement.cell), local=wp.clone(placement.local))
         while len(pairs) and rounds < MOST_ROUNDS:
             stays = rounds < ROUNDS_ON_SURFACE
             vertices = _pull(mesh, placement, pairs, stays_on_surface=stays)
-            moved.update(vertices)
-            left.update(() if stays else vertices)
-            pairs, rounds = find(mesh), rounds + 1
-        mesh, placement = in_frame_of(affine, mesh, placement)
+            moved.update(vertices.tolist())
+            left.update(() if stays else vertices.tolist())
+            pairs, rounds = _pairs_after(mesh, vertices, pairs, find), rounds + 1
+        is_near = placement.frame.affine is given
+        mesh, placement = in_frame_of(given, mesh, placement)
+        pairs = pairs if is_near else find(mesh)  # coordinates are rounded otherwise there
     return Repaired(mesh, placement, before, len(pairs), len(moved), len(left), rounds)
 
 
-def _pull(mesh: Mesh, placement: Placement, pairs: Int32Array, *, stays_on_surface: bool) -> list[int]:
+def _pairs_after(mesh: Mesh, moved: Int32Array, pairs: Int32Array, find: Find) -> Int32Array:
+    """Return the pairs that intersect after some vertices moved, given those before."""
+    has_moved = np.zeros(
+        mesh.vertex_count + 1, bool
+    )  # the last one stands for the corner that triangles lack
+    has_moved[moved] = True
+    is_changed = has_moved[mesh.faces.numpy()].any(axis=1)
+    kept = pairs[~is_changed[pairs].any(axis=1)]
+    return np.concatenate([kept, find(mesh, np.flatnonzero(is_changed).astype(np.int32))])
+
+
+def _pull(mesh: Mesh, placement: Placement, pairs: Int32Array, *, stays_on_surface: bool) -> Int32Array:
     """Move the vertices of faces that intersect by a step, in place; return which ones."""
     vertices, steps = _steps(mesh, pairs)
     device = mesh.device
@@ -96,8 +116,7 @@ def _pull(mesh: Mesh, placement: Placement, pairs: Int32Array, *, stays_on_surfa
     ]
     outputs = [placement.cell, placement.local, mesh.positions]
     device.launch(pull_kernel, len(vertices), inputs, outputs, ITEMS_A_CHUNK)
-    found: list[int] = vertices.tolist()
-    return found
+    return vertices
 
 
 def _steps(mesh: Mesh, pairs: Int32Array) -> tuple[Int32Array, Float64Array]:

@@ -9,6 +9,9 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
+COS_BELOW, COS_LIMIT, COS_ABOVE = wp.constant(0.8661127), wp.constant(0.8660254), wp.constant(0.8659381)
+"""Cosines of the warp that a solver warns of, 30 degrees, and of a hundredth of a degree less and more."""
+
 
 @wp.func
 def quad_area(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:
@@ -50,3 +53,30 @@ def nearest_square_corner(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3) -> wp.
     half_bd = 0.5 * (b - d)
     normal = wp.normalize(wp.cross(half_ac, half_bd))
     return 0.25 * ((a + c) + (b + d)) + 0.5 * (half_ac + wp.cross(half_bd, normal))
+
+
+@wp.func
+def corner_cosine(n: wp.vec3, m: wp.vec3) -> wp.float32:
+    """Return the cosine of the angle between two normals, 1 where one of them is none."""
+    size = wp.length(n) * wp.length(m)
+    return wp.where(size > 0.0, wp.dot(n, m) / size, 1.0)
+
+
+@wp.func
+def warp_cosine(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3) -> wp.float32:
+    """Return the cosine of a quad's warp, the larger angle between normals at opposite corners."""
+    ab = b - a
+    bc = c - b
+    cd = d - c
+    da = a - d
+    one = corner_cosine(wp.cross(da, ab), wp.cross(bc, cd))
+    return wp.min(one, corner_cosine(wp.cross(ab, bc), wp.cross(cd, da)))
+
+
+@wp.func
+def passes_warp_limit(before: wp.float32, after: wp.float32) -> wp.bool:
+    """Return whether a quad's warp, given by cosines, was below the limit and is not any more.
+
+    The hundredth of a degree is for the rounding; a quad that stays as it is passes nothing.
+    """
+    return after < COS_BELOW and before > COS_ABOVE and after < before

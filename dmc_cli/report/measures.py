@@ -27,15 +27,22 @@ def measure_surface(
     volume: Volume,
     *,
     intersections: bool,
+    known_intersections: int | None = None,
     curvature: bool = False,
     components: bool = False,
 ) -> Measures:
-    """Measure a mesh against itself, with what is asked for besides, and against the volume it comes from."""
+    """Measure a mesh against itself, with what is asked for besides, and against the volume it comes from.
+
+    Intersections are not counted again where it is known how many there are.
+    """
+    crossings = known_intersections
+    if intersections and crossings is None:
+        crossings = count_intersections(mesh)
     return Measures(
         topology=measure_topology(mesh),
         quality=measure_quality(mesh),
         elements=measure_elements(mesh),
-        self_intersections=count_intersections(mesh) if intersections else None,
+        self_intersections=crossings,
         deviation=_deviation(mesh, placement, volume),
         curvature=measure_curvature(mesh) if curvature else None,
         components=list_components(mesh) if components else None,

@@ -23,7 +23,8 @@ class MeshSettings:
     mm make of the area instead. `max_error` is how many mm the mesh may be from the one before quads were
     taken away, everywhere and both ways; alone it leaves as few as that lets. `relax` is the number of steps
     of smoothing on the surface, at last. `repair_intersections` has faces that intersect pulled apart;
-    without a word, where it is required that there are none.
+    without a word, where quads were changed by other than the papers' bare rules, or where it is required
+    that there are none.
     """
 
     simplify: Simplify = "none"
@@ -133,7 +134,12 @@ def wanted_quads(given: str, count: int) -> int:
 
 
 def repairs(mesh: MeshSettings, require: tuple[str, ...]) -> bool:
-    """Return whether faces that intersect are pulled apart: where that is asked for or, else, required."""
+    """Return whether faces that intersect are pulled apart.
+
+    They are where that is asked for, else where a stage moves vertices or takes quads away, or where it is
+    required that none intersect. The papers' bare rules stay what they are.
+    """
     if mesh.repair_intersections is not None:
         return mesh.repair_intersections
-    return "no-self-intersections" in require or "print" in require
+    is_required = "no-self-intersections" in require or "print" in require
+    return is_required or (mesh.is_changed and not mesh.follows_paper)

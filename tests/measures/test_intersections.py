@@ -20,6 +20,9 @@ def pairs_of(shape, device="cpu", threads=2):
     mesh = on_device(shape, Device(device, threads))
     pairs = find_intersections(mesh)
     assert count_intersections(mesh) == len(pairs)
+    for some in (range(0, mesh.face_count, 3), range(mesh.face_count), ()):
+        of_some = find_intersections(mesh, np.array(some, np.int32))
+        np.testing.assert_array_equal(of_some, pairs[np.isin(pairs, some).any(axis=1)])
     return [tuple(pair) for pair in pairs.tolist()]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+import dmc_cli.report.measures
 from dmc_cli.contouring import connect_faces
 from dmc_cli.measures import find_intersections, measure_topology
 from dmc_cli.processing import repair_intersections
@@ -93,9 +94,14 @@ def test_any_number_of_threads_gives_the_same_bytes(threads):
         (("--repair-intersections", "--relax", 2, "--method", "nets"), True),
         (("--repair-intersections", "--method", "mc"), True),
         (("--require", "no-self-intersections", "--no-repair-intersections"), False),
+        (("--simplify", "3x3y"), True),
+        (("--relax", 1), True),
+        (("--quads", "90%"), True),
+        (("--relax", 1, "--no-repair-intersections"), False),
+        (("--simplify", "all", "--simplify-rules", "paper", "--border", "closed"), False),
     ],
 )
-def test_it_is_done_where_it_is_required(run, tmp_path, options, repairs):
+def test_it_is_done_where_quads_are_changed_or_it_is_required(run, tmp_path, options, repairs):
     out, report = tmp_path / "a.ply", tmp_path / "r.json"
     words = ("convert", "synth:noise:20", "--sigma", 1, "-i", 0, out, "--report", report)
     assert run(*words, *options).exit_code in (0, 6)
@@ -103,6 +109,29 @@ def test_it_is_done_where_it_is_required(run, tmp_path, options, repairs):
     assert (found["repair"] is not None) == repairs
     if repairs:
         assert found["repair"]["pairs_after"] == found["quality"]["self_intersections"]
+
+
+def test_the_mesh_does_not_depend_on_a_report(run, tmp_path):
+    words = ("convert", "synth:noise:24", "-i", 0, "--relax", 3)
+    run(*words, tmp_path / "a.ply")
+    run(*words, tmp_path / "b.ply", "--report", tmp_path / "r.json")
+    run(*words, tmp_path / "c.ply", "--no-repair-intersections")
+    assert json.loads((tmp_path / "r.json").read_text())["repair"]["moved"] > 0
+    first, second, third = ((tmp_path / f"{name}.ply").read_bytes() for name in "abc")
+    assert first == second != third
+
+
+def test_intersections_are_searched_once(run, tmp_path, monkeypatch):
+    """The report has the count of the repair, which is that of the mesh that is written."""
+    monkeypatch.setattr(dmc_cli.report.measures, "count_intersections", None)
+    words = ("convert", "synth:noise:24", "-i", 0, tmp_path / "a.ply", "--relax", 1)
+    result = run(*words, "--report", tmp_path / "r.json")
+    assert result.exit_code == 0, result.stderr
+    assert run("measure", tmp_path / "a.ply", "--json").exit_code == 0
+    told = json.loads((tmp_path / "r.json").read_text())["quality"]["self_intersections"]
+    monkeypatch.undo()
+    found = json.loads(run("measure", tmp_path / "a.ply", "--json").stdout)
+    assert found["quality"]["self_intersections"] == told
 
 
 def test_what_was_repaired_is_told(run, tmp_path):

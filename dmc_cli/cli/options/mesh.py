@@ -73,7 +73,7 @@ mesh_options = stack(
         "--repair-intersections/--no-repair-intersections",
         section="Mesh",
         is_flag=True,
-        show_default="where none may be, by --require",
+        show_default="where quads are changed, or none may be by --require",
         help="Pull faces apart that intersect: their vertices go towards their neighbours.",
     ),
 )

@@ -17,6 +17,7 @@ from dmc_cli.processing.remeshing import (
     KEPT,
     PATCH,
     PATCHED,
+    PatchMeasures,
     Work,
     fail,
     folded_sides,
@@ -77,23 +78,30 @@ def gather_patch_of(work: Work, b: wp.int32, is_wide: wp.bool, gone_too: wp.bool
 
 
 @wp.func
-def measure_before(work: Work, b: wp.int32, is_wide: wp.bool) -> wp.vec4:
-    """Return what the changed quads were: sum of 1 - shape, least shape, inverted ones, folded sides."""
+def measure_before(work: Work, b: wp.int32, is_wide: wp.bool) -> PatchMeasures:
+    """Return the measures of the changed quads before an operation."""
     gather_patch_of(work, b, is_wide, True)
     undo(work, b)
     found = measure_patch(work, b)
-    folds = folded_sides(work, b)
+    found.folds = folded_sides(work, b)
     redo(work, b)
-    return wp.vec4(found[0], found[1], found[2], float(folds))
+    return found
 
 
 @wp.func
-def is_well_shaped(guard: Guard, work: Work, b: wp.int32, before: wp.vec4, budget: wp.float32) -> wp.bool:
-    """Return whether the patch has no worse quad than before, no new fold, and shapes within the budget."""
+def is_well_shaped(
+    guard: Guard, work: Work, b: wp.int32, before: PatchMeasures, budget: wp.float32, may_warp: wp.bool
+) -> wp.bool:
+    """Return whether the patch has no worse quad than before, no new fold, and costs what it may.
+
+    Unless it may warp, no more of its quads are warped by over 30 degrees than before either.
+    """
     after = measure_patch(work, b)
-    fine = after[1] >= wp.min(before[1], guard.least_shape) and after[2] <= before[2] and after[0] <= budget
+    fine = after.least >= wp.min(before.least, guard.least_shape) and after.cost <= budget
+    fine = fine and after.inverted <= before.inverted
+    fine = fine and (may_warp or after.warped <= before.warped)
     if fine:
-        fine = float(folded_sides(work, b)) <= before[3]
+        fine = folded_sides(work, b) <= before.folds
     return fine
 
 

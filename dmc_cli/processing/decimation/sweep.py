@@ -24,6 +24,7 @@ from dmc_cli.processing.remeshing import (
     KEPT,
     REMOVED,
     TOUCHED,
+    PatchMeasures,
     Work,
     begin,
     collapse_quad,
@@ -51,6 +52,10 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 MOST_AT_ONCE = 4
 """Quads that one operation may take away: the one that is collapsed, and doublets that come of it."""
+
+WARPS_BELOW = wp.constant(0.2)
+"""Least shapes below which collapses may warp quads as well: nothing else leads on then, and on the stairs of
+a mask half of the quads would stay. Rotations always may, or irregular vertices would."""
 
 TOPOLOGY, SHAPE, DISTANCE = wp.constant(0), wp.constant(1), wp.constant(2)
 REASONS = 3
@@ -168,7 +173,7 @@ def try_places(
     work: Work,
     b: wp.int32,
     kind: wp.int32,
-    before: wp.vec4,
+    before: PatchMeasures,
     budget: wp.float32,
 ) -> wp.int32:
     """Move the vertices of an operation, and judge; fail where a rule is broken, and return which."""
@@ -178,7 +183,8 @@ def try_places(
     for _step in range(wp.where(kind == ROTATE, 2, 1)):
         move_core(context, guard, work, b, kind == ROTATE, count)
     if not has_failed(work, b):
-        if not is_well_shaped(guard, work, b, before, budget):
+        may_warp = kind == ROTATE or guard.least_shape < WARPS_BELOW
+        if not is_well_shaped(guard, work, b, before, budget, may_warp):
             reason = int(SHAPE)
             fail(work, b)
     if not has_failed(work, b):
@@ -213,7 +219,7 @@ def attempt(
         before = measure_before(work, b, kind == ROTATE)
         keep_places(work, b)
         if not has_failed(work, b):
-            budget = wp.where(kind == GLIDE, before[0], UNBOUNDED)
+            budget = wp.where(kind == GLIDE, before.cost, UNBOUNDED)
             reason = try_places(context, guard, work, b, kind, before, budget)
         if has_failed(work, b):
             restore_places(work, b)

@@ -3,7 +3,7 @@
 import warp as wp
 
 from dmc_cli.mesh import MeshArrays, quad_corner
-from dmc_cli.processing.quad_square import quad_area, quad_shape
+from dmc_cli.processing.quad_square import passes_warp_limit, quad_area, quad_shape, warp_cosine
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.processing.tangent_step import SurfaceContext
 
@@ -11,7 +11,11 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 
 SLIVER = wp.constant(0.4)
-"""Shape of quads that may fold: on a blob flatter than a cell they get better in no other way."""
+"""Shape of quads that may be warped, and that remeshing may fold: on a blob flatter than a cell they get
+better in no other way."""
+
+NO_SLIVER = -2.0
+"""A shape that no quad has: none may fold."""
 
 
 @wp.struct
@@ -35,29 +39,37 @@ def faces_surface(corners: wp.array(dtype=wp.int32), spots: Spots, h: wp.int32, 
 
 
 @wp.func
-def folds_anew(
+def tell_folds(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
     now: Spots,
     then: Spots,
     q: wp.int32,
     shape: wp.array(dtype=wp.float32),
+    sliver: wp.float32,
+    must_retreat_inout: wp.array(dtype=wp.uint8),
 ) -> wp.bool:
-    """Return whether the moves turn a quad and one across a side, both not slivers, over 90 degrees apart."""
+    """Return whether the moves turn a quad and one across a side over 90 degrees apart; tell the latter.
+
+    It may stand still by now, and nobody else would look at it. Quads of a shape up to `sliver` count for
+    nothing.
+    """
     result = bool(False)
     area = quad_area(corners, then.position, q)
     for c in range(4):
-        t = twin[4 * q + c]
-        if t >= 0:
+        other = twin[4 * q + c] >> 2
+        if other >= 0:
             if (
-                wp.min(shape[q], shape[t >> 2]) > SLIVER
-                and wp.dot(area, quad_area(corners, then.position, t >> 2)) < 0.0
+                wp.min(shape[q], shape[other]) > sliver
+                and wp.dot(area, quad_area(corners, then.position, other)) < 0.0
             ):
                 if (
-                    wp.dot(quad_area(corners, now.position, q), quad_area(corners, now.position, t >> 2))
+                    wp.dot(quad_area(corners, now.position, q), quad_area(corners, now.position, other))
                     >= 0.0
                 ):
                     result = bool(True)
+                    for corner in range(4):
+                        must_retreat_inout[corners[4 * other + corner]] = wp.uint8(1)
     return result
 
 
@@ -71,7 +83,7 @@ def is_spoilt(
     floor: wp.array(dtype=wp.float32),
     sense: wp.float32,
 ) -> wp.bool:
-    """Return whether the moves worsen a quad below its vertices' floors or turn one of its corners."""
+    """Return whether the moves worsen a quad below its vertices' floors, turn a corner or warp it."""
     h = 4 * q
     least = float(1.0)
     is_inverted = bool(False)
@@ -86,7 +98,14 @@ def is_spoilt(
     c = then.position[quad_corner(corners, h, 2)]
     d = then.position[quad_corner(corners, h, 3)]
     found = quad_shape(a, b, c, d)
-    return is_inverted or (found < shape and (found < least or found <= 0.0))
+    warp = warp_cosine(a, b, c, d)
+    a = now.position[quad_corner(corners, h, 0)]
+    b = now.position[quad_corner(corners, h, 1)]
+    c = now.position[quad_corner(corners, h, 2)]
+    d = now.position[quad_corner(corners, h, 3)]
+    is_worse = found < shape and (found < least or found <= 0.0)
+    is_warped = shape > SLIVER and passes_warp_limit(warp_cosine(a, b, c, d), warp)
+    return is_inverted or is_worse or is_warped
 
 
 @wp.func
@@ -113,7 +132,8 @@ def check_kernel(
     then: Spots,
     shape: wp.array(dtype=wp.float32),
     floor: wp.array(dtype=wp.float32),
-    is_strict: wp.int32,
+    is_tracked: wp.int32,
+    sliver: wp.float32,
     has_moved: wp.array(dtype=wp.uint8),
     # In/out:
     must_retreat_inout: wp.array(dtype=wp.uint8),
@@ -132,9 +152,10 @@ def check_kernel(
     failing = wp.uint8(0)
     if is_touched:
         spoilt = is_spoilt(mesh.corners, now, then, q, shape[q], floor, sense)
-        if not spoilt and is_strict == 1:
-            spoilt = folds_anew(mesh.corners, mesh.twin, now, then, q, shape)
-            spoilt = spoilt or rises(context, mesh.corners, now, then, q)
+        if not spoilt:
+            spoilt = tell_folds(mesh.corners, mesh.twin, now, then, q, shape, sliver, must_retreat_inout)
+        if not spoilt and is_tracked == 1:
+            spoilt = rises(context, mesh.corners, now, then, q)
         if spoilt:
             failing = wp.uint8(1)
             for corner in range(4):

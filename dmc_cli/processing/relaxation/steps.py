@@ -5,7 +5,8 @@ quads' squares offer it, along the surface's tangent plane only, and is put back
 So sizes stay what the surface's grid made them, and angles and sides become equal.
 
 All vertices move at once (Jacobi). A step is checked quad by quad: no quad may become worse in shape than
-the worst of the old quads round its vertices, nor turn a corner against the surface. The vertices of a quad
+the worst of the old quads round its vertices, turn a corner against the surface, fold onto one across a side,
+or come to be warped by more than a solver takes. The vertices of a quad
 that fails halve their step, and after `HALVINGS` of these stay; then all is checked again. Staying is what
 the mesh was before, so this ends, and the least shape of the mesh never falls. A step that does not raise
 the mean shape is not taken, and is the last one: long quads between thick slices cannot become squares.
@@ -37,7 +38,7 @@ from dmc_cli.mesh import (
 )
 from dmc_cli.processing.distance_guard import TrackedPoints, keep_points_near
 from dmc_cli.processing.quad_square import nearest_square_corner, quad_shape
-from dmc_cli.processing.relaxation.step_checks import Spots, check_kernel
+from dmc_cli.processing.relaxation.step_checks import NO_SLIVER, SLIVER, Spots, check_kernel
 from dmc_cli.processing.tangent_step import SurfaceContext, glide, make_context, surface_normal
 from dmc_cli.progress import SILENT, Progress
 from dmc_cli.runtime import Device
@@ -166,8 +167,9 @@ def _take_step(
         inputs = [context, now, scratch.aim, int(checks < HALVING_CHECKS)]
         outputs = [scratch.level, scratch.must_retreat, scratch.has_moved, then]
         device.launch(move_kernel, vertex_count, inputs, outputs)
-        is_strict = int(tracked is not None)
-        inputs = [context, mesh, sense, now, then, scratch.shape, scratch.floor, is_strict, scratch.has_moved]
+        sliver = NO_SLIVER if tracked is None else SLIVER
+        inputs = [context, mesh, sense, now, then, scratch.shape, scratch.floor, int(tracked is not None)]
+        inputs += [sliver, scratch.has_moved]
         device.launch(check_kernel, quad_count, inputs, [scratch.must_retreat, scratch.failing])
         if tracked is not None:
             flags = (scratch.has_moved, scratch.must_retreat, scratch.failing)

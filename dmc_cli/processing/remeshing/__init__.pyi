@@ -9,6 +9,7 @@ from .chains import (
     scrambled as scrambled,
 )
 from .checks import (
+    PatchMeasures as PatchMeasures,
     folded_sides as folded_sides,
     gather_patch as gather_patch,
     irregularity_change as irregularity_change,

@@ -10,7 +10,7 @@ import warp as wp
 
 from dmc_cli.field import index_position
 from dmc_cli.mesh import next_outgoing, quad_corner
-from dmc_cli.processing.quad_square import quad_area, quad_shape
+from dmc_cli.processing.quad_square import COS_LIMIT, quad_area, quad_shape, warp_cosine
 from dmc_cli.processing.remeshing.work import (
     HAS_SPLIT,
     LONGEST_RING,
@@ -34,6 +34,17 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 SHAPE_WEIGHT = wp.constant(0.6)
 """What a quad's shape counts against the square of a vertex's distance from valence 4."""
+
+
+@wp.struct
+class PatchMeasures:
+    """Of a patch: the sum of 1 - shape, the least shape, quads inverted and warped too much, folded sides."""
+
+    cost: wp.float32
+    least: wp.float32
+    inverted: wp.int32
+    warped: wp.int32
+    folds: wp.int32
 
 
 @wp.func
@@ -137,23 +148,29 @@ def is_inverted(work: Work, q: wp.int32) -> wp.bool:
 
 
 @wp.func
-def measure_patch(work: Work, b: wp.int32) -> wp.vec3:
-    """Return the sum of 1 - shape of the patch's quads, their least shape, and how many are inverted."""
-    total = float(0.0)
+def measure_patch(work: Work, b: wp.int32) -> PatchMeasures:
+    """Return the measures of the patch's quads, without folds."""
+    cost = float(0.0)
     least = float(1.0)
-    inverted = float(0.0)
+    inverted = int(0)
+    warped = int(0)
     for n in range(work.tally[b, PATCHED]):
         q = work.patch[b, n]
-        shape = quad_shape(
-            work.mesh.position[work.mesh.corners[4 * q]],
-            work.mesh.position[work.mesh.corners[4 * q + 1]],
-            work.mesh.position[work.mesh.corners[4 * q + 2]],
-            work.mesh.position[work.mesh.corners[4 * q + 3]],
-        )
-        total += 1.0 - shape
+        a_place = work.mesh.position[work.mesh.corners[4 * q]]
+        b_place = work.mesh.position[work.mesh.corners[4 * q + 1]]
+        c_place = work.mesh.position[work.mesh.corners[4 * q + 2]]
+        d_place = work.mesh.position[work.mesh.corners[4 * q + 3]]
+        shape = quad_shape(a_place, b_place, c_place, d_place)
+        cost += 1.0 - shape
         least = wp.min(least, shape)
-        inverted += wp.where(is_inverted(work, q), 1.0, 0.0)
-    return wp.vec3(total, least, inverted)
+        inverted += wp.where(is_inverted(work, q), 1, 0)
+        warped += wp.where(warp_cosine(a_place, b_place, c_place, d_place) < COS_LIMIT, 1, 0)
+    found = PatchMeasures()
+    found.cost = cost
+    found.least = least
+    found.inverted = inverted
+    found.warped = warped
+    return found
 
 
 @wp.func

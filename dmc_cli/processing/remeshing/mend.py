@@ -19,6 +19,7 @@ from dmc_cli.mesh import WorkingMesh, next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import quad_area
 from dmc_cli.processing.relaxation import SLIVER
 from dmc_cli.processing.remeshing.checks import (
+    PatchMeasures,
     excess_of_patch,
     folded_sides,
     gather_patch,
@@ -49,11 +50,9 @@ COS_45 = wp.constant(0.70710678)
 
 @wp.struct
 class Measures:
-    """Of the quads round a vertex: least shape, inverted ones, folded sides, largest height, excess."""
+    """Of the quads round a vertex: their patch's measures, largest height, excess."""
 
-    shape: wp.float32
-    inverted: wp.float32
-    folds: wp.int32
+    patch: PatchMeasures
     height: wp.float32
     excess: wp.float32
 
@@ -103,11 +102,9 @@ def upward(work: Work, v: wp.int32) -> wp.vec3:
 def measure_ring(context: SurfaceContext, work: Work, b: wp.int32) -> Measures:
     """Return the measures of the quads round the touched vertex."""
     gather_patch(work, b)
-    patch = measure_patch(work, b)
     ring = Measures()
-    ring.shape = patch[1]
-    ring.inverted = patch[2]
-    ring.folds = folded_sides(work, b)
+    ring.patch = measure_patch(work, b)
+    ring.patch.folds = folded_sides(work, b)
     ring.height = highest_of_patch(context, work, b)
     ring.excess = excess_of_patch(context, work, b)
     return ring
@@ -116,15 +113,17 @@ def measure_ring(context: SurfaceContext, work: Work, b: wp.int32) -> Measures:
 @wp.func
 def is_better(after: Measures, before: Measures, limits: Limits) -> wp.bool:
     """Return whether a ring is lower, or where none is high better in shape, and no worse otherwise."""
-    may_fold = before.shape < SLIVER
-    better = after.shape > before.shape + LEAST_GAIN and after.excess == 0.0
+    now = after.patch
+    then = before.patch
+    may_fold = then.least < SLIVER
+    better = now.least > then.least + LEAST_GAIN and after.excess == 0.0
     if before.excess > 0.0:
         may_fold = may_fold or limits.may_fold == 1
-        better = after.excess < before.excess - LEAST_GAIN and after.shape >= wp.min(before.shape, SLIVER)
-    better = better and (may_fold or after.folds <= before.folds)
-    return (
-        better and after.inverted <= before.inverted and after.height <= wp.max(before.height, limits.height)
-    )
+        better = after.excess < before.excess - LEAST_GAIN and now.least >= wp.min(then.least, SLIVER)
+    better = better and (may_fold or now.folds <= then.folds)
+    better = better and (then.least < SLIVER or now.warped <= then.warped)
+    better = better and now.inverted <= then.inverted
+    return better and after.height <= wp.max(before.height, limits.height)
 
 
 @wp.func
@@ -187,7 +186,7 @@ def mend_vertex(
     begin(work, b)
     touch(work, b, v)
     gather_patch(work, b)
-    least = measure_patch(work, b)[1]
+    least = measure_patch(work, b).least
     if (is_high or least <= limits.bad) and not has_failed(work, b):
         try_steps(context, work, b, v, wp.where(least < SLIVER, 3, 1), limits)
 

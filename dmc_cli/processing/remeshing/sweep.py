@@ -21,6 +21,7 @@ from dmc_cli.processing.remeshing.chains import (
 )
 from dmc_cli.processing.remeshing.checks import (
     SHAPE_WEIGHT,
+    PatchMeasures,
     folded_sides,
     gather_patch,
     highest_of_patch,
@@ -197,18 +198,20 @@ def spread_split(work: Work, fresh: wp.int32) -> None:
 
 
 @wp.func
-def measure_before(work: Work, b: wp.int32) -> wp.vec4:
-    """Return the measures of the patch before an operation and its folds; it is left as it is after it."""
+def measure_before(work: Work, b: wp.int32) -> PatchMeasures:
+    """Return the measures of the patch before an operation; it is left as it is after it."""
     undo(work, b)
     gather_patch(work, b)
     before = measure_patch(work, b)
-    folds = folded_sides(work, b)
+    before.folds = folded_sides(work, b)
     redo(work, b)
-    return wp.vec4(before[0], before[1], before[2], float(folds))
+    return before
 
 
 @wp.func
-def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: wp.vec4) -> None:
+def try_places(
+    context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: PatchMeasures
+) -> None:
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
     fresh = work.tally[b, SPARE_VERTEX]
@@ -220,10 +223,10 @@ def try_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.floa
         if stage == 1 and not has_failed(work, b):
             settle_core(context, work, b)
         if not has_failed(work, b) and (stage == 1 or irregularity_change(work, b) >= 0):
-            if is_worse(measure_patch(work, b), budget, before[1], before[2]):
+            if is_worse(measure_patch(work, b), before, budget):
                 fail(work, b)
     if not has_failed(work, b):
-        if float(folded_sides(work, b)) > before[3] or highest_of_patch(context, work, b) > HEIGHT_LIMIT:
+        if folded_sides(work, b) > before.folds or highest_of_patch(context, work, b) > HEIGHT_LIMIT:
             fail(work, b)
     if not has_failed(work, b):
         assign_points(context, work, b)
@@ -263,7 +266,7 @@ def attempt(
 def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32) -> None:
     """Fail unless the shapes round an operation cost no more than `budget`, against before."""
     before = measure_before(work, b)
-    whole = budget + SHAPE_WEIGHT * before[0]
+    whole = budget + SHAPE_WEIGHT * before.cost
     if work.tally[b, HAS_SPLIT] == 1:
         begin_split(work, b, work.tally[b, SPARE_VERTEX])
     if whole < 0.0:
@@ -273,11 +276,11 @@ def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.fl
 
 
 @wp.func
-def is_worse(after: wp.vec3, budget: wp.float32, least: wp.float32, inverted: wp.float32) -> wp.bool:
-    """Return whether a patch costs more than it may, has a worse quad than before, or a new fold."""
-    worse = SHAPE_WEIGHT * after[0] > budget
-    worse = worse or after[1] < wp.min(least, SHAPE_FLOOR)
-    return worse or after[2] > inverted
+def is_worse(after: PatchMeasures, before: PatchMeasures, budget: wp.float32) -> wp.bool:
+    """Return whether a patch costs more than it may, has a worse quad than before, or a new fold or warp."""
+    worse = SHAPE_WEIGHT * after.cost > budget
+    worse = worse or after.least < wp.min(before.least, SHAPE_FLOOR)
+    return worse or after.inverted > before.inverted or after.warped > before.warped
 
 
 @wp.func

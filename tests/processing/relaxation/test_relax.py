@@ -6,6 +6,7 @@ from hypothesis import given, settings
 
 from dmc_cli.contouring import connect_faces
 from dmc_cli.field import upload_volume
+from dmc_cli.measures import list_elements
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
 from tests.contouring.dual_marching_cubes.agreement import extract_on
@@ -140,6 +141,34 @@ def test_no_corner_turns_against_the_surface(extract, volume_and_isovalue):
     assert folded_corners(relaxed(surface), grid) <= folded_corners(surface, grid)
 
 
+def folds_shapes_and_warps(surface):
+    """Sides where two quads are over 90 degrees apart, each twice, and the quads' shapes and warps."""
+    corners = surface.mesh.positions.numpy().astype(np.float64)[surface.mesh.faces.numpy()]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    twin = surface.mesh.require_halfedges().twin.numpy()
+    sides = np.flatnonzero(twin >= 0)
+    is_fold = (normals[sides // 4] * normals[twin[sides] // 4]).sum(axis=1) < 0
+    elements = list_elements(surface.mesh)
+    return set(sides[is_fold].tolist()), elements["shape"], np.nan_to_num(elements["warpage"])
+
+
+def assert_not_spoilt(before, after):
+    """Fail if two quads fold that did not, or a quad but a sliver comes to be warped beyond the limit."""
+    folds, shapes, warps = folds_shapes_and_warps(before)
+    more, _, worse = folds_shapes_and_warps(after)
+    assert more <= folds
+    assert not ((worse > 30.01) & (warps <= 29.99) & ~(shapes <= 0.41)).any()
+
+
+@pytest.mark.parametrize("nodes", [4, 5, 12])
+def test_no_two_quads_fold_and_none_is_warped_beyond_the_limit(extract, nodes):
+    """White noise on a few nodes is all folds: what is not one before is none afterwards."""
+    for seed in range(6):
+        surface = connect_faces(extract(white_noise(nodes, seed), border="closed" if seed % 2 else "open"))
+        for steps in (1, 5):
+            assert_not_spoilt(surface, relaxed_by(surface, steps))
+
+
 def test_quads_stay_and_boundary_vertices_do_not_move(extract, volume_and_isovalue):
     surface = extract(*volume_and_isovalue)
     surface = connect_faces(surface)
@@ -211,7 +240,9 @@ def test_a_box_round_one_node_becomes_no_worse(extract):
 def test_any_small_volume_passes_and_stays_on_its_surface(drawn):
     volume, chosen = drawn
     surface = extract_on("cpu", volume, chosen)
+    surface = connect_faces(surface)
     after = relaxed(surface, 2)
+    assert_not_spoilt(surface, after)
     local = after.placement.local.numpy()
     assert ((local >= 0) & (local <= 1)).all()
     if not surface.mesh.face_count:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from dmc_cli.processing.relaxation.step_checks import Spots, check_kernel
+from dmc_cli.processing.relaxation.step_checks import NO_SLIVER, SLIVER, Spots, check_kernel
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.runtime.device import Device
 from dmc_cli.settings import SurfaceSettings
@@ -27,7 +27,9 @@ def context():
 def check(context):
     """Look at the quads of a flat strip of six after its vertices moved; return those that fail."""
 
-    def call(moved, *, strict=False, normal=0.0, before=None, touched=None, shape=1.0, floor=0.0):
+    def call(
+        moved, *, tracked=False, normal=0.0, before=None, touched=None, shape=1.0, floor=0.0, also_told=()
+    ):
         points, quads = shapes.open_strip(6)
         mesh = working((points, quads))
         count = len(points)
@@ -45,12 +47,13 @@ def check(context):
             then,
             shapes_now,
             floors,
-            int(strict),
+            int(tracked),
+            SLIVER if tracked else NO_SLIVER,
             wp.array(has_moved, dtype=wp.uint8),
         ]
         Device("cpu").launch(check_kernel, 6, inputs, [retreat, failing])
         found = np.flatnonzero(failing.numpy())
-        assert set(np.flatnonzero(retreat.numpy())) == set(quads[found].ravel())
+        assert set(np.flatnonzero(retreat.numpy())) == set(quads[[*found, *also_told]].ravel())
         return found.tolist()
 
     return call
@@ -74,7 +77,7 @@ FOLDED = {6: (4, 0, 0.1), 13: (4, 1, 0.1)}
 
 
 def test_a_step_that_moves_nothing_spoils_nothing(check):
-    assert check({}, strict=True, normal=1.0, floor=1.0) == []
+    assert check({}, tracked=True, normal=1.0, floor=1.0) == []
 
 
 def test_quads_may_get_worse_down_to_the_floors_of_their_vertices(check):
@@ -88,20 +91,37 @@ def test_quads_may_get_worse_down_to_the_floors_of_their_vertices(check):
 
 def test_no_quad_becomes_flat_and_no_corner_turns(check):
     assert check({6: (5, 0, 0), 13: (5, 1, 0)}) == [5]
-    assert check(FOLDED, normal=1.0) == [5]
+    assert check(FOLDED, normal=1.0, touched=[6, 13]) == [5]
     assert check(FOLDED, normal=1.0, before=FOLDED) == [], "it was turned before"
-    assert check(FOLDED, normal=0.0) == []
 
 
 def test_no_quad_folds_onto_one_across_a_side(check):
-    assert check(FOLDED, strict=True) == [4, 5]
-    assert check(FOLDED, strict=True, before=FOLDED) == [], "it was folded before"
-    assert check(FOLDED, strict=True, shape=[1, 1, 1, 1, 1, 0.39]) == [], "slivers may"
-    assert check(FOLDED, strict=True, shape=[1, 1, 1, 1, 0.39, 1]) == []
-    assert check(FOLDED, strict=True, shape=[0.39, 0.39, 0.39, 0.39, 0.41, 0.41]) == [4, 5]
+    for tracked in (False, True):
+        assert check(FOLDED, tracked=tracked) == [4, 5]
+        assert check(FOLDED, tracked=tracked, before=FOLDED) == [], "it was folded before"
+    assert check(FOLDED, tracked=True, shape=[1, 1, 1, 1, 1, 0.39]) == [], "slivers may"
+    assert check(FOLDED, shape=[1, 1, 1, 1, 1, 0.39]) == [4, 5], "of remeshing alone"
+    assert check(FOLDED, tracked=True, shape=[1, 1, 1, 1, 0.39, 1]) == []
+    assert check(FOLDED, tracked=True, shape=[0.39, 0.39, 0.39, 0.39, 0.41, 0.41]) == [4, 5]
+
+
+def test_a_quad_that_stands_still_is_told_of_a_fold_with_it(check):
+    """The last quad has turned over; only its neighbour, 4, is looked at."""
+    told = check(FOLDED, touched=[4, 11], also_told=[5])
+    assert told == [4]
+
+
+def test_no_quad_is_warped_beyond_the_limit(check):
+    """The last quad is a unit square of which one corner has risen."""
+    low, high = {13: (6, 1, 0.39)}, {13: (6, 1, 0.4)}  # 29.7 and 30.5 degrees
+    assert check(low) == []
+    assert check(high) == [5]
+    assert check(high, before=high) == [], "it was warped before"
+    assert check({13: (6, 1, 0.5)}, before=high) == [], "it was warped before"
+    assert check(high, shape=0.39) == [], "slivers may"
 
 
 def test_at_a_right_angle_no_quad_is_folded_yet(check):
     upright = {6: (5, 0, 1), 13: (5, 1, 1)}
-    assert check(upright, strict=True) == []
-    assert check(FOLDED, strict=True, before=upright) == [4, 5]
+    assert check(upright, tracked=True) == []
+    assert check(FOLDED, tracked=True, before=upright) == [4, 5]

@@ -14,6 +14,7 @@ from dmc_cli.processing.remeshing.chains import (
     scrambled,
 )
 from dmc_cli.processing.remeshing.checks import (
+    PatchMeasures,
     gather_patch,
     irregularity_change,
     is_core_sound,
@@ -216,20 +217,34 @@ def next_kernel(
 
 @wp.kernel
 def worse_kernel(
-    after: wp.array(dtype=wp.vec3), limits: wp.array(dtype=wp.vec3), told: wp.array(dtype=wp.int32)
+    after: wp.array2d(dtype=wp.float32),
+    before: wp.array2d(dtype=wp.float32),
+    budget: wp.float32,
+    told: wp.array(dtype=wp.int32),
 ):
     n = wp.tid()
-    told[n] = wp.where(is_worse(after[n], limits[n][0], limits[n][1], limits[n][2]), 1, 0)
+    told[n] = wp.where(is_worse(patch_of(after, n), patch_of(before, n), budget), 1, 0)
+
+
+@wp.func
+def patch_of(numbers: wp.array2d(dtype=wp.float32), n: wp.int32) -> PatchMeasures:
+    patch = PatchMeasures()
+    patch.cost = numbers[n, 0]
+    patch.least = numbers[n, 1]
+    patch.inverted = wp.int32(numbers[n, 2])
+    patch.warped = wp.int32(numbers[n, 3])
+    return patch
 
 
 @wp.func
 def ring_of(numbers: wp.array2d(dtype=wp.float32), n: wp.int32) -> Measures:
     ring = Measures()
-    ring.shape = numbers[n, 0]
-    ring.inverted = numbers[n, 1]
-    ring.folds = wp.int32(numbers[n, 2])
+    ring.patch.least = numbers[n, 0]
+    ring.patch.inverted = wp.int32(numbers[n, 1])
+    ring.patch.folds = wp.int32(numbers[n, 2])
     ring.height = numbers[n, 3]
     ring.excess = numbers[n, 4]
+    ring.patch.warped = wp.int32(numbers[n, 5])
     return ring
 
 

@@ -177,31 +177,34 @@ def test_two_rings_at_a_vertex_are_not_sound():
     assert np.flatnonzero(~sound).tolist() == [shared]
 
 
-def worse(after, limits):
+def worse(after, before, budget=0.6):
     told = wp.zeros(1, dtype=wp.int32)
-    arrays = [wp.array([values], dtype=wp.vec3) for values in (after, limits)]
-    wp.launch(worse_kernel, 1, [*arrays, told], device="cpu")
+    arrays = [wp.array(np.array([values], dtype=np.float32), dtype=wp.float32) for values in (after, before)]
+    wp.launch(worse_kernel, 1, [*arrays, budget, told], device="cpu")
     return bool(told.numpy()[0])
 
 
 @pytest.mark.parametrize(
     ("after", "is_worse"),
     [
-        ((0.9, 0.5, 1), False),  # the sum of 1 - shape times 0.6 is 0.54
-        ((1.01, 0.5, 1), True),
-        ((0.9, 0.3001, 1), False),  # below 0.3 no worse than before
-        ((0.9, 0.29, 1), True),
-        ((0.9, 0.5, 0), False),
-        ((0.9, 0.5, 2), True),
+        # sum of 1 - shape, of which 0.6 counts; least shape; inverted; warped
+        ((0.9, 0.5, 1, 2), False),
+        ((1.01, 0.5, 1, 2), True),
+        ((0.9, 0.3001, 1, 2), False),  # below 0.3 no worse than before
+        ((0.9, 0.29, 1, 2), True),
+        ((0.9, 0.5, 0, 2), False),
+        ((0.9, 0.5, 2, 2), True),
+        ((0.9, 0.5, 1, 1), False),
+        ((0.9, 0.5, 1, 3), True),
     ],
 )
-def test_a_patch_may_not_cost_more_get_a_worse_quad_or_turn_one(after, is_worse):
-    assert worse(after, (0.6, 0.8, 1)) == is_worse
+def test_a_patch_may_not_cost_more_get_a_worse_quad_or_turn_or_warp_one(after, is_worse):
+    assert worse(after, (9.0, 0.8, 1, 2)) == is_worse
 
 
 def test_a_quad_that_was_bad_may_stay_so():
-    assert not worse((0.9, 0.2, 0), (0.6, 0.2, 0))
-    assert worse((0.9, 0.19, 0), (0.6, 0.2, 0))
+    assert not worse((0.9, 0.2, 0, 0), (9.0, 0.2, 0, 0))
+    assert worse((0.9, 0.19, 0, 0), (9.0, 0.2, 0, 0))
 
 
 def better(after, before, may_fold=0):
@@ -212,32 +215,34 @@ def better(after, before, may_fold=0):
     return bool(told.numpy()[0])
 
 
-BEFORE = (0.5, 1, 2, 0.2, 0.0)
-HIGH = (0.5, 1, 2, 0.6, 0.1)
+BEFORE = (0.5, 1, 2, 0.2, 0.0, 1)
+HIGH = (0.5, 1, 2, 0.6, 0.1, 1)
 
 
 @pytest.mark.parametrize(
     ("before", "after", "may_fold", "is_better"),
     [
-        # shape, turned, folds, height, excess
-        (BEFORE, (0.6, 1, 2, 0.2, 0.0), 0, True),
-        (BEFORE, (0.50005, 1, 2, 0.2, 0.0), 0, False),  # not worth it
-        (BEFORE, (0.6, 2, 2, 0.2, 0.0), 0, False),
-        (BEFORE, (0.6, 0, 1, 0.2, 0.0), 0, True),
-        (BEFORE, (0.6, 1, 3, 0.2, 0.0), 0, False),
-        (BEFORE, (0.6, 1, 3, 0.2, 0.0), 1, False),  # only high ones may fold
-        (BEFORE, (0.6, 1, 2, 0.34, 0.0), 0, True),
-        (BEFORE, (0.6, 1, 2, 0.36, 0.0), 0, False),
-        (BEFORE, (0.6, 1, 2, 0.2, 0.01), 0, False),
-        ((0.39, 1, 2, 0.2, 0.0), (0.45, 1, 3, 0.2, 0.0), 0, True),  # a sliver may fold
-        (HIGH, (0.5, 1, 2, 0.6, 0.09), 0, True),
-        (HIGH, (0.41, 1, 2, 0.6, 0.09), 0, True),
-        (HIGH, (0.39, 1, 2, 0.6, 0.09), 0, False),  # no sliver may come of it
-        (HIGH, (0.9, 1, 2, 0.6, 0.09995), 0, False),
-        (HIGH, (0.5, 1, 3, 0.6, 0.0), 0, False),
-        (HIGH, (0.5, 1, 3, 0.6, 0.0), 1, True),
-        (HIGH, (0.5, 1, 2, 0.61, 0.0), 0, False),
-        (HIGH, (0.5, 2, 2, 0.6, 0.0), 1, False),
+        # shape, turned, folds, height, excess, warped
+        (BEFORE, (0.6, 1, 2, 0.2, 0.0, 1), 0, True),
+        (BEFORE, (0.50005, 1, 2, 0.2, 0.0, 1), 0, False),  # not worth it
+        (BEFORE, (0.6, 2, 2, 0.2, 0.0, 1), 0, False),
+        (BEFORE, (0.6, 0, 1, 0.2, 0.0, 1), 0, True),
+        (BEFORE, (0.6, 1, 2, 0.2, 0.0, 0), 0, True),
+        (BEFORE, (0.6, 1, 2, 0.2, 0.0, 2), 0, False),
+        (BEFORE, (0.6, 1, 3, 0.2, 0.0, 1), 0, False),
+        (BEFORE, (0.6, 1, 3, 0.2, 0.0, 1), 1, False),  # only high ones may fold
+        (BEFORE, (0.6, 1, 2, 0.34, 0.0, 1), 0, True),
+        (BEFORE, (0.6, 1, 2, 0.36, 0.0, 1), 0, False),
+        (BEFORE, (0.6, 1, 2, 0.2, 0.01, 1), 0, False),
+        ((0.39, 1, 2, 0.2, 0.0, 1), (0.45, 1, 3, 0.2, 0.0, 1), 0, True),  # a sliver may fold
+        (HIGH, (0.5, 1, 2, 0.6, 0.09, 1), 0, True),
+        (HIGH, (0.41, 1, 2, 0.6, 0.09, 1), 0, True),
+        (HIGH, (0.39, 1, 2, 0.6, 0.09, 1), 0, False),  # no sliver may come of it
+        (HIGH, (0.9, 1, 2, 0.6, 0.09995, 1), 0, False),
+        (HIGH, (0.5, 1, 3, 0.6, 0.0, 1), 0, False),
+        (HIGH, (0.5, 1, 3, 0.6, 0.0, 1), 1, True),
+        (HIGH, (0.5, 1, 2, 0.61, 0.0, 1), 0, False),
+        (HIGH, (0.5, 2, 2, 0.6, 0.0, 1), 1, False),
     ],
 )
 def test_mending_takes_what_is_better_and_no_worse_otherwise(before, after, may_fold, is_better):
