@@ -83,15 +83,16 @@ def test_colours_of_a_dump_are_proper_whatever_is_simplified(convert, tmp_path):
         ({"normals": False}, MeshSettings(), set()),
         ({"require": ("manifold",)}, MeshSettings(), {"normals", "halfedges", "report"}),
         ({"check": True, "normals": False}, MeshSettings(), {"halfedges", "report"}),
-        ({}, MeshSettings(simplify="all"), {"normals", "halfedges", "simplify"}),
+        ({}, MeshSettings(simplify="all"), {"normals", "halfedges", "simplify", "repair"}),
         (
             {},
             MeshSettings(simplify="all", simplify_rules="paper"),
             {"normals", "halfedges", "coloring", "simplify"},
         ),
-        ({}, MeshSettings(remesh=1), {"normals", "halfedges", "simplify", "remesh"}),
-        ({}, MeshSettings(quads="50%"), {"normals", "halfedges", "size"}),
-        ({}, MeshSettings(relax=1), {"normals", "halfedges", "relax"}),
+        ({}, MeshSettings(remesh=1), {"normals", "halfedges", "simplify", "remesh", "repair"}),
+        ({}, MeshSettings(quads="50%"), {"normals", "halfedges", "size", "repair"}),
+        ({}, MeshSettings(relax=1), {"normals", "halfedges", "relax", "repair"}),
+        ({}, MeshSettings(relax=1, repair_intersections=False), {"normals", "halfedges", "relax"}),
     ],
 )
 def test_only_the_stages_that_are_needed_run(convert, output, mesh, stages):

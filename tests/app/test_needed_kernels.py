@@ -37,15 +37,15 @@ LEFT_OUT = {
         "sweep",
     },
     "values": {"processing", "coloring", "topology", "components"},
-    "patterns": {"relax", "sweep", "measures"},
+    "patterns": {"relax", "sweep", "quality"},
     "relaxed": {
         "simplify_3x3y",
         "coloring",
         "sweep",
-        "measures",
+        "quality",
     },
-    "remeshed": {"measures"},
-    "decimated": {"simplify_3x3y", "mend", "measures"},
+    "remeshed": {"quality"},
+    "decimated": {"simplify_3x3y", "mend", "quality"},
 }
 
 
