@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.app.marked_faces import check_marked, write_marked
+from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import refuse_unmet
 from dmc_cli.errors import MeshFileError
 from dmc_cli.field import upload_volume
@@ -44,7 +45,7 @@ from dmc_cli.report import (
     topology_section,
 )
 from dmc_cli.runtime import Device, load_kernels, select_device
-from dmc_cli.settings import Inside, MeasureSettings, SurfaceSettings
+from dmc_cli.settings import ConvertSettings, Inside, MeasureSettings, OutputSettings, SurfaceSettings
 from dmc_cli.volume import UNIT_LENGTHS, Volume, intact, is_turned
 from dmc_cli.volume_io import read_volume
 
@@ -80,7 +81,7 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
         DeviceError: There is no such device.
         WriteError: The marked mesh exists, or cannot be written.
     """
-    check_marked(settings)
+    _check_marked(settings)
     device = select_device(settings.device, settings.threads)
     modules = kernel_modules(
         intersections=True,
@@ -110,9 +111,23 @@ def measure_file(settings: MeasureSettings, progress: Progress = SILENT) -> dict
             thickness=settings.measures_thickness,
             wall=settings.wall,
         )
-    write_marked(settings, report, mesh, device)
+    write_marked(settings.marked, settings.require, report, mesh, device, force=settings.force)
     refuse_unmet(report, settings.require, mesh, device)
     return report
+
+
+def _check_marked(settings: MeasureSettings) -> None:
+    """Raise DmcError, before any work, if the marked mesh has a name that will not do or is an input."""
+    if settings.marked is None:
+        return
+    check_marked(settings.marked, force=settings.force)
+    as_conversion = ConvertSettings(
+        input=settings.volume or settings.mesh,
+        surface=SurfaceSettings(isovalue=0.0),
+        output=OutputSettings(path=settings.marked),
+        read=settings.read,
+    )
+    refuse_overlaps([as_conversion], [one for one in (settings.mesh, settings.against) if one is not None])
 
 
 def measure_mesh(

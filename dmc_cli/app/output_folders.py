@@ -24,7 +24,7 @@ class OutputFolders:
             WriteError: One cannot be made.
         """
         output = item.output
-        for path in (output.path, output.halfedges, output.report):
+        for path in (output.path, output.halfedges, output.report, output.marked):
             if path is not None:
                 self.make_for(path)
 

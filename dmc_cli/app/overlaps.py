@@ -95,7 +95,8 @@ def refuse_overlaps(
 
 def _outputs(item: ConvertSettings | LabelSettings) -> Iterator[Output]:
     output = item.output
-    for role, path in (("mesh", output.path), ("halfedges", output.halfedges), ("report", output.report)):
+    paths = {"mesh": output.path, "halfedges": output.halfedges, "report": output.report}
+    for role, path in (*paths.items(), ("marked mesh", output.marked)):
         if path is not None:
             yield Output(item, role, path)
     with suppress(SettingsError):  # whoever chooses the format will tell

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dmc_cli.app.marked_faces import check_marked, write_marked
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
 from dmc_cli.app.mesh_stages import (
     Stages,
@@ -94,7 +95,7 @@ def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> Rework
         mesh = read_mesh(settings.mesh)
         volume = None if settings.volume is None else read_volume(settings.volume, settings.read, progress)
     if volume is not None:
-        refuse_overlaps([_as_conversion(settings)], [settings.mesh, *volume.files])
+        refuse_overlaps(_as_conversions(settings), [settings.mesh, *volume.files])
     values = np.empty(0) if volume is None else volume.values
     with intact(values, settings.volume or ""):
         work = _reworked(settings, mesh, volume, device, watch)
@@ -104,7 +105,8 @@ def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> Rework
 
 def _check_outputs(settings: ReworkSettings) -> None:
     """Raise DmcError, before any work, if an output has a name or a place that will not do."""
-    refuse_overlaps([_as_conversion(settings)], [settings.mesh])
+    refuse_overlaps(_as_conversions(settings), [settings.mesh])
+    check_marked(settings.marked, force=settings.force)
     name = choose_format(settings.path, settings.output_format)
     check_encoding(name, ascii=settings.ascii, element=settings.element)
     check_values(name, settings.values)
@@ -113,14 +115,19 @@ def _check_outputs(settings: ReworkSettings) -> None:
             check_output(path, force=settings.force)
 
 
-def _as_conversion(settings: ReworkSettings) -> ConvertSettings:
-    """Return a conversion that reads and writes the same files, but for the mesh."""
-    return ConvertSettings(
-        input=settings.volume or settings.mesh,
-        surface=_surface(settings),
-        output=OutputSettings(path=settings.path, report=settings.report),
-        read=settings.read,
-    )
+def _as_conversions(settings: ReworkSettings) -> list[ConvertSettings]:
+    """Return conversions that read and write the same files, but for the mesh."""
+    outputs = [OutputSettings(path=settings.path, report=settings.report)]
+    outputs += [] if settings.marked is None else [OutputSettings(path=settings.marked)]
+    return [
+        ConvertSettings(
+            input=settings.volume or settings.mesh,
+            surface=_surface(settings),
+            output=output,
+            read=settings.read,
+        )
+        for output in outputs
+    ]
 
 
 def _surface(settings: ReworkSettings) -> SurfaceSettings:
@@ -335,8 +342,11 @@ def _settings_section(settings: ReworkSettings, device: Device) -> dict[str, Any
 
 def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch: Stopwatch) -> ReworkResult:
     """Check what is required, then write the mesh and the report, which names what is not met."""
+    device, force = device_of(report), settings.force
+    if not settings.dry_run:
+        write_marked(settings.marked, settings.require, report, work.mesh, device, force=force)
     try:
-        refuse_unmet(report, settings.require, work.mesh, device_of(report))
+        refuse_unmet(report, settings.require, work.mesh, device)
     except RequirementError:
         _write_report(settings, report, watch)
         raise

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from dmc_cli.app.marked_faces import check_marked, write_marked
 from dmc_cli.app.overlaps import refuse_overlaps
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
 from dmc_cli.errors import RequirementError
@@ -49,6 +50,7 @@ def check_outputs(settings: ConvertSettings) -> None:
     check_space(name, output.space)
     check_values(name, output.values)
     check_output(output.path, force=output.force)
+    check_marked(output.marked, force=output.force)
     if output.halfedges is not None:
         check_dump_name(output.halfedges)
     for path in (output.halfedges, output.report):
@@ -62,8 +64,11 @@ def finish(made: Sequence[Made]) -> None:
     A report names what is not met.
     """
     for one in made:
+        output, device = one.settings.output, device_of(one.report)
+        if not output.dry_run:
+            write_marked(output.marked, output.require, one.report, one.mesh, device, force=output.force)
         try:
-            refuse_unmet(one.report, one.settings.output.require, one.mesh, device_of(one.report))
+            refuse_unmet(one.report, output.require, one.mesh, device)
         except RequirementError:
             _write_report(one)
             raise

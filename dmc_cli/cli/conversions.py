@@ -19,7 +19,7 @@ from dmc_cli.volume_io import exists
 _COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
 
-_PATHS = ("output", "halfedges", "report")
+_PATHS = ("output", "halfedges", "report", "marked")
 """Options that are templates of paths."""
 
 
@@ -36,7 +36,7 @@ def conversions_of(
 
     Args:
         source: The input.
-        values: The options; `output`, `halfedges` and `report` are templates.
+        values: The options; those of `_PATHS` are templates.
         read: How the input is read.
         base: The folder that outputs are named from.
         index: The number of the input.
@@ -55,7 +55,7 @@ def conversions_of(
     for isovalue in isovalues_of(values):
         fields = named | {"isovalue": isovalue, "index": index}
         paths = shared | {name: fill_template(name, form, fields, base) for name, form in templates.items()}
-        files = {name: paths.get(name) for name in ("halfedges", "report")}
+        files = {name: paths.get(name) for name in _PATHS[1:]}
         yield conversion_of(source, values | files, read, isovalue, paths["output"])
 
 

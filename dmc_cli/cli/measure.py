@@ -80,14 +80,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
     help="Samples on a unit of area; without it, 250000 on the mesh with the larger area.",
 )
 @options.require_option(MeasureSettings, "End with status 6 unless the mesh is")
-@options.setting(
-    MeasureSettings,
-    "marked",
-    section="Output",
-    metavar="FILE",
-    shell_complete=complete_files,
-    help="Write the mesh with a value `unmet` of each face: how many requirements it is to blame for.",
-)
+@options.marked_option(MeasureSettings)
 @options.force_option
 @options.read_options
 @options.noise_options

@@ -112,6 +112,7 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
     help="Write a JSON report; - is standard output.",
 )
 @options.require_option(ReworkSettings, "Write no mesh and end with status 6 unless it is")
+@options.marked_option(ReworkSettings)
 @options.setting(
     ReworkSettings, "dry_run", section="Output", is_flag=True, help="Do everything but write the mesh."
 )

@@ -51,6 +51,15 @@ def check_format(name: str, given: str | None, known: Iterable[str]) -> None:
         raise SettingsError(f"{name} is {given!r:.80}; expected one of {', '.join(known)}")
 
 
+def check_marked(marked: str | None, require: tuple[str, ...]) -> None:
+    """Raise SettingsError if faces are to be marked, but nothing is required of them."""
+    if marked is not None and not require:
+        raise SettingsError(
+            f"marked is {marked!r:.80}, but nothing is required that a face could be to blame for;"
+            " say what with --require"
+        )
+
+
 def check_run(device: str, threads: int | None) -> None:
     """Raise SettingsError unless a device and a number of CPU threads can be meant."""
     if not isinstance(device, str) or not re.fullmatch(r"auto|cpu|cuda(:[0-9]+)?", device):

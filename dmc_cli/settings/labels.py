@@ -54,10 +54,11 @@ class LabelSettings:
                 " leave them out with labels, whose surfaces are smooth as they are"
             )
         output = self.output
-        if output.halfedges is not None or output.curvature or output.check or output.values:
+        files = (output.halfedges, output.marked)
+        if files != (None, None) or output.curvature or output.check or output.values:
             raise SettingsError(
-                "halfedges, curvature, check and values are of a surface at an isovalue; leave them out"
-                " with labels"
+                "halfedges, curvature, check, values and marked are of a surface at an isovalue; leave them"
+                " out with labels"
             )
         settled_requirements(output.require, MEASURE_FIGURES)
         if "on-surface" in output.require:

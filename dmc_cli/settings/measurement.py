@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import MEASURE_FIGURES, looks_at, settled_requirements
-from dmc_cli.settings.checks import check_outputs, check_path, check_reference, check_run
+from dmc_cli.settings.checks import check_marked, check_outputs, check_path, check_reference, check_run
 from dmc_cli.settings.choices import STREAM, Inside
 from dmc_cli.settings.reading import ReadSettings
 from dmc_cli.settings.types import settle_types
@@ -45,11 +45,7 @@ class MeasureSettings:
         check_path("volume", self.volume)
         check_path("against", self.against)
         check_outputs({"marked mesh": self.marked, "report": STREAM}, STREAM)
-        if self.marked is not None and not self.require:
-            raise SettingsError(
-                f"marked is {self.marked!r:.80}, but nothing is required that a face could be to blame for;"
-                " say what with --require"
-            )
+        check_marked(self.marked, self.require)
         object.__setattr__(self, "require", settled_requirements(self.require, MEASURE_FIGURES))
         if self.density is not None and not 0 < self.density < math.inf:
             raise SettingsError(f"density is {self.density}; expected a positive number of samples")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from dmc_cli import mesh_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import CONVERT_FIGURES, looks_at, settled_requirements
-from dmc_cli.settings.checks import check_format, check_outputs
+from dmc_cli.settings.checks import check_format, check_marked, check_outputs
 from dmc_cli.settings.choices import STREAM, Element, MeshValue, OutputSpace, OutputUnit
 from dmc_cli.settings.types import settle_types
 
@@ -20,8 +20,9 @@ class OutputSettings:
     and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
     `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
     `curvature` has the report tell that, too. `require` lists what the mesh must be, words and comparisons
-    of `requirements.py`; `check` verifies every invariant of the result; `dry_run` does everything but write
-    the mesh; `memory` is the budget in bytes that the forecast is held against.
+    of `requirements.py`; `marked` is a file for the mesh with what each face is to blame for; `check`
+    verifies every invariant of the result; `dry_run` does everything but write the mesh; `memory` is the
+    budget in bytes that the forecast is held against.
     """
 
     path: str
@@ -38,6 +39,7 @@ class OutputSettings:
     report: str | None = None
     curvature: bool = False
     require: tuple[str, ...] = ()
+    marked: str | None = None
     check: bool = False
     dry_run: bool = False
     memory: int | None = None
@@ -53,7 +55,9 @@ class OutputSettings:
             raise SettingsError(
                 f"unit is {self.unit!r}, but space is 'voxel': grid indices have no unit; leave one out"
             )
-        check_outputs({"mesh": self.path, "halfedges": self.halfedges, "report": self.report}, STREAM)
+        outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
+        check_outputs({**outputs, "marked mesh": self.marked}, STREAM)
+        check_marked(self.marked, self.require)
         if self.curvature and self.report is None:
             raise SettingsError(
                 "curvature was asked for, but no report that tells it; name one with --report"

@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 from dmc_cli import mesh_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import MESH_FIGURES, settled_requirements
-from dmc_cli.settings.checks import check_format, check_outputs, check_path, check_reference, check_run
+from dmc_cli.settings.checks import (
+    check_format,
+    check_marked,
+    check_outputs,
+    check_path,
+    check_reference,
+    check_run,
+)
 from dmc_cli.settings.choices import STREAM, Element, Inside, MeshSpace, MeshValue, OutputUnit
 from dmc_cli.settings.mesh import MeshSettings
 from dmc_cli.settings.output import has_normals
@@ -43,6 +50,7 @@ class ReworkSettings:
     force: bool = False
     report: str | None = None
     require: tuple[str, ...] = ()
+    marked: str | None = None
     dry_run: bool = False
     device: str = "auto"
     threads: int | None = None
@@ -52,7 +60,8 @@ class ReworkSettings:
         settle_types(self)
         check_path("mesh", self.mesh)
         check_path("volume", self.volume)
-        check_outputs({"mesh": self.path, "report": self.report}, STREAM)
+        check_outputs({"mesh": self.path, "report": self.report, "marked mesh": self.marked}, STREAM)
+        check_marked(self.marked, self.require)
         object.__setattr__(self, "require", settled_requirements(self.require, MESH_FIGURES))
         check_format("output_format", self.output_format, mesh_formats.FORMATS)
         check_run(self.device, self.threads)

@@ -6,6 +6,7 @@ from .mesh import mesh_options as mesh_options
 from .output import (
     force_option as force_option,
     json_option as json_option,
+    marked_option as marked_option,
     output_argument as output_argument,
     output_options as output_options,
     require_option as require_option,

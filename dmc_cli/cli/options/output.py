@@ -27,6 +27,19 @@ def require_option(owner: type, effect: str) -> Decorator:
     )
 
 
+def marked_option(owner: type) -> Decorator:
+    """Make the option of a file for the mesh with what its faces are to blame for."""
+    return setting(
+        owner,
+        "marked",
+        section="Output",
+        metavar="FILE",
+        shell_complete=complete_files,
+        help="Write the mesh, also one that is refused, with a value `unmet` of each face: how many"
+        " requirements it is to blame for.",
+    )
+
+
 output_options = stack(
     setting(
         OutputSettings,
@@ -96,6 +109,7 @@ output_options = stack(
         help="Report the mean and the Gaussian curvature at the vertices, too.",
     ),
     require_option(OutputSettings, "Write no mesh and end with status 6 unless it is"),
+    marked_option(OutputSettings),
     setting(
         OutputSettings, "check", section="Output", is_flag=True, help="Verify every invariant before writing."
     ),
