@@ -99,6 +99,7 @@ def kept(count):
         ),
         (settings_of(MeshSettings(relax=1)), True, {"relax": 48_000 + 25_000 + 39_000 + 44_000}),
         (settings_of(MeshSettings(relax=2)), True, {"relax": 48_000 + 25_000 + 39_000 + 88_000}),
+        (settings_of(MeshSettings(relax=2)), True, {"repair": 48_000 + 25_000 + 38_000 + 16_000}),
     ],
 )
 def test_each_stage_counts_what_is_alive_in_it(settings, even, stages):
@@ -118,6 +119,7 @@ def test_a_stage_that_does_not_run_takes_nothing():
         "simplify",
         "remesh",
         "relax",
+        "repair",
         "normals",
         "report",
         "check",
@@ -142,6 +144,7 @@ def test_a_stage_that_does_not_run_takes_nothing():
     ],
 )
 def test_text_takes_some_rows_more(output, is_text):
+    output = output | {"normals": True}
     few = forecast(SIZES, settings_of(**output))["write"]
     binary = {"path": "a.ply", "output_format": None, "ascii": False}
     halfedges = "h.npz" if "halfedges" in output else None

@@ -47,32 +47,32 @@ KNOWN = {
     "white": {
         "paper": ("e084a92eae03", (114, 1, 316)),
         "safe": ("c6f7077fd483", (116, 312, 0)),
-        "relaxed": ("15bf6797dcfd", ()),
-        "more": ("10bd10d2ec22", (389,)),
+        "relaxed": ("4ac9a6aefef8", ()),
+        "more": ("1e515f761649", (119,)),
     },
     "open": {
         "paper": ("a656db635b80", (65, 3, 32)),
         "safe": ("798422bde03b", (68, 32, 0)),
-        "relaxed": ("637e819bfb07", ()),
-        "more": ("eea6cf66d187", (165,)),
+        "relaxed": ("662cdd7cf26e", ()),
+        "more": ("625d9c1e9188", (110,)),
     },
     "holes": {
         "paper": ("b0ea605100e1", (174, 12, 168)),
         "safe": ("717500c79319", (188, 168, 0)),
-        "relaxed": ("7cb980797f4f", ()),
-        "more": ("f72afb6862da", (534,)),
+        "relaxed": ("daa7aa61738e", ()),
+        "more": ("d0a1a9e06e26", (331,)),
     },
     "uneven": {
         "paper": ("380b9998b328", (159, 9, 52)),
         "safe": ("cc0a39a42814", (171, 52, 0)),
-        "relaxed": ("ff59cf4a8e85", ()),
-        "more": ("763d56ced219", (439,)),
+        "relaxed": ("34bae9116ca5", ()),
+        "more": ("d49f1646f921", (326,)),
     },
     "whole numbers": {
         "paper": ("29ac3a128928", (168, 2, 488)),
         "safe": ("2badcdc3369e", (173, 480, 1)),
-        "relaxed": ("5c1e79e6a327", ()),
-        "more": ("45d6420fe91c", (534,)),
+        "relaxed": ("378f64d27ed0", ()),
+        "more": ("90b75f6518d0", (200,)),
     },
 }
 
