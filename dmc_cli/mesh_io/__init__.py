@@ -4,6 +4,7 @@ mesh_file      a mesh as readers return it and writers take it
 text           numbers as text, fast
 numbers        numbers out of text
 parsed         what was read, checked
+joined         meshes of a scene as one
 selection      some faces of a mesh, or all turned round
 triangles      quads split into triangles
 numbered       nodes, elements and parts as solvers have them

@@ -11,6 +11,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.joined import Piece, joined, turned_normals
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, linear, parts_of
 from dmc_cli.mesh_io.numbered import solver_names
 from dmc_cli.mesh_io.parsed import make_mesh, unread
@@ -117,36 +118,44 @@ def read_usd(path: Path) -> MeshFile:
     unit = next((u for u in get_args(OutputUnit) if abs(UNIT_LENGTHS[u] / length - 1) < 1e-9), None)
     factor = 1.0 if unit is not None else length
     turn = np.eye(3) if UsdGeom.GetStageUpAxis(stage) == "Z" else np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-    points, counts, corners, told, start = (
-        [np.zeros((0, 3))],
-        [np.zeros(0, int)],
-        [np.zeros(0, int)],
-        set(),
-        0,
-    )
-    for prim in stage.Traverse():
-        if not prim.IsA(UsdGeom.Mesh):
-            continue
-        mesh = UsdGeom.Mesh(prim)
-        matrix = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()))
-        places = np.array(mesh.GetPointsAttr().Get() or np.zeros((0, 3)), float).reshape(-1, 3)
-        points.append((places @ matrix[:3, :3] + matrix[3, :3]) @ turn * factor)
-        counts.append(np.array(mesh.GetFaceVertexCountsAttr().Get() or [], int))
-        corners.append(np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], int) + start)
-        start += len(places)
-        told |= {"normals"} if mesh.GetNormalsAttr().HasValue() else set()
-        told |= {
-            str(primvar.GetPrimvarName()) for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()
-        }
+    told: set[str] = set()
+    meshes = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    pieces = [_piece(mesh, turn * factor, told) for mesh in meshes]
     tags = stage.GetRootLayer().customLayerData
     return make_mesh(
         str(path),
-        np.concatenate(points),
-        np.concatenate(counts),
-        np.concatenate(corners),
-        f"SPACE={tags.get('SPACE', 'none')}\nUNIT={unit or 'mm'}\n".encode(),
+        comments=f"SPACE={tags.get('SPACE', 'none')}\nUNIT={unit or 'mm'}\n".encode(),
+        **joined(pieces, told),
         warnings=unread(path, sorted(told)),
     )
+
+
+def _piece(mesh: Any, turn: AnyArray, told: set[str]) -> Piece:
+    """Return a mesh where it lies, with normals and primvars of its vertices, and primvars of its faces."""
+    from pxr import Usd, UsdGeom
+
+    matrix = np.array(mesh.ComputeLocalToWorldTransform(Usd.TimeCode.Default()))  # of rows
+    linear = matrix[:3, :3] @ turn
+    places = np.array(mesh.GetPointsAttr().Get() or np.zeros((0, 3)), float).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], int)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], int)
+    normals = None
+    if mesh.GetNormalsAttr().HasValue():
+        found = np.array(mesh.GetNormalsAttr().Get(), float)
+        if found.shape == places.shape and mesh.GetNormalsInterpolation() in ("vertex", "varying"):
+            normals = turned_normals(found, linear.T)
+        told |= {"normals"} if normals is None else set()
+    values: dict[str, dict[str, AnyArray]] = {"vertex": {}, "uniform": {}}
+    sizes = {"vertex": len(places), "uniform": len(counts)}
+    for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithValues():
+        name, kind = str(primvar.GetPrimvarName()), str(primvar.GetInterpolation())
+        array = np.array(primvar.ComputeFlattened()) if kind in sizes else np.zeros(0)
+        if kind in sizes and array.ndim in (1, 2) and len(array) == sizes[kind]:
+            values[kind][name] = array
+        else:
+            told.add(name)
+    moved = places @ linear + matrix[3, :3] @ turn
+    return Piece(moved, counts, corners, normals, values["vertex"], values["uniform"])
 
 
 def _told(error: Exception) -> str:

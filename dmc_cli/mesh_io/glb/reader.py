@@ -1,6 +1,7 @@
 """Read GLB: the triangles of the scene's nodes, put together to quads where the file says how.
 
 glTF is in metres with y up; a mesh is in millimetres with z up, or in the unit that a file of ours tells.
+Attributes whose names begin with `_` are values of vertices.
 """
 
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from dmc_cli.array_types import AnyArray, Float64Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.glb.ngons import put_together
 from dmc_cli.mesh_io.glb.writer import BINARY_CHUNK, JSON_CHUNK, MAGIC, NGONS, VERSION
+from dmc_cli.mesh_io.joined import Piece, joined, turned_normals
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.settings import OutputUnit
@@ -51,46 +53,49 @@ def read_glb(path: Path) -> MeshFile:
 def _mesh(path: Path, file: "_File") -> MeshFile:
     extras = file.json.get("asset", {}).get("extras") or {}
     unit: OutputUnit = extras["UNIT"] if extras.get("UNIT") in get_args(OutputUnit) else "mm"
-    points, counts, corners, told, start = (
-        [np.zeros((0, 3))],
-        [np.zeros(0, int)],
-        [np.zeros(0, int)],
-        set(),
-        0,
-    )
+    told: set[str] = set()
+    pieces = []
     for matrix, number in file.placed():
+        turned = _turned(matrix, 1000 / UNIT_LENGTHS[unit])
         for primitive in file.json["meshes"][number]["primitives"]:
-            if primitive.get("mode", TRIANGLES) != TRIANGLES:
+            if primitive.get("mode", TRIANGLES) == TRIANGLES:
+                pieces.append(_piece(file, primitive, turned, told))
+            else:
                 told.add("points, lines and strips")
-                continue
-            told |= {name for name in primitive["attributes"] if name != "POSITION"}
-            places = file.array(primitive["attributes"]["POSITION"])
-            found = file.faces(primitive, len(places))
-            points.append(_moved(places, matrix, 1000 / UNIT_LENGTHS[unit]))
-            counts.append(found[0])
-            corners.append(found[1] + start)
-            start += len(places)
     return make_mesh(
         str(path),
-        np.concatenate(points),
-        np.concatenate(counts),
-        np.concatenate(corners),
-        f"SPACE={extras.get('SPACE', 'none')}\nUNIT={unit}\n".encode(),
+        comments=f"SPACE={extras.get('SPACE', 'none')}\nUNIT={unit}\n".encode(),
+        **joined(pieces, told),
         warnings=unread(path, sorted(told)),
     )
 
 
-def _moved(places: AnyArray, matrix: Float64Array, scale: float) -> AnyArray:
-    """Return positions in the scene, z up, in a unit of which so many make a metre."""
-    turned = scale * Z_UP_AGAIN @ matrix[:3]
-    whole = np.eye(3, 4)
-    if np.abs(turned - whole).max() < NEAREST:
-        turned = whole
+def _piece(file: "_File", primitive: dict[str, Any], turned: Float64Array, told: set[str]) -> Piece:
+    """Return a primitive where it lies, with its normals and the values whose names begin with `_`."""
+    attributes = primitive["attributes"]
+    places = file.array(attributes["POSITION"])
     if (places.dtype.kind != "f") or places.ndim != 2 or places.shape[1] != 3:
         raise UnsupportedFormatError(
             "positions of whole numbers were found; expected float32; write it uncompressed"
         )
-    return places @ turned[:, :3].T + turned[:, 3]
+    normals, values = None, {}
+    for name, number in attributes.items():
+        array = file.array(number) if name == "NORMAL" or name[:1] == "_" else None
+        if array is not None and len(array) == len(places) and name != "NORMAL":
+            values[name[1:]] = array
+        elif array is not None and array.dtype.kind == "f" and array.shape == places.shape:
+            normals = turned_normals(array, turned[:, :3])
+        if name != "POSITION" and (normals is None if name == "NORMAL" else name[1:] not in values):
+            told.add(name)
+    counts, corners = file.faces(primitive, len(places))
+    return Piece(places @ turned[:, :3].T + turned[:, 3], counts, corners, normals, values)
+
+
+def _turned(matrix: Float64Array, scale: float) -> Float64Array:
+    """Return the map into the scene, z up, in a unit of which so many make a metre; shape (3, 4)."""
+    turned: Float64Array = scale * Z_UP_AGAIN @ matrix[:3]
+    whole = np.eye(3, 4)
+    return whole if np.abs(turned - whole).max() < NEAREST else turned
 
 
 class _File:

@@ -1,0 +1,82 @@
+"""Join the meshes of a scene to one, with the normals and values that all of them have."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from dmc_cli.array_types import AnyArray, Float32Array, Float64Array
+from dmc_cli.mesh_io.parsed import usable_values
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A mesh of a scene.
+
+    Attributes:
+        points: Positions, (V, 3), where the scene has them.
+        counts: Corners of each face, (F,).
+        corners: Vertices of all faces in a row, from 0.
+        normals: Of the vertices, (V, 3) float32, of length 1; or None.
+        vertex_values: Arrays by name, a row a vertex.
+        face_values: Likewise of faces.
+    """
+
+    points: AnyArray
+    counts: AnyArray
+    corners: AnyArray
+    normals: Float32Array | None = None
+    vertex_values: dict[str, AnyArray] = field(default_factory=dict)
+    face_values: dict[str, AnyArray] = field(default_factory=dict)
+
+
+def joined(pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]:
+    """Return what `make_mesh` takes but for the path; what only some pieces have is added to what is told."""
+    starts = np.cumsum([0, *(len(piece.points) for piece in pieces)])
+    normals = [piece.normals for piece in pieces if piece.normals is not None]
+    if 0 < len(normals) < len(pieces):
+        told.add("normals of some parts")
+    unusable: list[str] = []
+    found = {
+        kind: usable_values(_of_all([getattr(piece, kind) for piece in pieces], told), unusable)
+        for kind in ("vertex_values", "face_values")
+    }
+    told |= set(unusable)
+    nothing = np.zeros(0, np.int64)
+    shifted = [piece.corners + start for piece, start in zip(pieces, starts[:-1], strict=True)]
+    return {
+        "points": np.concatenate([np.zeros((0, 3)), *(piece.points for piece in pieces)]),
+        "counts": np.concatenate([nothing, *(piece.counts for piece in pieces)]),
+        "corners": np.concatenate([nothing, *shifted]),
+        "normals": np.concatenate(normals) if normals and len(normals) == len(pieces) else None,
+        **found,
+    }
+
+
+def _of_all(tables: Sequence[dict[str, AnyArray]], told: set[str]) -> dict[str, AnyArray]:
+    """Return the values that all tables have in one shape and type, one after the other."""
+    found = {}
+    for name in dict.fromkeys(name for table in tables for name in table):
+        arrays = [table[name] for table in tables if name in table]
+        kinds = {(array.shape[1:], array.dtype) for array in arrays}
+        if len(arrays) == len(tables) and len(kinds) == 1:
+            found[name] = np.concatenate(arrays)
+        else:
+            told.add(f"values {name} of some parts")
+    return found
+
+
+def turned_normals(normals: AnyArray, linear: Float64Array) -> Float32Array | None:
+    """Return normals after a map of the points, length 1 again; None where one has no direction.
+
+    Args:
+        normals: Before it, (V, 3).
+        linear: The map's part without the shift, (3, 3), of columns.
+    """
+    if np.array_equal(linear, np.eye(3)):
+        return normals.astype(np.float32)
+    with np.errstate(all="ignore"):
+        moved = normals.astype(np.float64) @ np.linalg.pinv(linear)
+        moved /= np.linalg.norm(moved, axis=1)[:, None]
+    return moved.astype(np.float32) if np.isfinite(moved).all() else None
