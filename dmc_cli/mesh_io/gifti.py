@@ -129,4 +129,4 @@ def _geometry(metadata: Mapping[str, str]) -> VolumeGeometry | None:
         vectors = np.array([[float(metadata[f"VolGeom{name}_{axis}"]) for axis in "RAS"] for name in VECTORS])
     except (KeyError, ValueError):
         return None
-    return checked_geometry(np.round(shape).astype(int), spacing, vectors[:3], vectors[3])
+    return checked_geometry(shape, spacing, vectors[:3], vectors[3])

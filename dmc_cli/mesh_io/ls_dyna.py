@@ -13,7 +13,7 @@ from dmc_cli.array_types import AnyArray, ByteArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbered import Part, check_numbers, numbered_parts
-from dmc_cli.mesh_io.numbers import NEWLINE, parse_numbers, whole_numbers
+from dmc_cli.mesh_io.numbers import NEWLINE, field_rows, whole_numbers
 from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.text import chunks_of, right_aligned, spans
 
@@ -23,7 +23,6 @@ NARROW, WIDE = 8, 16
 MOST = 99_999_999
 """The largest number of a node or an element."""
 
-SECTION = re.compile(rb"^\*(\w+)[^\n]*\n((?:[^*\n][^\n]*\n|\n)*)", re.MULTILINE)
 COMMENT = re.compile(rb"^\$[^\n]*\n", re.MULTILINE)
 
 
@@ -76,11 +75,13 @@ def read_ls_dyna(path: Path) -> MeshFile:
     data = path.read_bytes().replace(b"\r\n", b"\n") + b"\n"
     text = COMMENT.sub(b"", data)
     nodes, shells = [np.zeros((0, 4))], [np.zeros((0, 6))]
-    for section in SECTION.finditer(text):
-        if section[1].upper() == b"NODE":
-            nodes.append(_table(path, section[2], (NARROW, WIDE, WIDE, WIDE)))
-        elif section[1].upper() == b"ELEMENT_SHELL":
-            shells.append(_table(path, section[2], (NARROW,) * 6))
+    for section in (b"\n" + text).split(b"\n*")[1:]:
+        keyword, _, lines = section.partition(b"\n")
+        word = keyword.upper().split(maxsplit=1)[:1]
+        if word == [b"NODE"]:
+            nodes.append(field_rows(str(path), lines, (NARROW, WIDE, WIDE, WIDE)))
+        elif word == [b"ELEMENT_SHELL"]:
+            shells.append(field_rows(str(path), lines, (NARROW,) * 6))
     found, elements = np.concatenate(nodes), whole_numbers(str(path), np.concatenate(shells))
     numbers = whole_numbers(str(path), found[:, 0])
     order = np.argsort(numbers, kind="stable")
@@ -94,20 +95,3 @@ def read_ls_dyna(path: Path) -> MeshFile:
     kept = np.ones(indices.shape, bool)
     kept[is_triangle, 3] = False
     return make_mesh(str(path), found[:, 1:], counts, indices[kept], data[:1024])
-
-
-def _table(path: Path, text: bytes, widths: tuple[int, ...]) -> AnyArray:
-    """Return the numbers in the first fields of each line, commas or not, as rows."""
-    lines = [line for line in text.split(b"\n") if line.strip()]
-    ends = np.cumsum(widths).tolist()
-    starts = [0, *ends[:-1]]
-    spaced = (
-        line.replace(b",", b" ")
-        if b"," in line
-        else b" ".join(line[a:b] for a, b in zip(starts, ends, strict=True))
-        for line in lines
-    )
-    numbers = [row.split()[: len(widths)] for row in spaced]
-    if any(len(row) < len(widths) for row in numbers):
-        raise MeshFileError(f"{path}: a line with fewer than {len(widths)} numbers was found; it is damaged")
-    return parse_numbers(str(path), b" ".join(b" ".join(row) for row in numbers)).reshape(-1, len(widths))

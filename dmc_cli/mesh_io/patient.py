@@ -8,9 +8,12 @@ from dmc_cli.array_types import AnyArray, Float32Array, Int32Array
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.text import chunks_of
 from dmc_cli.mesh_io.triangles import triangle_chunks
-from dmc_cli.volume import VolumeGeometry
+from dmc_cli.volume import FARTHEST_MM, VolumeGeometry
 
 LPS_TO_RAS = np.array([-1, -1, 1], np.float32)
+
+MOST_NODES, LONGEST_AXIS, SMALLEST_DETERMINANT = 2**31, 1.01, 0.5
+"""Nodes along an axis, a number of a direction, and what three directions of length 1 span, at worst."""
 
 
 def patient_points(mesh: MeshFile) -> Iterator[Float32Array]:
@@ -43,7 +46,12 @@ def checked_geometry(
     shape: AnyArray, spacing: AnyArray, axes: AnyArray, centre: AnyArray
 ) -> VolumeGeometry | None:
     """Return the volume that a file tells, or None if its numbers are none of a volume."""
-    right = [found.shape == (3,) and np.isfinite(found).all() for found in (shape, spacing, centre)]
-    if not all(right) or axes.shape != (3, 3) or not abs(np.linalg.det(axes)) >= 0.5:
+    limits = ((shape, MOST_NODES), (spacing, FARTHEST_MM), (axes, LONGEST_AXIS), (centre, FARTHEST_MM))
+    if any(not (np.abs(found) <= limit).all() for found, limit in limits):  # none of which NaN is
         return None
-    return VolumeGeometry((*shape.tolist(),), (*spacing.tolist(),), axes, centre)  # type: ignore[arg-type]
+    if any(found.shape != (3,) for found in (shape, spacing, centre)) or axes.shape != (3, 3):
+        return None
+    if abs(np.linalg.det(axes)) < SMALLEST_DETERMINANT:
+        return None
+    nodes = (int(n) for n in np.round(shape))
+    return VolumeGeometry((*nodes,), (*spacing.tolist(),), axes, centre)  # type: ignore[arg-type]

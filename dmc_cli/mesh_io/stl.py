@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dmc_cli.array_types import AnyArray, Float32Array, Int32Array
+from dmc_cli.array_types import AnyArray, Float32Array, Float64Array, Int32Array
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.numbers import parse_numbers
+from dmc_cli.mesh_io.numbers import SPACE, parse_numbers
 from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.text import framed_lines
 from dmc_cli.mesh_io.triangles import triangle_chunks, triangle_count, unit_normals
@@ -34,7 +34,35 @@ FACET = (
 TEXT_PIECES = 4
 """Pieces that a chunk is turned to text in: a triangle takes two kilobytes on the way."""
 
-NO_NUMBERS = re.compile(rb"(end)?solid[^\n]*|facet[^\n]*|outer\s+loop|endloop|endfacet|vertex")
+NO_NUMBERS = re.compile(rb"facet[^\n]*|outer\s+loop|endloop|endfacet|vertex")
+
+WORDS = (
+    *(
+        b"facet",
+        b"normal",
+        b"",
+        b"",
+        b"",
+        b"outer",
+        b"loop",
+        b"vertex",
+        b"",
+        b"",
+        b"",
+        b"vertex",
+        b"",
+        b"",
+        b"",
+    ),
+    *(b"vertex", b"", b"", b"", b"endloop", b"endfacet"),
+)
+"""What a triangle has in a text, word by word, numbers left empty."""
+
+CORNERS = (8, 12, 16)
+"""Where the numbers of its three corners begin."""
+
+TEXT_CHUNK, LAST_WORD = 1 << 23, b"endfacet"
+"""Characters that are read at a time, up to the end of a triangle."""
 
 
 def encode_stl(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
@@ -75,7 +103,7 @@ def read_stl(path: Path) -> MeshFile:
     if len(data) == HEADER + 4 + count * RECORD.itemsize:
         corners = np.frombuffer(data, RECORD, count, HEADER + 4)["corners"]
     elif data.lstrip()[:5].lower() == b"solid":
-        numbers = parse_numbers(str(path), NO_NUMBERS.sub(b" ", data.lower()))
+        numbers = _text_numbers(str(path), data)
         if numbers.size % 9:
             raise MeshFileError(
                 f"{path}: {numbers.size} coordinates of corners were found; expected nine a triangle; the"
@@ -91,6 +119,56 @@ def read_stl(path: Path) -> MeshFile:
     points, indices = _merged(corners.reshape(-1, 3))
     header = data[:HEADER] if b"\n" not in data[:300] else data[: data.rindex(b"\n", 0, 300) + 1]
     return make_mesh(str(path), points, np.full(len(corners), 3), indices, header)
+
+
+def _text_numbers(path: str, data: bytes) -> Float64Array:
+    """Return the coordinates of the corners in a text, in a row.
+
+    Where its words come as in every text of triangles they are counted; any other is searched for words.
+    """
+    text = _without_names(data.lower())
+    found, start = [np.zeros(0)], 0
+    while start < len(text):
+        place = text.rfind(LAST_WORD, start, start + TEXT_CHUNK)
+        end = len(text) if place < 0 else place + len(LAST_WORD)
+        numbers = _regular_numbers(path, text[start:end])
+        if numbers is None:
+            return parse_numbers(path, NO_NUMBERS.sub(b" ", text))
+        found.append(numbers)
+        start = end
+    return np.concatenate(found)
+
+
+def _without_names(text: bytes) -> bytes:
+    """Return a text without the lines that begin and end solids, which may have any words."""
+    pieces, start = [], 0
+    while (place := text.find(b"solid", start)) >= 0:
+        pieces.append(text[start : place - 3 if text.endswith(b"end", 0, place) else place])
+        start = text.find(b"\n", place)
+        if start < 0:
+            return b"".join(pieces)
+    return b"".join([*pieces, text[start:]])
+
+
+def _regular_numbers(path: str, text: bytes) -> Float64Array | None:
+    """Return the corners' coordinates in whole triangles of a text; None if its words come otherwise."""
+    characters = np.frombuffer(text + b"\n", np.uint8)
+    is_word = characters > SPACE
+    begins = np.flatnonzero(is_word[1:] & ~is_word[:-1]) + 1
+    begins = np.concatenate([[0], begins]) if is_word[0] else begins
+    if len(begins) % len(WORDS):
+        return None
+    words = begins.reshape(-1, len(WORDS))
+    for place, word in enumerate(WORDS):
+        letters = np.frombuffer(word + b" ", np.uint8)
+        where = np.minimum(words[:, place, None] + np.arange(len(letters)), len(characters) - 1)
+        read = characters[where]
+        if word and not ((read[:, :-1] == letters[:-1]).all() and (read[:, -1] <= SPACE).all()):
+            return None
+    changes = np.zeros(len(characters), np.int8)
+    for place in CORNERS:
+        changes[words[:, place]], changes[words[:, place + 3]] = 1, -1
+    return parse_numbers(path, characters[np.cumsum(changes, dtype=np.int8) > 0].tobytes())
 
 
 def _merged(corners: AnyArray) -> tuple[Float32Array, AnyArray]:

@@ -248,3 +248,39 @@ def test_bulk_data_without_a_card_are_refused(tmp_path, text):
     (tmp_path / "a.nas").write_text(text)
     with pytest.raises(MeshFileError):
         read_mesh(tmp_path / "a.nas")
+
+
+FACETS = """  facet normal 0 0 1
+    outer loop
+      vertex {0} 0 0
+      vertex 1e0 {0} -0.5
+      vertex 1 +1. {0}
+    endloop
+  endfacet
+"""
+
+
+@pytest.mark.parametrize("chunk", [1, 150, 1 << 23])
+def test_texts_of_triangles_are_read_whatever_their_solids_are_called(tmp_path, monkeypatch, chunk):
+    """Several solids, names that are words of the format, capitals; pieces do not show."""
+    monkeypatch.setattr("dmc_cli.mesh_io.stl.TEXT_CHUNK", chunk)
+    facets = [FACETS.format(x) for x in (2, 3, 4)]
+    texts = {
+        "regular": f"solid a vertex 1 2\n{facets[0]}{facets[1]}endsolid a\nsolid\n{facets[2]}endsolid z\n",
+        "capitals": "solid\n" + "".join(facets).upper() + "ENDSOLID",
+        "no loops": "solid\n" + "".join(facets).replace("    outer loop\n", "") + "endsolid\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / "a.stl").write_text(text)
+        found = read_mesh(tmp_path / "a.stl")
+        corners = found.points[found.faces[:, :3]].tolist()
+        assert corners == [[[x, 0, 0], [1, x, -0.5], [1, 1, x]] for x in (2, 3, 4)], name
+
+
+@pytest.mark.parametrize("word", ["corner", "vertex nan", "vertex 1"])
+def test_a_text_of_triangles_with_a_word_too_many_or_none_is_refused(tmp_path, word):
+    text = "solid\n" + FACETS.format(2) * 3 + "endsolid\n"
+    place = text.rindex("vertex")
+    (tmp_path / "a.stl").write_text(text[:place] + word + text[place + 6 :])
+    with pytest.raises(MeshFileError):
+        read_mesh(tmp_path / "a.stl")

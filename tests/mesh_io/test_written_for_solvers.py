@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from dmc_cli.errors import SettingsError, WriteError
+from dmc_cli.errors import MeshFileError, SettingsError, WriteError
 from dmc_cli.mesh_io import numbered
 from dmc_cli.mesh_io.mesh_file import grouped
 from dmc_cli.mesh_io.numbered import solver_names
@@ -235,3 +235,27 @@ def test_ls_dyna_with_other_numbers_commas_and_comments_is_read(tmp_path):
     assert mesh.faces.tolist() == [[3, 0, 1, 2], [0, 1, 2, -1]]
     assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     assert mesh.space == "RAS"
+
+
+@pytest.mark.parametrize(
+    ("node", "told"),
+    [
+        ("       3              .5             1.0             +2.", None),
+        ("       3             0.5             1.0", "fewer than 4 numbers"),
+        ("       3             0.5             1.0         1.0 2.0", "fewer than 4 numbers"),
+        ("       3             0.5            true             2.0", "'true' was found where a number"),
+        ("3,.5,1", "fewer than 4 numbers"),
+        ("3,.5,1,2,0,0", None),
+    ],
+)
+def test_fields_of_ls_dyna_are_numbers_however_they_are_written(tmp_path, node, told):
+    path = tmp_path / "a.k"
+    path.write_text(
+        f"*keyword\n*node\n1,0,0,0\n       2             1.0             0.0             0.0\n{node}\n"
+        "*element_shell\n       1       1       1       2       3       3\n*end\n"
+    )
+    if told is None:
+        assert read_mesh(path).points.tolist() == [[0, 0, 0], [1, 0, 0], [0.5, 1, 2]]
+    else:
+        with pytest.raises(MeshFileError, match=told):
+            read_mesh(path)

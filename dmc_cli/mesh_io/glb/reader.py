@@ -76,7 +76,7 @@ def _piece(file: "_File", primitive: dict[str, Any], turned: Float64Array, told:
     places = file.array(attributes["POSITION"])
     if (places.dtype.kind != "f") or places.ndim != 2 or places.shape[1] != 3:
         raise UnsupportedFormatError(
-            "positions of whole numbers were found; expected float32; write it uncompressed"
+            f"{file.path}: positions of whole numbers were found; expected float32; write it uncompressed"
         )
     normals, values = None, {}
     for name, number in attributes.items():
