@@ -72,6 +72,7 @@ def test_a_glb_has_a_material_a_colour(tmp_path, three):
     assert used == [0, 1, None]
     factors = [each["pbrMetallicRoughness"]["baseColorFactor"] for each in document["materials"]]
     assert factors == [[*linear(RED), 1.0], [*linear(GREEN), 1.0]]
+    assert read_mesh(tmp_path / "a.glb").warnings[0].sentence.endswith("not used: materials")
     scene = trimesh.load(tmp_path / "a.glb")
     materials = {name: getattr(each.visual, "material", None) for name, each in scene.geometry.items()}
     assert {name: found and found.name for name, found in materials.items()} == {

@@ -87,6 +87,7 @@ def _piece(file: "_File", primitive: dict[str, Any], turned: Float64Array, told:
             normals = turned_normals(array, turned[:, :3])
         if name != "POSITION" and (normals is None if name == "NORMAL" else name[1:] not in values):
             told.add(name)
+    told |= {"materials"} if "material" in primitive else set()
     counts, corners = file.faces(primitive, len(places))
     return Piece(places @ turned[:, :3].T + turned[:, 3], counts, corners, normals, values)
 
