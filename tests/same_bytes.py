@@ -23,6 +23,24 @@ HEAD = "sample_data/metaimage/head_mr_small.mha"
 
 TRIANGLES = ("mc", "tmc")
 
+OTHER_SUFFIXES = [
+    "stl",
+    "vtp",
+    "vtu",
+    "vtk",
+    "glb",
+    "msh",
+    "inp",
+    "nas",
+    "k",
+    "mesh",
+    "xdmf",
+    "gii",
+    "pial",
+    "usda",
+]
+"""Formats on a small volume; the bytes of 3MF follow the version of zlib."""
+
 RUNS = [
     # what is there by default, from each kind of file
     f"{TOOTH} a.ply -i 500",
@@ -94,6 +112,8 @@ RUNS = [
     "holes.npy a.ply -i 0 --simplify all --relax 2",
     # formats
     *[f"{HEAD} a.{suffix} -i 30" for suffix in ("obj", "off")],
+    *[f"synth:noise:16 a.{suffix} -i 0.3" for suffix in OTHER_SUFFIXES],
+    *[f"synth:noise:16 a.{suffix} -i 0.3 --ascii" for suffix in ("stl", "vtp", "msh", "gii")],
     f"{HEAD} a.ply -i 30 --ascii",
     f"{HEAD} a.ply -i 30 --no-normals",
     f"{HEAD} a.obj -i 30 --no-normals --simplify all",
