@@ -100,8 +100,10 @@ _OF_ITS_MAKING: dict[str, tuple[str, ...]] = {
     ),
 }
 _OF_A_FILE: dict[str, tuple[str, ...]] = {"mesh": ("faces",)}
-_OF_MEASURING: dict[str, tuple[str, ...]] = {
+_OF_ITS_WALLS: dict[str, tuple[str, ...]] = {
     "thickness": ("vertices", "min", "percentile_5", "median", "max", "percent_below"),
+}
+_OF_MEASURING: dict[str, tuple[str, ...]] = {
     "distance": ("density",),
     "distance.to_other": _WAY,
     "distance.from_other": _WAY,
@@ -114,13 +116,13 @@ def _names(*tables: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(f"{section}.{key}" for table in tables for section, keys in table.items() for key in keys)
 
 
-CONVERT_FIGURES = _names(_OF_A_MESH, _OF_ITS_CURVATURE, _OF_ITS_MAKING, _OF_CHANGES)
+CONVERT_FIGURES = _names(_OF_A_MESH, _OF_ITS_CURVATURE, _OF_ITS_WALLS, _OF_ITS_MAKING, _OF_CHANGES)
 """Whole names of the figures in the report of `dmc convert`."""
 
-MEASURE_FIGURES = _names(_OF_A_MESH, _OF_ITS_CURVATURE, _OF_A_FILE, _OF_MEASURING)
+MEASURE_FIGURES = _names(_OF_A_MESH, _OF_ITS_CURVATURE, _OF_ITS_WALLS, _OF_A_FILE, _OF_MEASURING)
 """Whole names of the figures in the report of `dmc measure`."""
 
-MESH_FIGURES = _names(_OF_A_MESH, _OF_A_FILE, _OF_CHANGES)
+MESH_FIGURES = _names(_OF_A_MESH, _OF_ITS_WALLS, _OF_A_FILE, _OF_CHANGES)
 """Whole names of the figures in the report of `dmc mesh`."""
 
 _RELATIONS: dict[str, tuple[Callable[..., Any], str]] = {

@@ -21,7 +21,7 @@ from dmc_cli.requirements import (
 from dmc_cli.settings import MeasureSettings, OutputSettings, ReworkSettings
 
 SCHEMA = json.loads((Path(__file__).parents[1] / "docs/report-schema.json").read_text("utf-8"))
-NO_FIGURES = ("settings.", "memory.")
+NO_FIGURES = ("settings.", "memory.", "thickness.limit")
 """What is known only at the end, or was given."""
 
 

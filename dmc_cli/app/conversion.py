@@ -257,7 +257,11 @@ def _needed_kernels(settings: ConvertSettings, *, indexed: bool = False) -> list
     modules += value_kernels(settings.output.values)
     if settings.output.is_measured:
         output = settings.output
-        modules += report_kernels(intersections=output.finds_intersections, curvature=output.finds_curvature)
+        modules += report_kernels(
+            intersections=output.finds_intersections,
+            curvature=output.finds_curvature,
+            thickness=output.measures_thickness,
+        )
     return modules
 
 
@@ -313,6 +317,8 @@ def _measure(
             known_intersections=stages.repair.get("pairs_after"),
             curvature=is_last and output.finds_curvature,
             components=is_last and output.report is not None,
+            thickness=is_last and output.measures_thickness,
+            wall=output.wall,
         )
 
 

@@ -34,6 +34,9 @@ MEASURES = Cost(vertex=15)
 INTERSECTIONS = Cost(face=38)
 """The tree of boxes, its order, and how quads are split; less and earlier what a report measures besides."""
 
+WALLS = Cost(vertex=80, face=24)
+"""Of measuring walls, beside the tree: points and directions of rays, and normals of faces, in doubles."""
+
 REPAIRED = INTERSECTIONS + Cost(vertex=16)
 """Of pulling faces apart: finding them, and where vertices were, half of it, since most meshes have none."""
 
@@ -132,7 +135,9 @@ def stage_costs(settings: ConvertSettings, *, even_slices: bool = True) -> dict[
         alive += VALUES
         stages["values"] = alive + LISTED
     if output.is_measured:
-        stages["report"] = alive + (INTERSECTIONS if output.finds_intersections else MEASURES)
+        has_tree = output.finds_intersections or output.measures_thickness
+        walls = WALLS if output.measures_thickness else Cost()
+        stages["report"] = alive + (INTERSECTIONS if has_tree else MEASURES) + walls
     if output.check:
         stages["check"] = alive + CHECKS
     stages["write"] = alive + WRITING

@@ -140,7 +140,7 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
     operations = settings.operations
     modules = [*connecting_kernels(), *value_kernels(settings.values)]
     if settings.is_measured or settings.keep is not None or settings.min_faces or settings.volume is not None:
-        modules += report_kernels(intersections=settings.is_measured)
+        modules += report_kernels(intersections=settings.is_measured, thickness=settings.measures_thickness)
     if settings.volume is not None:
         from dmc_cli.contouring import normal_kernels
 
@@ -310,6 +310,8 @@ def _make_report(
                 replace(mesh, warnings=()),
                 settings.path,
                 reference,
+                thickness=settings.measures_thickness,
+                wall=settings.wall,
                 known_intersections=work.intersections,
             )
     told = {key: measured.pop(key, []) for key in ("warnings", "warning_codes")}
@@ -322,7 +324,7 @@ def _make_report(
         "mesh": measured["mesh"],
         **{key: measured.get(key) for key in ("topology", "quality", "deviation")},
         "requirements": [],
-        "components": measured.get("components"),
+        **{key: measured.get(key) for key in ("thickness", "components")},
         "simplification": plain(work.simplification) or None,
         "repair": work.repair or None,
         "size": work.size,

@@ -55,14 +55,7 @@ from dmc_cli.settings import MeasureSettings, ReadSettings
     is_flag=True,
     help="Measure how thick the walls are, by rays from the vertices inward.",
 )
-@options.setting(
-    MeasureSettings,
-    "wall",
-    section="Thickness",
-    type=float,
-    metavar="LENGTH",
-    help="A thickness, in the mesh's unit: how much of the area is thinner is told, too.",
-)
+@options.wall_option(MeasureSettings, "Thickness")
 @options.setting(
     MeasureSettings,
     "against",

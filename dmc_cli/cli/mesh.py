@@ -111,6 +111,7 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
     shell_complete=complete_files,
     help="Write a JSON report; - is standard output.",
 )
+@options.wall_option(ReworkSettings)
 @options.require_option(ReworkSettings, "Write no mesh and end with status 6 unless it is")
 @options.marked_option(ReworkSettings)
 @options.setting(

@@ -14,6 +14,7 @@ from dmc_cli.measures import (
     measure_elements,
     measure_quality,
     measure_rounding,
+    measure_thickness,
     measure_topology,
 )
 from dmc_cli.mesh import COARSE, Mesh, Placement
@@ -30,6 +31,8 @@ def measure_surface(
     known_intersections: int | None = None,
     curvature: bool = False,
     components: bool = False,
+    thickness: bool = False,
+    wall: float | None = None,
 ) -> Measures:
     """Measure a mesh against itself, with what is asked for besides, and against the volume it comes from.
 
@@ -46,6 +49,7 @@ def measure_surface(
         deviation=_deviation(mesh, placement, volume),
         curvature=measure_curvature(mesh) if curvature else None,
         components=list_components(mesh) if components else None,
+        thickness=measure_thickness(mesh, wall) if thickness else None,
     )
 
 

@@ -17,7 +17,7 @@ from dmc_cli.settings import ConvertSettings
 from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # their kernels are only imported by runs that measure
-    from dmc_cli.measures import Component, Curvature, Deviation, Elements, Quality, Topology
+    from dmc_cli.measures import Component, Curvature, Deviation, Elements, Quality, Thickness, Topology
 
 SCHEMA = 1
 """Version of the report; it grows when a key changes its meaning or goes."""
@@ -37,6 +37,7 @@ class Measures:
     deviation: "Deviation"
     curvature: "Curvature | None" = None
     components: "list[Component] | None" = None
+    thickness: "Thickness | None" = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +104,7 @@ def build_report(facts: RunFacts) -> dict[str, Any]:
         **measured_sections(measures),
         "requirements": [],
         "curvature": asdict(measures.curvature) if measures and measures.curvature else None,
+        "thickness": asdict(measures.thickness) if measures and measures.thickness else None,
         "components": components_section(measures.components if measures else None),
         "simplification": facts.simplification,
         "repair": facts.repair,

@@ -51,6 +51,22 @@ def check_format(name: str, given: str | None, known: Iterable[str]) -> None:
         raise SettingsError(f"{name} is {given!r:.80}; expected one of {', '.join(known)}")
 
 
+def check_wall(wall: float | None) -> None:
+    """Raise SettingsError unless walls can be so thick."""
+    if wall is not None and not 0 < wall < math.inf:
+        raise SettingsError(f"wall is {wall}; expected a positive length")
+
+
+def check_told_wall(wall: float | None, *, is_told: bool) -> None:
+    """Raise SettingsError if walls are to be measured that nothing tells of."""
+    check_wall(wall)
+    if wall is not None and not is_told:
+        raise SettingsError(
+            f"wall is {wall:g}, but nothing tells how thick walls are; name a report with --report, or"
+            " require something of them"
+        )
+
+
 def check_marked(marked: str | None, require: tuple[str, ...]) -> None:
     """Raise SettingsError if faces are to be marked, but nothing is required of them."""
     if marked is not None and not require:

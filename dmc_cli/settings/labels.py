@@ -54,11 +54,11 @@ class LabelSettings:
                 " leave them out with labels, whose surfaces are smooth as they are"
             )
         output = self.output
-        files = (output.halfedges, output.marked)
-        if files != (None, None) or output.curvature or output.check or output.values:
+        others = (output.halfedges, output.marked, output.wall)
+        if others != (None, None, None) or output.curvature or output.check or output.values:
             raise SettingsError(
-                "halfedges, curvature, check, values and marked are of a surface at an isovalue; leave them"
-                " out with labels"
+                "halfedges, curvature, check, values, marked and wall are of a surface at an isovalue; leave"
+                " them out with labels"
             )
         settled_requirements(output.require, MEASURE_FIGURES)
         if "on-surface" in output.require:

@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import MEASURE_FIGURES, looks_at, settled_requirements
-from dmc_cli.settings.checks import check_marked, check_outputs, check_path, check_reference, check_run
+from dmc_cli.settings.checks import (
+    check_marked,
+    check_outputs,
+    check_path,
+    check_reference,
+    check_run,
+    check_wall,
+)
 from dmc_cli.settings.choices import STREAM, Inside
 from dmc_cli.settings.reading import ReadSettings
 from dmc_cli.settings.types import settle_types
@@ -49,8 +56,7 @@ class MeasureSettings:
         object.__setattr__(self, "require", settled_requirements(self.require, MEASURE_FIGURES))
         if self.density is not None and not 0 < self.density < math.inf:
             raise SettingsError(f"density is {self.density}; expected a positive number of samples")
-        if self.wall is not None and not 0 < self.wall < math.inf:
-            raise SettingsError(f"wall is {self.wall}; expected a positive length")
+        check_wall(self.wall)
         if self.density is not None and self.against is None:
             raise SettingsError(
                 f"density {self.density:g} was given, but no other mesh; name one that the distance is to be"

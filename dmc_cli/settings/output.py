@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from dmc_cli import mesh_formats
 from dmc_cli.errors import SettingsError
 from dmc_cli.requirements import CONVERT_FIGURES, looks_at, settled_requirements
-from dmc_cli.settings.checks import check_format, check_marked, check_outputs
+from dmc_cli.settings.checks import check_format, check_marked, check_outputs, check_told_wall
 from dmc_cli.settings.choices import STREAM, Element, MeshValue, OutputSpace, OutputUnit
 from dmc_cli.settings.types import settle_types
 
@@ -19,10 +19,10 @@ class OutputSettings:
     place for them. `unit` is that of the coordinates, and so of area
     and volume; grid indices have none. `values` lists what stands beside each vertex or face in the file;
     `element` is what a quad is to a solver (S4R without it), a triangle what goes with that.
-    `curvature` has the report tell that, too. `require` lists what the mesh must be, words and comparisons
-    of `requirements.py`; `marked` is a file for the mesh with what each face is to blame for; `check`
-    verifies every invariant of the result; `dry_run` does everything but write the mesh; `memory` is the
-    budget in bytes that the forecast is held against.
+    `curvature` has the report tell that, too, `wall` how much of the area is thinner. `require` lists what
+    the mesh must be, words and comparisons of `requirements.py`; `marked` is a file for the mesh with what
+    each face is to blame for; `check` verifies every invariant of the result; `dry_run` does everything but
+    write the mesh; `memory` is the budget in bytes that the forecast is held against.
     """
 
     path: str
@@ -38,6 +38,7 @@ class OutputSettings:
     halfedges: str | None = None
     report: str | None = None
     curvature: bool = False
+    wall: float | None = None
     require: tuple[str, ...] = ()
     marked: str | None = None
     check: bool = False
@@ -58,6 +59,7 @@ class OutputSettings:
         outputs = {"mesh": self.path, "halfedges": self.halfedges, "report": self.report}
         check_outputs({**outputs, "marked mesh": self.marked}, STREAM)
         check_marked(self.marked, self.require)
+        check_told_wall(self.wall, is_told=self.report is not None or bool(self.require))
         if self.curvature and self.report is None:
             raise SettingsError(
                 "curvature was asked for, but no report that tells it; name one with --report"
@@ -78,6 +80,11 @@ class OutputSettings:
         """Return whether the mesh's intersections are counted: for a report or a requirement."""
         required = looks_at("quality.self_intersections", self.require, CONVERT_FIGURES)
         return self.report is not None or required
+
+    @property
+    def measures_thickness(self) -> bool:
+        """Return whether walls are measured: against a length, or for a requirement."""
+        return self.wall is not None or looks_at("thickness.", self.require, CONVERT_FIGURES)
 
     @property
     def finds_curvature(self) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from dmc_cli import mesh_formats
 from dmc_cli.errors import SettingsError
-from dmc_cli.requirements import MESH_FIGURES, settled_requirements
+from dmc_cli.requirements import MESH_FIGURES, looks_at, settled_requirements
 from dmc_cli.settings.checks import (
     check_format,
     check_marked,
@@ -12,6 +12,7 @@ from dmc_cli.settings.checks import (
     check_path,
     check_reference,
     check_run,
+    check_told_wall,
 )
 from dmc_cli.settings.choices import STREAM, Element, Inside, MeshSpace, MeshValue, OutputUnit
 from dmc_cli.settings.mesh import MeshSettings
@@ -51,6 +52,7 @@ class ReworkSettings:
     report: str | None = None
     require: tuple[str, ...] = ()
     marked: str | None = None
+    wall: float | None = None
     dry_run: bool = False
     device: str = "auto"
     threads: int | None = None
@@ -62,6 +64,7 @@ class ReworkSettings:
         check_path("volume", self.volume)
         check_outputs({"mesh": self.path, "report": self.report, "marked mesh": self.marked}, STREAM)
         check_marked(self.marked, self.require)
+        check_told_wall(self.wall, is_told=self.is_measured)
         object.__setattr__(self, "require", settled_requirements(self.require, MESH_FIGURES))
         check_format("output_format", self.output_format, mesh_formats.FORMATS)
         check_run(self.device, self.threads)
@@ -101,3 +104,8 @@ class ReworkSettings:
     def is_measured(self) -> bool:
         """Return whether the mesh's measures are needed: for a report or a requirement."""
         return self.report is not None or bool(self.require)
+
+    @property
+    def measures_thickness(self) -> bool:
+        """Return whether walls are measured: against a length, or for a requirement."""
+        return self.wall is not None or looks_at("thickness.", self.require, MESH_FIGURES)

@@ -14,6 +14,7 @@ RUNS = {
     "no normals": ({"normals": False}, {}),
     "dump": ({"normals": False, "halfedges": "h.npz"}, {}),
     "report": ({"report": "r.json"}, {}),
+    "walls": ({"report": "r.json", "wall": 1.0}, {}),
     "values": ({"values": ("quality", "deviation", "valence")}, {}),
     "patterns": ({}, {"simplify": "all"}),
     "patterns with colours": ({"halfedges": "h.npz"}, {"simplify": "all"}),

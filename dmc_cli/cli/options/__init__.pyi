@@ -10,6 +10,7 @@ from .output import (
     output_argument as output_argument,
     output_options as output_options,
     require_option as require_option,
+    wall_option as wall_option,
 )
 from .part import part_options as part_options
 from .reading import (

@@ -27,6 +27,19 @@ def require_option(owner: type, effect: str) -> Decorator:
     )
 
 
+def wall_option(owner: type, section: str = "Output") -> Decorator:
+    """Make the option of the thickness that walls are measured against."""
+    return setting(
+        owner,
+        "wall",
+        section=section,
+        type=float,
+        metavar="LENGTH",
+        help="A thickness, in the mesh's unit: how much of the area is thinner is told, too, and --require"
+        " print takes none.",
+    )
+
+
 def marked_option(owner: type) -> Decorator:
     """Make the option of a file for the mesh with what its faces are to blame for."""
     return setting(
@@ -108,6 +121,7 @@ output_options = stack(
         is_flag=True,
         help="Report the mean and the Gaussian curvature at the vertices, too.",
     ),
+    wall_option(OutputSettings),
     require_option(OutputSettings, "Write no mesh and end with status 6 unless it is"),
     marked_option(OutputSettings),
     setting(

@@ -11,6 +11,7 @@ from dmc_cli.cli.summary.lines import (
     repair_lines,
     requirement_lines,
     size_lines,
+    thickness_lines,
     time_line,
     topology_line,
     volume_line,
@@ -43,6 +44,7 @@ def summary_lines(report: dict[str, Any]) -> Iterator[str]:
     quality = report.get("quality")
     if quality and quality["self_intersections"] is not None:
         yield f"faces     {intersections(quality)}"
+    yield from thickness_lines(report)
     if deviation := report.get("deviation"):
         yield (
             f"deviation at most {number(deviation['max_relative'])} of the value range,"

@@ -139,3 +139,18 @@ def time_line(timings: dict[str, float]) -> str:
 def number(value: float | None, digits: int = 2) -> str:
     """Return a number with so many digits, `unknown` for none."""
     return "unknown" if value is None else f"{value:.{digits}g}"
+
+
+def thickness_lines(report: dict[str, Any]) -> Iterator[str]:
+    """Yield how thick the walls are, and how much is thinner than was asked for, where they were measured."""
+    thickness, unit = report.get("thickness"), report["mesh"]["unit"]
+    if not thickness:
+        return
+    if not thickness["vertices"]:
+        yield "thickness unknown: no ray from a vertex meets a wall"
+        return
+    least, median = number(thickness["min"], 3), number(thickness["median"], 3)
+    text = f"thickness at least {least} {unit}, of half the area at most {median} {unit}"
+    if thickness["limit"] is not None:
+        text += f"; {thickness['percent_below']:.2f} % of the area below {thickness['limit']:g} {unit}"
+    yield text

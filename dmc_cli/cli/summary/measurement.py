@@ -8,6 +8,7 @@ from dmc_cli.cli.summary.lines import (
     mesh_line,
     number,
     requirement_lines,
+    thickness_lines,
     topology_line,
     warnings,
 )
@@ -41,8 +42,7 @@ def measure_lines(report: dict[str, Any]) -> Iterator[str]:
                 f" {number(found['max'], 3)}, of nine in ten vertices {number(found['percentile_5'], 3)} to"
                 f" {number(found['percentile_95'], 3)}"
             )
-    if thickness := report["thickness"]:
-        yield f"thickness {_thickness_line(thickness, mesh['unit'])}"
+    yield from thickness_lines(report)
     if distance := report["distance"]:
         for name, key in (("distance  to the other mesh", "to_other"), ("          from it", "from_other")):
             way = distance[key]
@@ -72,14 +72,3 @@ def _elements_line(mesh: dict[str, Any], quality: dict[str, Any]) -> str:
         parts.append(f"stretch at least {number(quality['stretch_min'])}")
     mean, least = number(quality["radius_ratio_mean"], 4), number(quality["radius_ratio_min"])
     return ", ".join([*parts, f"radius ratio of triangles mean {mean}, least {least}"])
-
-
-def _thickness_line(thickness: dict[str, Any], unit: str) -> str:
-    """Tell how thick the walls are, and how much is thinner than was asked for."""
-    if not thickness["vertices"]:
-        return "unknown: no ray from a vertex meets a wall"
-    least, median = number(thickness["min"], 3), number(thickness["median"], 3)
-    text = f"at least {least} {unit}, of half the area at most {median} {unit}"
-    if thickness["limit"] is not None:
-        text += f"; {thickness['percent_below']:.2f} % of the area below {thickness['limit']:g} {unit}"
-    return text

@@ -10,6 +10,7 @@ from dmc_cli.cli.summary.lines import (
     requirement_lines,
     size_lines,
     space_name,
+    thickness_lines,
     time_line,
     topology_line,
     warnings,
@@ -29,5 +30,6 @@ def rework_lines(report: dict[str, Any]) -> Iterator[str]:
         yield f"topology  {topology_line(topology)}"
     if quality := report["quality"]:
         yield f"faces     {intersections(quality)}"
+    yield from thickness_lines(report)
     yield from requirement_lines(report)
     yield f"time      {time_line(report['timings_ms'])}"
