@@ -16,7 +16,7 @@ from dmc_cli.progress import Stopwatch
 from dmc_cli.runtime import Device, adopt
 from dmc_cli.volume import Volume, encode_labels
 
-HALF_ROUNDS, MOST_ROUNDS = 4, 24
+HALF_ROUNDS, MOST_ROUNDS = 1, 24
 """Rounds in which vertices of quads that intersect go half way back, and rounds at most; then they go all the
 way: where they begin, no two quads intersect."""
 
@@ -82,7 +82,7 @@ def make_label_mesh(
         del codes
     with watch.stage("smooth", "smoothing"):
         smoother = NetSmoother(net, volume.spacing)
-        smoother.run(watch.progress)
+        owes = smoother.run(watch.progress)
     matrix = kernel_matrix(grid_affine(affine, grid))
     depths = slice_depths(None if even_slices else volume, grid, device)
 
@@ -90,7 +90,7 @@ def make_label_mesh(
         return map_vertices(smoother.cells, smoother.local, depths, grid, matrix, device)
 
     with watch.stage("repair", "taking back intersections"):
-        points, left = _without_intersections(net, smoother, positions)
+        points, left = _without_flaws(net, smoother, positions, owes=owes)
     with watch.stage("shells", "taking the shells"):
         shells = extract_shells(net)
     return _on_host(net, shells, points, left, reverse=is_mirrored(affine))
@@ -149,12 +149,13 @@ def corner_normals(shell: Shell) -> Float32Array:
     return normals
 
 
-def _without_intersections(
-    net: LabelNet, smoother: NetSmoother, positions: Callable[[], Any]
+def _without_flaws(
+    net: LabelNet, smoother: NetSmoother, positions: Callable[[], Any], *, owes: bool
 ) -> tuple[Any, int]:
     """Move vertices of quads that intersect back; return positions, and how many pairs still intersect.
 
-    What that takes from labels is given back where no quad intersects or folds again.
+    What that takes from labels is given back where no quad intersects or folds again, as is what was owed
+    before, if `owes` says so.
     """
 
     def flawed() -> tuple[Any, int, IntArray]:
@@ -169,9 +170,10 @@ def _without_intersections(
         smoother.retreat(quads, 0.5 if retreated < HALF_ROUNDS else 1.0)
         retreated += 1
         points, left, quads = flawed()
-    if retreated and not len(quads):
+    if (owes or retreated) and not len(quads):
         safe, before = wp.clone(smoother.local), points
         smoother.give_back()
+        retreated += 1  # from here on folds count
         points, left, quads = flawed()
         for _ in range(MOST_ROUNDS):
             if not len(quads):

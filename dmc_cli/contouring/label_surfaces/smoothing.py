@@ -93,8 +93,8 @@ class NetSmoother:
         self._owe(centre, self.local)
         self._spread(FIRST_SPREADING)
 
-    def run(self, progress: Progress = SILENT) -> None:
-        """Smooth, give back what that takes, and unfold."""
+    def run(self, progress: Progress = SILENT) -> bool:
+        """Smooth, give back what that takes, and unfold; return whether something is left to give back."""
         rounds = AVERAGING + EVENING + GIVING
         for number in range(rounds):
             if number < AVERAGING:
@@ -105,7 +105,7 @@ class NetSmoother:
                 self._owe_lost()
             self._give_back()
             progress.advance((number + 1) / rounds)
-        self._unfold()
+        return self._unfold()
 
     def retreat(self, quads: IntArray, share: float = 1.0, refuge: Any | None = None) -> None:
         """Move the vertices of some quads a share of the way back, and owe what that sweeps.
@@ -156,17 +156,15 @@ class NetSmoother:
             self._vertices(retreat_kernel, [self._flags, self.local, 1.0], [self._moved])
         return False
 
-    def _unfold(self) -> None:
-        """Take back what folds quads, and give back what that takes as long as nothing folds again."""
-        if not self._finds_folds(self.local):
-            return
-        for _ in range(UNFOLDING):
+    def _unfold(self) -> bool:
+        """Take back what folds quads; return whether there was any."""
+        for number in range(UNFOLDING):
             if not self._finds_folds(self.local):
-                break
+                return number > 0
             wp.copy(self._moved, self.local)
             self._vertices(retreat_kernel, [self._flags, self._start, 0.5], [self._moved])
             self._take()
-        self.give_back()
+        return True
 
     def _finds_folds(self, local: Any) -> bool:
         """Flag the quads that fold where vertices are at some places; return whether there is any."""
