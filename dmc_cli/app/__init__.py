@@ -26,6 +26,7 @@ comparison     methods beside each other
 object_components  the components of the nodes above an isovalue
 spectrum       what surfaces a volume has, over the range of its values
 output_folders  folders of outputs, made and, where nothing is in them, taken away
+outcomes       how each of many conversions ended
 batch          many conversions, side by side
 junit          their outcomes for continuous integration
 """

@@ -1,6 +1,6 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .batch import Outcome as Outcome, convert_all as convert_all
+from .batch import convert_all as convert_all
 from .comparison import (
     Comparison as Comparison,
     compare_methods as compare_methods,
@@ -22,6 +22,7 @@ from .label_surfaces import (
 )
 from .measurement import measure_file as measure_file
 from .object_components import list_object_components as list_object_components
+from .outcomes import Outcome as Outcome
 from .overlaps import refuse_overlaps as refuse_overlaps
 from .preparation import prepare as prepare
 from .read_ahead import ReadAhead as ReadAhead

@@ -13,72 +13,31 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import replace
 from threading import Event, Thread
 from typing import Any
 
 from dmc_cli.app import conversion
-from dmc_cli.app.conversion import ConvertResult
 from dmc_cli.app.kept_volume import KeptVolume
+from dmc_cli.app.label_conversion import convert_labels, load_label_kernels
+from dmc_cli.app.outcomes import Outcome, found_of, found_of_labels, quality_of
 from dmc_cli.app.output_folders import OutputFolders
 from dmc_cli.errors import DeviceError, DmcError, RequirementError
-from dmc_cli.measures import measure_quality, quality_kernels
-from dmc_cli.mesh import mesh_of_file
+from dmc_cli.measures import quality_kernels
 from dmc_cli.progress import SILENT, Progress, SilentProgress
-from dmc_cli.runtime import select_device
-from dmc_cli.settings import ConvertSettings, MemoryShare
+from dmc_cli.settings import ConvertSettings, LabelSettings, MemoryShare
 from dmc_cli.stop import check_stop, stopping_on
 from dmc_cli.system import lacks_memory
 from dmc_cli.volume import available_bytes
 
-QUALITY = (
-    *("shape_mean", "shape_min", "scaled_jacobian_min", "min_angle", "max_angle", "warpage_max"),
-    "self_intersections",
-)
-"""Figures of a report's section `quality` that an outcome has."""
+Item = ConvertSettings | LabelSettings
+"""What becomes a mesh at an isovalue, or a shell of each label or a mesh that they share."""
 
 _BUG = 1
 """Status of an item that failed by an error of ours: the others go on all the same."""
 
 _LONGEST_END = 5.0
 """Seconds that jobs have to end when the run is stopped; they rarely need one."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """How one item ended.
-
-    Attributes:
-        input: Of the item.
-        isovalue: A number once it is chosen; of a band and of an item that failed what was asked for.
-        output: Of the item.
-        status: The exit status that `dmc convert` would have had.
-        error: What went wrong, or None.
-        seconds: How long it took.
-        vertices: Of the mesh, also of one that is not as required; None where there is none.
-        quads: Likewise.
-        triangles: Likewise.
-        quality: The figures of `QUALITY`; intersections only where a report or a requirement counts them.
-        requirements: The verdicts on what was required.
-        report: The report's file, or None if none was written.
-        warnings: What is told beside a mesh that was made.
-        warning_codes: Their codes.
-    """
-
-    input: str
-    isovalue: float | str | None
-    output: str
-    status: int
-    error: str | None = None
-    seconds: float = field(default=0.0, compare=False)
-    vertices: int | None = None
-    quads: int | None = None
-    triangles: int | None = None
-    quality: dict[str, float | None] | None = None
-    requirements: tuple[dict[str, Any], ...] = ()
-    report: str | None = None
-    warnings: tuple[str, ...] = ()
-    warning_codes: tuple[str, ...] = ()
 
 
 class _Checking(SilentProgress):
@@ -99,13 +58,13 @@ class _Jobs:
     """Threads that convert items side by side, as many as the system allows up to a number.
 
     Attributes:
-        outcomes: One future an item.
+        outcomes: One future an item, of its outcomes.
         threads: Those that could be started.
     """
 
-    def __init__(self, items: Sequence[ConvertSettings], jobs: int, folders: OutputFolders) -> None:
+    def __init__(self, items: Sequence[Item], jobs: int, folders: OutputFolders) -> None:
         self._folders = folders
-        self.outcomes: list[Future[Outcome]] = [Future() for _ in items]
+        self.outcomes: list[Future[list[Outcome]]] = [Future() for _ in items]
         self._waiting = deque(zip(items, self.outcomes, strict=True))
         self._items = items
         self._stop = Event()
@@ -124,7 +83,7 @@ class _Jobs:
             thread.join(max(end - time.monotonic(), 0.0))
 
     def _work(self) -> None:
-        kept = KeptVolume(self._items)
+        kept = KeptVolume(_at_isovalues(self._items))
         with stopping_on(self._stop), suppress(IndexError):
             while not self._stop.is_set():
                 item, outcome = self._waiting.popleft()
@@ -135,7 +94,7 @@ class _Jobs:
 
 
 def convert_all(
-    items: Sequence[ConvertSettings],
+    items: Sequence[Item],
     tell: Callable[[Outcome], None],
     jobs: int = 1,
     progress: Progress = SILENT,
@@ -155,10 +114,11 @@ def convert_all(
     jobs = min(jobs, len(items))
     if jobs > 1:
         share = MemoryShare(jobs=jobs, free=available_bytes())
-        shared = [replace(item, share=share) for item in items]
+        shared: list[Item] = [replace(item, share=share) for item in items]
         with suppress(DmcError):  # each item tells
             # threads must not race to compile
-            conversion.load_needed_kernels(shared, progress, quality_kernels())
+            conversion.load_needed_kernels(_at_isovalues(shared), progress, quality_kernels())
+            load_label_kernels([item for item in shared if isinstance(item, LabelSettings)], progress)
         with OutputFolders() as folders, progress.stage(f"{len(items)} items"):
             if _convert_side_by_side(shared, tell, jobs, progress, whole, folders):
                 return
@@ -167,19 +127,19 @@ def convert_all(
 
 
 def _convert_in_turn(
-    items: Sequence[ConvertSettings],
+    items: Sequence[Item],
     tell: Callable[[Outcome], None],
     progress: Progress,
     whole: Callable[[], AbstractContextManager[None]],
     folders: OutputFolders,
 ) -> None:
     """Convert one item after the other; one that is done is told, whatever comes then."""
-    kept = KeptVolume(items)
+    kept = KeptVolume(_at_isovalues(items))
     for number, item in enumerate(items, 1):
         done: list[Outcome] = []
         try:
             with progress.stage(f"item {number} of {len(items)}"):
-                done.append(_convert_one(item, progress, kept, folders))
+                done += _convert_one(item, progress, kept, folders)
         finally:
             with whole():
                 for outcome in done:
@@ -187,7 +147,7 @@ def _convert_in_turn(
 
 
 def _convert_side_by_side(
-    items: Sequence[ConvertSettings],
+    items: Sequence[Item],
     tell: Callable[[Outcome], None],
     jobs: int,
     progress: Progress,
@@ -203,69 +163,58 @@ def _convert_side_by_side(
             found = outcome.result()
             with whole():
                 told += 1
-                tell(found)
+                for one in found:
+                    tell(one)
             progress.advance(told / len(items))
     except BaseException:
         running.stop()
         for outcome in running.outcomes[told:]:
             if outcome.done() and outcome.exception() is None:
-                tell(outcome.result())
+                for one in outcome.result():
+                    tell(one)
         raise
     return True
 
 
-def _convert_one(
-    item: ConvertSettings, progress: Progress, kept: KeptVolume, folders: OutputFolders
-) -> Outcome:
-    """Convert an item; whatever is wrong with it becomes part of the outcome."""
+def _at_isovalues(items: Sequence[Item]) -> list[ConvertSettings]:
+    """Return the items that are not of labels."""
+    return [item for item in items if isinstance(item, ConvertSettings)]
+
+
+def _convert_one(item: Item, progress: Progress, kept: KeptVolume, folders: OutputFolders) -> list[Outcome]:
+    """Convert an item; whatever is wrong with it becomes part of its outcomes, of labels several."""
     start = time.monotonic()
-    outcome = _ended(item, progress, kept, folders)
-    return replace(outcome, seconds=round(time.monotonic() - start, 3))
+    outcomes = _ended(item, progress, kept, folders)
+    seconds = (time.monotonic() - start) / len(outcomes)
+    return [replace(outcome, seconds=round(seconds, 3)) for outcome in outcomes]
 
 
-def _ended(item: ConvertSettings, progress: Progress, kept: KeptVolume, folders: OutputFolders) -> Outcome:
+def _ended(item: Item, progress: Progress, kept: KeptVolume, folders: OutputFolders) -> list[Outcome]:
     """Return how an item ended."""
-    facts: dict[str, Any] = {
-        "input": item.input,
-        "isovalue": item.surface.isovalue,
-        "output": item.output.path,
-    }
+    isovalue = None if isinstance(item, LabelSettings) else item.surface.isovalue
+    facts: dict[str, Any] = {"input": item.input, "isovalue": isovalue, "output": item.output.path}
     try:
         folders.make(item)
-        result = conversion.convert(item, progress, kept=kept)
-        quality = _quality(result)
+        if isinstance(item, LabelSettings):
+            made = convert_labels(item, progress)
+            found = found_of_labels(item, made.report, made.meshes)
+        else:
+            result = conversion.convert(item, progress, kept=kept)
+            found = [found_of(item, result.report, quality_of(result))]
+        return [Outcome(**facts | one, status=0) for one in found]
     except RequirementError as error:
+        unmet: dict[str, Any] = {"status": error.exit_status, "error": str(error)}
         report: dict[str, Any] = error.report
-        found = _found(item, report, report["quality"])
-        return Outcome(**facts | found, status=error.exit_status, error=str(error))
+        if isinstance(item, LabelSettings):
+            found = found_of_labels(item, report, {})
+        else:
+            found = [found_of(item, report, report["quality"])]
+        return [Outcome(**facts | one | unmet) for one in found]
     except DmcError as error:
         told = traceback.format_exc() if error.exit_status == _BUG else str(error)
-        return Outcome(**facts, status=error.exit_status, error=told)
+        return [Outcome(**facts, status=error.exit_status, error=told)]
     except Exception as error:
         if lacks_memory(error):
-            return Outcome(**facts, status=DeviceError.exit_status, error=f"the memory is used up: {error}")
-        return Outcome(**facts, status=_BUG, error=traceback.format_exc())
-    return Outcome(**facts | _found(item, result.report, quality), status=0)
-
-
-def _quality(result: ConvertResult) -> dict[str, Any]:
-    """Return the quality of a mesh; where no report has it, the figures that take hardly any time."""
-    measured: dict[str, Any] | None = result.report["quality"]
-    if measured is not None:
-        return measured
-    settings = result.report["settings"]
-    mesh = mesh_of_file(result.mesh, select_device(settings["device"], settings["threads"]))
-    return asdict(measure_quality(mesh)) | {"self_intersections": None}
-
-
-def _found(item: ConvertSettings, report: dict[str, Any], quality: dict[str, Any]) -> dict[str, Any]:
-    """Return what an outcome has of the report on a mesh and of its quality."""
-    return {
-        "isovalue": report["settings"]["isovalue"],
-        **{key: report["mesh"][key] for key in ("vertices", "quads", "triangles")},
-        "quality": {key: quality[key] for key in QUALITY},
-        "requirements": tuple(report["requirements"]),
-        "report": item.output.report,
-        "warnings": tuple(report["warnings"]),
-        "warning_codes": tuple(report["warning_codes"]),
-    }
+            told = f"the memory is used up: {error}"
+            return [Outcome(**facts, status=DeviceError.exit_status, error=told)]
+        return [Outcome(**facts, status=_BUG, error=traceback.format_exc())]

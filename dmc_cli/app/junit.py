@@ -14,16 +14,16 @@ from dmc_cli.app.output_folders import OutputFolders
 from dmc_cli.errors import DmcError, RequirementError
 from dmc_cli.files import check_output, write_output
 from dmc_cli.printable import printable
-from dmc_cli.settings import ConvertSettings
+from dmc_cli.settings import ConvertSettings, LabelSettings
 
 if TYPE_CHECKING:
-    from dmc_cli.app.batch import Outcome
+    from dmc_cli.app.outcomes import Outcome
 
 
 @contextmanager
 def junit_written(
     path: str | None,
-    items: Sequence[ConvertSettings],
+    items: Sequence[ConvertSettings | LabelSettings],
     outcomes: Sequence["Outcome"],
     *,
     force: bool,
@@ -56,10 +56,15 @@ def junit_written(
         write_output(path, [junit_text(outcomes, items).encode()], force=force)
 
 
-def junit_text(outcomes: Sequence["Outcome"], items: Sequence[ConvertSettings] = ()) -> str:
+def junit_text(outcomes: Sequence["Outcome"], items: Sequence[ConvertSettings | LabelSettings] = ()) -> str:
     """Return the outcomes as a document of XML, in their order, and after them the items that have none."""
     told = {outcome.output for outcome in outcomes}
-    left = [item for item in items if item.output.path not in told]
+    of_labels = {outcome.input for outcome in outcomes if outcome.label is not None}
+    left = [
+        item
+        for item in items
+        if item.output.path not in told and not (isinstance(item, LabelSettings) and item.input in of_labels)
+    ]
     unmet = sum(_is_unmet(outcome) for outcome in outcomes)
     failed = sum(outcome.status != 0 for outcome in outcomes)
     counts = {
@@ -96,7 +101,7 @@ def _case(outcome: "Outcome") -> Iterator[str]:
     yield "    </testcase>"
 
 
-def _skipped(item: ConvertSettings) -> Iterator[str]:
+def _skipped(item: ConvertSettings | LabelSettings) -> Iterator[str]:
     """Yield the lines of an item that the run did not end."""
     named = {"classname": item.input, "name": item.output.path, "time": "0.000"}
     yield f"    <testcase{_attributes(named)}>"
@@ -106,7 +111,7 @@ def _skipped(item: ConvertSettings) -> Iterator[str]:
 
 def _properties(outcome: "Outcome") -> Iterator[tuple[str, Any]]:
     """Yield what is known of an item, by its name."""
-    for name in ("isovalue", "vertices", "quads", "triangles", "report"):
+    for name in ("isovalue", "label", "vertices", "quads", "triangles", "report"):
         if (value := getattr(outcome, name)) is not None:
             yield name, value
     for name, value in (outcome.quality or {}).items():

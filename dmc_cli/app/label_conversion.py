@@ -5,7 +5,7 @@ volume -> labels -> part -> conforming net -> smooth net -> shells -> report -> 
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
@@ -27,7 +27,7 @@ from dmc_cli.app.label_writing import checked_paths, write_files
 from dmc_cli.app.memory_budget import held_bytes, reserve
 from dmc_cli.array_types import Float64Array
 from dmc_cli.contouring import label_kernels
-from dmc_cli.errors import EmptySurfaceError, SettingsError
+from dmc_cli.errors import DeviceError, EmptySurfaceError, SettingsError
 from dmc_cli.measures import finding_kernels, kernel_modules
 from dmc_cli.mesh_formats import FORMATS
 from dmc_cli.mesh_io import (
@@ -96,6 +96,18 @@ def convert_labels(settings: LabelSettings, progress: Progress = SILENT) -> Labe
         for volume in volumes:
             open_files.enter_context(intact(volume.values, settings.input))
         return _convert(settings, volumes, device, watch)
+
+
+def load_label_kernels(items: Sequence[LabelSettings], progress: Progress = SILENT) -> None:
+    """Load, and compile where the cache lacks them, the kernels of several runs at once.
+
+    A device that is missing is left to the runs that ask for it.
+    """
+    for name in sorted({item.device for item in items}):
+        asking = [item for item in items if item.device == name]
+        needed = {module.__name__: module for item in asking for module in _needed_kernels(item)}
+        with suppress(DeviceError):
+            load_kernels(select_device(name), list(needed.values()), progress)
 
 
 def _convert(

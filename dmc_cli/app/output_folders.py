@@ -4,8 +4,9 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
+from dmc_cli.app.label_files import is_template
 from dmc_cli.files import write_error
-from dmc_cli.settings import STREAM, ConvertSettings
+from dmc_cli.settings import STREAM, ConvertSettings, LabelSettings
 
 
 class OutputFolders:
@@ -17,15 +18,15 @@ class OutputFolders:
     def __init__(self) -> None:
         self._made: list[Path] = []
 
-    def make(self, item: ConvertSettings) -> None:
-        """Make the folders of the outputs of an item that are not there.
+    def make(self, item: ConvertSettings | LabelSettings) -> None:
+        """Make the folders of the outputs of an item that are not there; a label's own come with its file.
 
         Raises:
             WriteError: One cannot be made.
         """
         output = item.output
         for path in (output.path, output.halfedges, output.report, output.marked):
-            if path is not None:
+            if path is not None and not (isinstance(item, LabelSettings) and is_template(path)):
                 self.make_for(path)
 
     def make_for(self, path: str) -> None:

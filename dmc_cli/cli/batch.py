@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     section="Batch",
     metavar="TEMPLATE",
     shell_complete=complete_files,
-    default="{stem}_{isovalue}.ply",
-    help="Name of each output, from {stem}, {name}, {parent} (the input's folder), {isovalue} and {index}.",
+    default=options.DEFAULT_OUTPUT,
+    help="Name of each output, from {stem}, {name}, {parent} (the input's folder), {isovalue} and {index};"
+    " with --labels {label}, and {name} is the label's.",
 )
 @click.option(
     "--jobs",
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 )
 @options.surface_options
 @options.part_options
+@options.label_options
 @options.mesh_options
 @options.read_options
 @options.noise_options
@@ -73,12 +75,13 @@ def batch(
     that go before the common ones. An item without inputs takes the common ones; if all have their own, the
     common ones are converted too. Each item's outcome is a line of JSON on standard output: seconds, counts,
     quality, verdicts of --require and the file of --report, which is a template too. Folders of outputs are
-    made. Ends with status 8 if an item failed.
+    made. With --labels each label has a line. Ends with status 8 if an item failed.
 
     \b
     Examples:
       dmc batch 'sample_data/nrrd/*.nrrd' -i 500 -i 1000 -o '{stem}_{isovalue}.obj'
       dmc batch synth:torus:32 synth:sphere:32 -i 0 --jobs 2
+      dmc batch 'sample_data/labels/*.nrrd' --labels all -o 'shells/{stem}_{name}.stl'
       dmc batch 'sample_data/nifti/*.nii.gz' -i otsu -o 'out/{stem}.ply' --require manifold --junit out.xml
     """
     from dmc_cli.cli.batch_plan import plan_batch
@@ -96,6 +99,8 @@ def batch(
         with junit_written(junit, items, outcomes, force=values["force"], whole=signals_held):
             convert_all(items, tell, jobs, progress, signals_held)
     if failed := sum(outcome.status != 0 for outcome in outcomes):
-        raise BatchError(f"{failed} of {len(items)} item(s) failed; their lines on standard output tell why")
+        raise BatchError(
+            f"{failed} of {len(outcomes)} item(s) failed; their lines on standard output tell why"
+        )
     if not quiet:
-        click.echo(f"{len(items)} item(s) done", err=True)
+        click.echo(f"{len(outcomes)} item(s) done", err=True)

@@ -12,12 +12,14 @@ import click
 
 from dmc_cli.app import refuse_overlaps
 from dmc_cli.cli.batch_file import read_tables
-from dmc_cli.cli.conversions import conversions_of
+from dmc_cli.cli.conversions import conversions_of, label_conversion_of
+from dmc_cli.cli.labels import are_of_labels, refuse_others
 from dmc_cli.cli.options import gather
 from dmc_cli.errors import SettingsError
 from dmc_cli.settings import (
     STREAM,
     ConvertSettings,
+    LabelSettings,
     ReadSettings,
     check_path,
 )
@@ -26,7 +28,7 @@ from dmc_cli.volume_io import exists
 
 def plan_batch(
     ctx: click.Context, inputs: tuple[str, ...], values: dict[str, Any], junit: str | None = None
-) -> list[ConvertSettings]:
+) -> list[ConvertSettings | LabelSettings]:
     """Return what to convert, in the order of the inputs, the isovalues within an input.
 
     Raises:
@@ -43,10 +45,12 @@ def plan_batch(
         folder, own = path.parent, [path]
     else:
         tables, folder, own = [{"inputs": list(inputs)}], Path(), []
-    items: list[ConvertSettings] = []
+    items: list[ConvertSettings | LabelSettings] = []
     for table in tables:
         ours = {name: value for name, value in values.items() if name in given or name not in table}
         base = Path() if "output" in given else folder
+        if are_of_labels(table | ours):
+            refuse_others(ctx, given | table.keys())
         items.extend(_expand(table | ours, folder, base))
     if sum(item.input == STREAM for item in items) > 1:
         raise SettingsError(
@@ -57,15 +61,18 @@ def plan_batch(
     return items
 
 
-def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings]:
-    """Yield the conversions of one table: each input with each isovalue."""
+def _expand(values: dict[str, Any], folder: Path, base: Path) -> Iterator[ConvertSettings | LabelSettings]:
+    """Yield the conversions of one table: each input with each isovalue, or of its labels."""
     read = gather(ReadSettings, values)
     if not values.get("inputs"):
         raise SettingsError(
             "no input was given; expected one or more, as `inputs` in the file or in each item"
         )
     for index, source in enumerate(_sources(values["inputs"], folder), 1):
-        yield from conversions_of(source, values, read, base=base, index=index)
+        if are_of_labels(values):
+            yield label_conversion_of(source, values, read, base=base, index=index)
+        else:
+            yield from conversions_of(source, values, read, base=base, index=index)
 
 
 def _sources(patterns: Any, folder: Path) -> Iterator[str]:

@@ -1,13 +1,16 @@
 """Name what an input becomes at each of several isovalues: one conversion each."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from dmc_cli.cli.options import gather, isovalues_of
+from dmc_cli.cli.labels import label_settings
+from dmc_cli.cli.options import DEFAULT_OUTPUT, gather, isovalues_of
 from dmc_cli.cli.templates import fill_template, name_part
 from dmc_cli.settings import (
     ConvertSettings,
+    LabelSettings,
     MeshSettings,
     OutputSettings,
     PartSettings,
@@ -18,6 +21,9 @@ from dmc_cli.volume_io import exists
 
 _COMPRESSED = {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip"}
 """Suffixes that stand behind another one; both go from the stem."""
+
+_OF_A_LABEL = re.compile(r"\{((?:label|name)(?::[^{}]*)?)\}")
+"""A field that is filled in when a label is known."""
 
 _PATHS = ("output", "halfedges", "report", "marked")
 """Options that are templates of paths."""
@@ -57,6 +63,28 @@ def conversions_of(
         paths = shared | {name: fill_template(name, form, fields, base) for name, form in templates.items()}
         files = {name: paths.get(name) for name in _PATHS[1:]}
         yield conversion_of(source, values | files, read, isovalue, paths["output"])
+
+
+def label_conversion_of(
+    source: str, values: dict[str, Any], read: ReadSettings, *, base: Path, index: int
+) -> LabelSettings:
+    """Return the conversion of the labels of one input; the arguments are those of `conversions_of`.
+
+    Of the template `output` what is of a label is left to be filled in: `{label}` and `{name}`.
+
+    Raises:
+        SettingsError: A template or a setting is wrong.
+    """
+    form = values["output"]
+    if form == DEFAULT_OUTPUT:
+        form = "{stem}.ply" if values["conforming"] else "{stem}_{label}.ply"
+    fields = {"stem": name_part(_stem(source)), "parent": _parent(source, base), "index": index}
+    of_labels = _OF_A_LABEL.sub(r"{{\1}}", form)
+    path = fill_template("output", of_labels, fields | {"label": None, "name": None}, base)
+    report = values.get("report")
+    if report is not None:
+        report = fill_template("report", report, fields | {"name": name_part(_name(source))}, base)
+    return label_settings(source, path, values | {"report": report}, read)
 
 
 def conversion_of(

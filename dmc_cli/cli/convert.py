@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from dmc_cli.cli import options
+from dmc_cli.cli.labels import are_of_labels, convert_labels
 from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.sections import SectionedCommand
 from dmc_cli.cli.summary import echo_summaries
@@ -47,9 +48,7 @@ def convert(input: str, path: str, quiet: bool, verbose: int, **values: Any) -> 
       dmc convert sample_data/nrrd/tooth.nrrd 'tooth_{isovalue}.ply' -i 500:900:200
       dmc convert sample_data/labels/tooth.seg.nrrd 'shells/{name}.ply' --labels all
     """
-    if values["labels"] or values["conforming"] or values["label_names"]:
-        from dmc_cli.cli.labels import convert_labels
-
+    if are_of_labels(values):
         convert_labels(input, path, values, quiet=quiet, verbose=verbose)
         return
     from dmc_cli.cli.conversions import conversion_of

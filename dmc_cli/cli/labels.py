@@ -1,5 +1,6 @@
 """Convert the labels of a label map: `dmc convert --labels`."""
 
+from collections.abc import Collection
 from typing import Any
 
 import click
@@ -22,15 +23,9 @@ def convert_labels(input: str, path: str, values: dict[str, Any], *, quiet: bool
     Raises:
         SettingsError: An option was given that has no effect on labels.
     """
-    _refuse_others(click.get_current_context())
-    settings = options.gather(
-        LabelSettings,
-        values,
-        input=input,
-        read=options.gather(ReadSettings, values),
-        part=options.gather(PartSettings, values),
-        output=options.gather(OutputSettings, values, path=path),
-    )
+    context = click.get_current_context()
+    refuse_others(context, given_options(context))
+    settings = label_settings(input, path, values, options.gather(ReadSettings, values))
     with shown_progress(quiet=quiet, verbose=verbose) as progress:
         with progress.stage("loading"):
             from dmc_cli.app import convert_labels as run
@@ -39,12 +34,33 @@ def convert_labels(input: str, path: str, values: dict[str, Any], *, quiet: bool
         echo_lines(label_lines(result.report), err=True)
 
 
-def _refuse_others(context: click.Context) -> None:
-    """Raise SettingsError if an option of surfaces at isovalues was given."""
+def are_of_labels(values: dict[str, Any]) -> bool:
+    """Return whether options ask for the surfaces of labels."""
+    return any(values.get(name) for name in ("labels", "conforming", "label_names"))
+
+
+def label_settings(input: str, path: str, values: dict[str, Any], read: ReadSettings) -> LabelSettings:
+    """Return the conversion of the labels of an input to a file or a template."""
+    return options.gather(
+        LabelSettings,
+        values,
+        input=input,
+        read=read,
+        part=options.gather(PartSettings, values),
+        output=options.gather(OutputSettings, values, path=path),
+    )
+
+
+def given_options(context: click.Context) -> set[str]:
+    """Return the names of the options that were given."""
+    names = {parameter.name for parameter in context.command.params if parameter.name is not None}
+    return {name for name in names if context.get_parameter_source(name) is not ParameterSource.DEFAULT}
+
+
+def refuse_others(context: click.Context, given: Collection[str]) -> None:
+    """Raise SettingsError if an option of surfaces at isovalues is among those that were given."""
     for parameter in context.command.params:
-        if getattr(parameter, "section", "") not in _OF_ISOVALUES or parameter.name is None:
-            continue
-        if context.get_parameter_source(parameter.name) is not ParameterSource.DEFAULT:
+        if getattr(parameter, "section", "") in _OF_ISOVALUES and parameter.name in given:
             raise SettingsError(
                 f"{parameter.opts[-1]} was given with labels, but it is of the surface at an isovalue; leave"
                 " one of the two out"

@@ -70,7 +70,7 @@ def convert_slowly(item, progress, _kept, _folders):
         for _ in range(10_000):
             time.sleep(0.02)
             progress.advance(0.5)
-    return Outcome(input=item.input, isovalue=0.0, output=item.output.path, status=0)
+    return [Outcome(input=item.input, isovalue=0.0, output=item.output.path, status=0)]
 
 
 def test_an_exception_stops_the_jobs_and_what_is_done_is_told_once(folder, monkeypatch):

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import pytest
 
 from dmc_cli.app import conversion
-from dmc_cli.app.batch import QUALITY, Outcome
 from dmc_cli.app.junit import junit_text
+from dmc_cli.app.outcomes import QUALITY, Outcome
 
 SPHERE, TORUS = "synth:sphere:16", "synth:torus:16"
 

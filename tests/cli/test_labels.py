@@ -262,3 +262,54 @@ def test_info_lists_the_labels(run, tmp_path, sample_data):
         {"label": 40, "name": "", "color": None, "nodes": 36},
     ]
     assert "labels" not in json.loads(run("info", "synth:sphere:8", "--json").stdout)
+
+
+def test_a_batch_has_a_line_a_label(run, tmp_path, boxes):
+    noise = np.zeros((9, 9, 9), np.uint8)
+    noise[2:6, 2:6, 2:6] = 5
+    np.save(tmp_path / "b.npy", noise)
+    np.save(tmp_path / "c.npy", np.full((4, 4, 4), 0.5))
+    words = ["--labels", "all", "-o", tmp_path / "o" / "{stem}" / "{name}_{label:03d}.ply", "--jobs", "2"]
+    result = run(
+        "batch", boxes, tmp_path / "b.npy", tmp_path / "c.npy", *words, "--junit", tmp_path / "j.xml"
+    )
+    assert result.exit_code == 8
+    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [line["label"] for line in lines] == [1, 2, 40, 5, None]
+    assert [line["status"] for line in lines] == [0, 0, 0, 0, 3]
+    assert [line["isovalue"] for line in lines] == [None] * 5
+    assert "is no label map" in lines[4]["error"]
+    for line in lines[:4]:
+        assert len(read_mesh(line["output"]).faces) == line["quads"] > 0
+        assert 0 < line["quality"]["shape_min"] <= line["quality"]["shape_mean"] <= 1
+    assert lines[3]["output"] == str(tmp_path / "o" / "b" / "label_5_005.ply")
+    assert not (tmp_path / "o" / "c").exists()
+    text = (tmp_path / "j.xml").read_text()
+    assert 'tests="5" failures="0" errors="1" skipped="0"' in text
+    assert '<property name="label" value="40"/>' in text
+
+
+def test_a_batch_of_labels_names_what_is_not_required_and_shared_meshes(run, tmp_path, boxes):
+    words = ["--labels", "all", "-o", tmp_path / "{stem}_{label}.ply", "--require", "quads>=100"]
+    result = run("batch", boxes, *words)
+    assert result.exit_code == 8
+    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [line["requirements"][0]["met"] for line in lines] == [True, True, False]
+    assert {line["status"] for line in lines} == {6}
+    assert not list(tmp_path.glob("*.ply"))
+    (line,) = run("batch", boxes, "--conforming", "-o", tmp_path / "{stem}.ply").stdout.splitlines()
+    found = json.loads(line)
+    assert (found["label"], found["output"]) == (None, str(tmp_path / "boxes.ply"))
+    assert len(read_mesh(found["output"]).faces) == found["quads"]
+
+
+def test_a_batch_file_of_labels(run, tmp_path, boxes):
+    (tmp_path / "a.toml").write_text('inputs = "boxes.nrrd"\nlabels = "1,40"\nkeep = "largest"\n')
+    lines = run("batch", tmp_path / "a.toml").stdout.splitlines()
+    assert [json.loads(line)["output"] for line in lines] == [
+        str(tmp_path / f"boxes_{label}.ply") for label in (1, 40)
+    ]
+    (tmp_path / "b.toml").write_text('inputs = "boxes.nrrd"\nlabels = "1"\nsimplify = "all"\n')
+    result = run("batch", tmp_path / "b.toml")
+    assert result.exit_code == 2
+    assert "--simplify was given with labels" in result.stderr

@@ -4,6 +4,7 @@ from .from_settings import default_of as default_of, gather as gather, setting a
 from .labels import label_options as label_options
 from .mesh import mesh_options as mesh_options
 from .output import (
+    DEFAULT_OUTPUT as DEFAULT_OUTPUT,
     force_option as force_option,
     json_option as json_option,
     marked_option as marked_option,

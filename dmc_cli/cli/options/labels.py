@@ -20,8 +20,8 @@ label_options = stack(
         "conforming",
         section="Labels",
         is_flag=True,
-        help="One mesh of all labels, with shared interfaces; each face has the labels of its two sides. It has no"
-        " normals: vertices where labels meet have several.",
+        help="One mesh of all labels, with shared interfaces; each face has the labels of its two sides. It"
+        " has no normals: vertices where labels meet have several.",
     ),
     setting(
         LabelSettings,

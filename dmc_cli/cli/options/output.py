@@ -11,6 +11,9 @@ from dmc_cli.cli.sections import SectionedOption
 from dmc_cli.requirements import NAMES
 from dmc_cli.settings import MeshValue, OutputSettings
 
+DEFAULT_OUTPUT = "{stem}_{isovalue}.ply"
+"""The template of a batch's outputs that were not named."""
+
 output_argument = click.argument("path", metavar="OUTPUT", shell_complete=complete_files)
 
 
