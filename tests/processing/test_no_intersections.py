@@ -55,7 +55,7 @@ def results(volume: Volume, isovalue: float, simplification: dict) -> Iterator[t
         simplify_stages(stages, MeshSettings(**simplification), watch)
     for size in (None, "30%"):
         if size is not None:
-            decimate_stages(stages, size, watch)
+            decimate_stages(stages, MeshSettings(quads=size), volume, watch, is_measured=False)
         yield f"quads {size}", Stages(stages.mesh, stages.placement)
         smooth = Stages(stages.mesh, stages.placement)
         relax_stages(smooth, 4, watch)
@@ -79,6 +79,7 @@ def test_no_two_faces_of_a_part_intersect(shared_data, name, simplification):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 @pytest.mark.real
 @pytest.mark.parametrize("simplification", SIMPLIFICATIONS, ids=str)
 @pytest.mark.parametrize("name", VOLUMES)
