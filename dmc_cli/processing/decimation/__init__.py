@@ -4,8 +4,11 @@ guard       distances between the fine mesh and the coarse one
 points      the quads nearest to the fine vertices, and the mean side
 places      a vertex put on the surface
 costs       what collapses cost
+sizes       what they cost more where quads are large
 candidates  the quads of each region, from the cheapest on
 judge       what an operation must leave
+actions     what a sweep tries
+fitting     a vertex put where its quads are nearest to the surface and to squares
 sweep       collapses, rotations, and vertices that glide
 bound       a distance that is proven, and returns to the last mesh that kept it
 rounds      the rounds in order

@@ -30,7 +30,7 @@ class Candidates:
 
 
 def find_candidates(
-    mesh: WorkingMesh, regions: Regions, refused: Any, per_step: float, share: float
+    mesh: WorkingMesh, regions: Regions, refused: Any, weight: Any, per_step: float, share: float
 ) -> Candidates:
     """Return the regions' quads; the cheapest `share` of those that can go set the threshold.
 
@@ -38,13 +38,14 @@ def find_candidates(
         mesh: The mesh, without gaps.
         regions: Its regions.
         refused: How often each quad was refused, uint8 (Q,).
+        weight: What its collapse costs more where quads are large, float32 (Q,).
         per_step: The factor of cost of a unit of irregularity.
         share: From 0 to 1.
     """
     device, arrays, faces, count = mesh.device, mesh.arrays, mesh.face_count, regions.count
     cost, region = device.empty(faces, wp.float32), device.empty(faces, wp.int32)
     items, keys, labels = (device.empty(2 * faces, t) for t in (wp.int32, wp.float32, wp.int32))
-    inputs = [arrays.corners, arrays.valence, arrays.position, refused, per_step]
+    inputs = [arrays.corners, arrays.valence, arrays.position, refused, weight, per_step]
     device.launch(rate_kernel, faces, [*inputs, regions.vertex_region, count], [cost, region, items])
     wp.copy(keys, cost, count=faces)
     wp.utils.radix_sort_pairs(keys, items, faces)  # both sorts are stable

@@ -40,6 +40,7 @@ def cost_of(
     valence: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
     refused: wp.array(dtype=wp.uint8),
+    weight: wp.array(dtype=wp.float32),
     per_step: wp.float32,
     h: wp.int32,
 ) -> wp.float32:
@@ -48,6 +49,7 @@ def cost_of(
     cost = float(NEVER)
     if merged >= 3 and merged <= MOST_MERGED:
         cost = wp.length(position[quad_corner(corners, h, 2)] - position[quad_corner(corners, h, 0)])
+        cost *= weight[h >> 2]
         added = irregularity_added(corners, valence, h)
         for _n in range(wp.abs(added)):
             cost = wp.where(added > 0, cost * per_step, cost / per_step)
@@ -64,6 +66,7 @@ def rate_kernel(
     valence: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
     refused: wp.array(dtype=wp.uint8),
+    weight: wp.array(dtype=wp.float32),
     per_step: wp.float32,
     vertex_region: wp.array(dtype=wp.int32),
     count: wp.int32,
@@ -74,8 +77,8 @@ def rate_kernel(
 ) -> None:
     """Find what each quad costs, and its region, `count` for none. One thread a quad."""
     q = first + wp.tid()
-    cost = cost_of(corners, valence, position, refused, per_step, 4 * q)
-    cost = wp.min(cost, cost_of(corners, valence, position, refused, per_step, 4 * q + 1))
+    cost = cost_of(corners, valence, position, refused, weight, per_step, 4 * q)
+    cost = wp.min(cost, cost_of(corners, valence, position, refused, weight, per_step, 4 * q + 1))
     region = vertex_region[corners[4 * q]]
     for c in range(1, 4):
         if vertex_region[corners[4 * q + c]] != region:

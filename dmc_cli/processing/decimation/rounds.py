@@ -31,11 +31,13 @@ from dmc_cli.mesh import (
     working_mesh,
 )
 from dmc_cli.processing.color_repair import repair_colors
+from dmc_cli.processing.decimation.actions import Sweep
 from dmc_cli.processing.decimation.bound import SHARE, Bound, Keeper, State
 from dmc_cli.processing.decimation.candidates import Candidates, find_candidates
 from dmc_cli.processing.decimation.guard import NOWHERE, Guard
 from dmc_cli.processing.decimation.points import mean_side, nearest_quads
-from dmc_cli.processing.decimation.sweep import REASONS, Sweep, sweep_kernel
+from dmc_cli.processing.decimation.sizes import size_weights
+from dmc_cli.processing.decimation.sweep import REASONS, sweep_kernel
 from dmc_cli.processing.distance_guard import TrackedPoints, renumbered, track_vertices
 from dmc_cli.processing.relaxation import find_normals
 from dmc_cli.processing.remeshing import (
@@ -54,7 +56,7 @@ from dmc_cli.progress import SILENT, Progress
 CHEAP_SHARE = 0.08
 """Of the quads that can go, the cheapest ones, which a round may collapse; all where they lead on no more."""
 
-PER_STEP = 3.5
+PER_STEP = 6.0
 """The factor of cost of a unit of irregularity: short diagonals decide among collapses of the same one."""
 
 FINE_SHARE, COARSE_SHARE = 0.33, 0.22
@@ -71,12 +73,14 @@ first holds for the cheapest quads, the others for all."""
 LEAST_PROGRESS = 50
 """Of so many quads a round must take one away, or all that are too many."""
 
-FIRST_POLISHES, LAST_POLISHES = 2, 16
+FIRST_POLISHES, LAST_POLISHES = 2, 24
 """Polishings before the rounds and after them."""
 
-TRIES, LAST_TRIES, LAST_ROTATIONS = 1, 4, 4
-"""Rotations tried at an irregular vertex each time that it is polished, between the rounds and in so many of
-the last polishings."""
+TRIES, LAST_TRIES = 2, 8
+"""Rotations tried at an irregular vertex each time that it is polished, between the rounds and after them."""
+
+STRIDES = (0.2, 0.1, 0.15, 0.07) * 3
+"""Steps of fitting at last, against the mean side: one sweep each."""
 
 AT_ONCE = 256
 """Quads that are taken away in one region: shares of fewer would leave most regions without any."""
@@ -171,7 +175,9 @@ class Decimation:
                 if keeper is not None and keeper.is_due(self._mesh.face_count):
                     self._hold(keeper)
             for n in range(LAST_POLISHES):
-                self._polish(self._rounds + n, LAST_TRIES if n < LAST_ROTATIONS else 0)
+                self._polish(self._rounds + n, LAST_TRIES)
+            for n, stride in enumerate(STRIDES):
+                self._polish(self._rounds + n, 0, stride)
             is_done = keeper is None or self._hold(keeper) or keeper.is_given_up
         mesh, placement = self._result()
         reasons = dict(zip(REASON_NAMES, self._refusals, strict=True))
@@ -231,11 +237,11 @@ class Decimation:
         edge, more = mean_side(self._mesh), self._mesh.face_count - quads
         self._assign_nearest()
         regions = self._regions(number, edge, is_whole=more <= AT_ONCE)
-        refused = self._mesh.face_values[REFUSED]
-        found = find_candidates(self._mesh, regions, refused, PER_STEP, 1.0 if eased else CHEAP_SHARE)
+        refused, weight = self._mesh.face_values[REFUSED], size_weights(self._mesh)
+        found = find_candidates(self._mesh, regions, refused, weight, PER_STEP, 1.0 if eased else CHEAP_SHARE)
         sweep = self._sweep(regions, number, edge)
         sweep.quota = wp.array(share_out(found.counts, more), dtype=wp.int32, device=self._device.name)
-        sweep.threshold, sweep.tries = found.threshold, 0
+        sweep.weight, sweep.threshold = weight, found.threshold
         self._launch(sweep, regions, found, edge, quads, LEAST_SHAPES[eased])
         refusals: list[int] = sweep.refusals.numpy().sum(axis=0).tolist()
         self._mesh, new_faces = pack(self._mesh)
@@ -243,13 +249,13 @@ class Decimation:
         self._tracked = replace(self._tracked, nearest_quad=nearest)
         return refusals
 
-    def _polish(self, number: int, tries: int) -> None:
-        """Rotate edges round irregular vertices, and let all vertices glide."""
+    def _polish(self, number: int, tries: int, stride: float = 0.0) -> None:
+        """Rotate edges round irregular vertices; let all vertices glide, or fit them if there is a stride."""
         edge = mean_side(self._mesh)
         regions = self._regions(number, edge)
         sweep = self._sweep(regions, number, edge)
         sweep.quota = self._device.zeros(regions.count, wp.int32)
-        sweep.tries = tries
+        sweep.tries, sweep.stride = tries, stride
         self._launch(sweep, regions, None, edge, self._mesh.face_count, LEAST_SHAPES[0])
 
     def _launch(
@@ -302,6 +308,7 @@ class Decimation:
         sweep.refusals = self._device.zeros((regions.count, REASONS), wp.int32)
         sweep.refused = self._mesh.face_values[REFUSED]
         sweep.per_step, sweep.edge, sweep.seed = PER_STEP, edge, number
+        sweep.tries, sweep.stride = 0, 0.0
         return sweep
 
     def _result(self) -> tuple[Mesh, Placement]:

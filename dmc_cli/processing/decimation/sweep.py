@@ -2,13 +2,24 @@
 
 Every operation is done first and judged afterwards, and undone where it breaks a rule. A region is the work
 of one thread, which goes through its quads from the cheapest on, so the mesh is the same for any number of
-threads. Polishing rotates edges near irregular vertices, by the chains of remeshing, and lets vertices glide.
+threads. Polishing rotates edges near irregular vertices, by the chains of remeshing, and lets vertices glide,
+or fits them (`fitting.py`).
 """
 
 import warp as wp
 
-from dmc_cli.mesh import REGULAR, quad_corner
-from dmc_cli.processing.decimation.costs import MOST_MERGED, cost_of
+from dmc_cli.mesh import quad_corner
+from dmc_cli.processing.decimation.actions import (
+    COLLAPSE,
+    FIT,
+    GLIDE,
+    NOTHING,
+    ROTATE,
+    Sweep,
+    action_of,
+)
+from dmc_cli.processing.decimation.costs import MOST_MERGED
+from dmc_cli.processing.decimation.fitting import fit_vertex
 from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.decimation.judge import (
     assign_points,
@@ -20,7 +31,6 @@ from dmc_cli.processing.decimation.judge import (
 )
 from dmc_cli.processing.decimation.places import put_on_surface
 from dmc_cli.processing.remeshing import (
-    ASCENT,
     KEPT,
     REMOVED,
     TOUCHED,
@@ -37,11 +47,9 @@ from dmc_cli.processing.remeshing import (
     keep_places,
     link,
     next_rotation,
-    outgoing,
     quads_removed,
     restore_places,
     rotate_edge,
-    rotation_cost,
     scrambled,
     touch,
     undo,
@@ -61,44 +69,11 @@ TOPOLOGY, SHAPE, DISTANCE = wp.constant(0), wp.constant(1), wp.constant(2)
 REASONS = 3
 """Why an operation is refused, and how many reasons there are."""
 
-NOTHING, COLLAPSE, ROTATE, GLIDE = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
-"""Kinds of operations."""
-
 MOST_REFUSALS = wp.constant(4)
 """Refusals that are remembered of a quad at most."""
 
-SHORT_STEP = wp.constant(0.02)
-"""Steps to a better shape that are not worth taking, against the mean length of the sides."""
-
 UNBOUNDED = wp.constant(1.0e30)
 """What shapes may cost where an operation is worth any."""
-
-
-@wp.struct
-class Sweep:
-    """What a sweep does, and what each region may take away and has, (R,), and why it refused, (R, REASONS).
-
-    Attributes:
-        quota: Quads that a region may take away.
-        taken: Quads that it has taken away.
-        refusals: How often it has refused a collapse, for each reason.
-        refused: (Q,), how often each quad was refused.
-        threshold: What a collapse may cost.
-        per_step: The factor of cost of a unit of irregularity.
-        edge: The mean length of the sides.
-        tries: Rotations that are tried at an irregular vertex.
-        seed: A number of the sweep's own.
-    """
-
-    quota: wp.array(dtype=wp.int32)
-    taken: wp.array(dtype=wp.int32)
-    refusals: wp.array2d(dtype=wp.int32)
-    refused: wp.array(dtype=wp.uint8)
-    threshold: wp.float32
-    per_step: wp.float32
-    edge: wp.float32
-    tries: wp.int32
-    seed: wp.int32
 
 
 @wp.func
@@ -146,7 +121,7 @@ def change(work: Work, b: wp.int32, first: wp.vec3i, most: wp.int32, seed: wp.ui
     kept = work.tally[b, KEPT]
     if work.mesh.vertex_gone[kept] != wp.uint8(0):
         fail(work, b)
-    if first[0] != GLIDE and not has_failed(work, b):
+    if first[0] < GLIDE and not has_failed(work, b):
         if first[0] == COLLAPSE and work.mesh.valence[kept] > MOST_MERGED:
             fail(work, b)
         if not is_core_sound(work, b):
@@ -170,6 +145,7 @@ def move_core(
 def try_places(
     context: SurfaceContext,
     guard: Guard,
+    sweep: Sweep,
     work: Work,
     b: wp.int32,
     kind: wp.int32,
@@ -180,8 +156,11 @@ def try_places(
     reason = int(DISTANCE)
     gather_patch_of(work, b, kind == ROTATE, False)
     count = list_points(work, b)
-    for _step in range(wp.where(kind == ROTATE, 2, 1)):
-        move_core(context, guard, work, b, kind == ROTATE, count)
+    if kind == FIT:
+        fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride)
+    else:
+        for _step in range(wp.where(kind == ROTATE, 2, 1)):
+            move_core(context, guard, work, b, kind == ROTATE, count)
     if not has_failed(work, b):
         may_warp = kind == ROTATE or guard.least_shape < WARPS_BELOW
         if not is_well_shaped(guard, work, b, before, budget, may_warp):
@@ -208,7 +187,7 @@ def attempt(
     """Try an operation: afterwards it is done, or nothing has changed."""
     begin(work, b)
     kind = action[0]
-    if kind == GLIDE:
+    if kind >= GLIDE:
         work.tally[b, KEPT] = action[1]
     else:
         work.tally[b, KEPT] = quad_corner(work.mesh.corners, action[1], wp.where(kind == COLLAPSE, 2, 0))
@@ -220,7 +199,7 @@ def attempt(
         keep_places(work, b)
         if not has_failed(work, b):
             budget = wp.where(kind == GLIDE, before.cost, UNBOUNDED)
-            reason = try_places(context, guard, work, b, kind, before, budget)
+            reason = try_places(context, guard, sweep, work, b, kind, before, budget)
         if has_failed(work, b):
             restore_places(work, b)
     done = not has_failed(work, b)
@@ -232,54 +211,6 @@ def attempt(
         else:
             sweep.refusals[b, reason] = sweep.refusals[b, reason] + 1
     return done
-
-
-@wp.func
-def collapse_of(work: Work, b: wp.int32, sweep: Sweep, q: wp.int32, choice: wp.int32) -> wp.vec3i:
-    """Return the collapse of one of a quad's diagonals if it may be tried, else nothing."""
-    action = wp.vec3i(NOTHING, 0, 0)
-    if work.mesh.face_gone[q] == wp.uint8(0) and sweep.taken[b] < sweep.quota[b]:
-        h = 4 * q + choice
-        cost = cost_of(
-            work.mesh.corners, work.mesh.valence, work.mesh.position, sweep.refused, sweep.per_step, h
-        )
-        if cost <= sweep.threshold:
-            action = wp.vec3i(COLLAPSE, h, 0)
-    return action
-
-
-@wp.func
-def rotation_at(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32) -> wp.vec3i:
-    """Return the rotation near a vertex that a random number names, if a chain may begin with it."""
-    action = wp.vec3i(NOTHING, 0, 0)
-    if work.mesh.valence[v] != REGULAR:
-        h = outgoing(work, v, wp.int32((number >> wp.uint32(4)) % wp.uint32(work.mesh.valence[v])))
-        side = (h & ~3) | wp.int32(number & wp.uint32(3))
-        forward = wp.int32((number >> wp.uint32(2)) & wp.uint32(1))
-        if rotation_cost(work, b, side, forward == 1) <= ASCENT:
-            action = wp.vec3i(ROTATE, side, forward)
-    return action
-
-
-@wp.func
-def action_of(
-    work: Work,
-    b: wp.int32,
-    sweep: Sweep,
-    polishes: wp.bool,
-    item: wp.int32,
-    choice: wp.int32,
-    seed: wp.uint32,
-) -> wp.vec3i:
-    """Return what is to be tried at a quad, or at a vertex: rotations, at last a step."""
-    if not polishes:
-        return collapse_of(work, b, sweep, item, choice)
-    if choice < sweep.tries:
-        return rotation_at(work, b, item, seed)
-    action = wp.vec3i(GLIDE, item, 0)
-    if wp.length(goal_of(work, item) - work.mesh.position[item]) <= SHORT_STEP * sweep.edge:
-        action = wp.vec3i(NOTHING, 0, 0)
-    return action
 
 
 @wp.kernel

@@ -42,6 +42,7 @@ from .work import (
     TRACKED as TRACKED,
     Work as Work,
     begin as begin,
+    clear_failure as clear_failure,
     fail as fail,
     has_failed as has_failed,
     outgoing as outgoing,

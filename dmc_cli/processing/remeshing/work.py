@@ -113,6 +113,12 @@ def fail(work: Work, b: wp.int32) -> None:
 
 
 @wp.func
+def clear_failure(work: Work, b: wp.int32) -> None:
+    """Go on with an operation after what was tried has failed."""
+    work.tally[b, FAILED] = 0
+
+
+@wp.func
 def has_failed(work: Work, b: wp.int32) -> wp.bool:
     """Return whether an operation was given up."""
     return work.tally[b, FAILED] != 0

@@ -1,0 +1,103 @@
+"""Say what a sweep tries: a collapse of a cheap quad, a rotation, or a step of a vertex."""
+
+import warp as wp
+
+from dmc_cli.mesh import REGULAR
+from dmc_cli.processing.decimation.costs import cost_of
+from dmc_cli.processing.remeshing import ASCENT, Work, goal_of, outgoing, rotation_cost
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+NOTHING, COLLAPSE, ROTATE = wp.constant(0), wp.constant(1), wp.constant(2)
+GLIDE, FIT = wp.constant(3), wp.constant(4)
+"""Kinds of operations; the last two move a vertex."""
+
+SHORT_STEP = wp.constant(0.02)
+"""Steps to a better shape that are not worth taking, against the mean length of the sides."""
+
+
+@wp.struct
+class Sweep:
+    """What a sweep does, and what each region may take away and has, (R,), and why it refused, (R, REASONS).
+
+    Attributes:
+        quota: Quads that a region may take away.
+        taken: Quads that it has taken away.
+        refusals: How often it has refused a collapse, for each reason.
+        refused: (Q,), how often each quad was refused.
+        weight: (Q,), what a collapse costs more where quads are large.
+        threshold: What a collapse may cost.
+        per_step: The factor of cost of a unit of irregularity.
+        edge: The mean length of the sides.
+        tries: Rotations that are tried at an irregular vertex.
+        stride: Steps of vertices that are fitted, against the mean length of the sides; 0 to let them glide.
+        seed: A number of the sweep's own.
+    """
+
+    quota: wp.array(dtype=wp.int32)
+    taken: wp.array(dtype=wp.int32)
+    refusals: wp.array2d(dtype=wp.int32)
+    refused: wp.array(dtype=wp.uint8)
+    weight: wp.array(dtype=wp.float32)
+    threshold: wp.float32
+    per_step: wp.float32
+    edge: wp.float32
+    tries: wp.int32
+    stride: wp.float32
+    seed: wp.int32
+
+
+@wp.func
+def collapse_of(work: Work, b: wp.int32, sweep: Sweep, q: wp.int32, choice: wp.int32) -> wp.vec3i:
+    """Return the collapse of one of a quad's diagonals if it may be tried, else nothing."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    if work.mesh.face_gone[q] == wp.uint8(0) and sweep.taken[b] < sweep.quota[b]:
+        h = 4 * q + choice
+        cost = cost_of(
+            work.mesh.corners,
+            work.mesh.valence,
+            work.mesh.position,
+            sweep.refused,
+            sweep.weight,
+            sweep.per_step,
+            h,
+        )
+        if cost <= sweep.threshold:
+            action = wp.vec3i(COLLAPSE, h, 0)
+    return action
+
+
+@wp.func
+def rotation_at(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32) -> wp.vec3i:
+    """Return the rotation near a vertex that a random number names, if a chain may begin with it."""
+    action = wp.vec3i(NOTHING, 0, 0)
+    if work.mesh.valence[v] != REGULAR:
+        h = outgoing(work, v, wp.int32((number >> wp.uint32(4)) % wp.uint32(work.mesh.valence[v])))
+        side = (h & ~3) | wp.int32(number & wp.uint32(3))
+        forward = wp.int32((number >> wp.uint32(2)) & wp.uint32(1))
+        if rotation_cost(work, b, side, forward == 1) <= ASCENT:
+            action = wp.vec3i(ROTATE, side, forward)
+    return action
+
+
+@wp.func
+def action_of(
+    work: Work,
+    b: wp.int32,
+    sweep: Sweep,
+    polishes: wp.bool,
+    item: wp.int32,
+    choice: wp.int32,
+    seed: wp.uint32,
+) -> wp.vec3i:
+    """Return what is to be tried at a quad, or at a vertex: rotations, at last a step."""
+    if not polishes:
+        return collapse_of(work, b, sweep, item, choice)
+    if choice < sweep.tries:
+        return rotation_at(work, b, item, seed)
+    if sweep.stride > 0.0:
+        return wp.vec3i(FIT, item, 0)
+    action = wp.vec3i(GLIDE, item, 0)
+    if wp.length(goal_of(work, item) - work.mesh.position[item]) <= SHORT_STEP * sweep.edge:
+        action = wp.vec3i(NOTHING, 0, 0)
+    return action
