@@ -17,7 +17,7 @@ from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-HEIGHT_WEIGHT = wp.constant(2.5)
+HEIGHT_WEIGHT = wp.constant(2.9)
 """What the square of a sample's height, against the mean side, counts against 1 - shape."""
 
 HIGH_WEIGHT = wp.constant(10.0)
