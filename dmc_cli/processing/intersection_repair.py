@@ -72,25 +72,26 @@ def repair_intersections(mesh: Mesh, placement: Placement, find: Find) -> Repair
         CallError: Mesh and placement do not belong together.
     """
     require_places(require_mesh(mesh), placement)
-    pairs = find(mesh)
+    near, near_placement = in_near_frame(mesh, placement)  # what rounding alone has intersect stays
+    pairs = find(near)
     before, rounds = len(pairs), 0
     moved: set[int] = set()
     left: set[int] = set()
     if before:
         given = placement.frame.affine
-        mesh, placement = in_near_frame(mesh, placement)
-        mesh = replace(mesh, positions=wp.clone(mesh.positions))
-        placement = replace(placement, cell=wp.clone(placement.cell), local=wp.clone(placement.local))
+        mesh = replace(near, positions=wp.clone(near.positions))
+        placement = replace(
+            near_placement, cell=wp.clone(near_placement.cell), local=wp.clone(near_placement.local)
+        )
         while len(pairs) and rounds < MOST_ROUNDS:
             stays = rounds < ROUNDS_ON_SURFACE
             vertices = _pull(mesh, placement, pairs, stays_on_surface=stays)
             moved.update(vertices.tolist())
             left.update(() if stays else vertices.tolist())
             pairs, rounds = _pairs_after(mesh, vertices, pairs, find), rounds + 1
-        is_near = placement.frame.affine is given
         mesh, placement = in_frame_of(given, mesh, placement)
-        pairs = pairs if is_near else find(mesh)  # coordinates are rounded otherwise there
-    return Repaired(mesh, placement, before, len(pairs), len(moved), len(left), rounds)
+    after = len(pairs) if near_placement.frame.affine is placement.frame.affine else len(find(mesh))
+    return Repaired(mesh, placement, before, after, len(moved), len(left), rounds)
 
 
 def _pairs_after(mesh: Mesh, moved: Int32Array, pairs: Int32Array, find: Find) -> Int32Array:

@@ -79,8 +79,7 @@ def test_every_option_fills_a_setting(command):
 
 
 def test_a_batch_takes_every_option_of_convert():
-    of_labels = {"labels", "conforming", "label_names"}
-    assert set(parameters("convert")) - set(parameters("batch")) == {"input", "path"} | of_labels
+    assert set(parameters("convert")) - set(parameters("batch")) == {"input", "path"}
     assert set(parameters("batch")) - set(parameters("convert")) == {"inputs", "output", "jobs", "junit"}
 
 

@@ -122,3 +122,10 @@ def test_dmc_mesh_tells_what_it_repaired_and_what_is_met(run, tmp_path, fine):
     refused = run("mesh", fine, tmp_path / "c.ply", *words, "--require", "size.to_before.max<=1e-9")
     assert refused.exit_code == 6
     assert not (tmp_path / "c.ply").exists()
+
+
+def test_a_patch_with_more_points_than_it_has_room_for_is_left_alone(run, tmp_path):
+    """Of few quads some have many points of the fine mesh: fitting must not look beyond its list."""
+    out = tmp_path / "a.ply"
+    result = run("convert", "synth:genus_two:40", out, "-i", 0, "--border", "closed", "--max-error", 0.02)
+    assert result.exit_code == 0

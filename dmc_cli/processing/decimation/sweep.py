@@ -157,7 +157,8 @@ def try_places(
     gather_patch_of(work, b, kind == ROTATE, False)
     count = list_points(work, b)
     if kind == FIT:
-        fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride)
+        if not has_failed(work, b):  # a patch may have more points than there is room for
+            fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride)
     else:
         for _step in range(wp.where(kind == ROTATE, 2, 1)):
             move_core(context, guard, work, b, kind == ROTATE, count)
