@@ -132,6 +132,7 @@ def repair_stages(stages: Stages, watch: Stopwatch) -> None:
     from dmc_cli.processing import repair_intersections
 
     before = _kept_of(stages)
+    stages.mesh.device.let_go()  # what the stages before left would stand beside copies of other sizes
     with watch.stage("repair", "undoing intersections"):
         result = repair_intersections(stages.mesh, stages.placement, find_intersections)
         stages.mesh, stages.placement = result.mesh, result.placement

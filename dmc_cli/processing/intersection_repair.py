@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from dmc_cli.array_types import Float64Array, Int32Array
+from dmc_cli.array_types import BoolArray, Float64Array, Int32Array
 from dmc_cli.field import cell_node, index_position, node_cell, output_position, point_at, slice_distance
 from dmc_cli.mesh import Mesh, Placement, in_frame_of, in_near_frame, require_mesh, require_places
 from dmc_cli.processing.tangent_step import SurfaceContext, glide, make_context
@@ -25,6 +25,9 @@ MOST_ROUNDS = 20
 
 ROUNDS_ON_SURFACE = 3
 """Rounds in which vertices stay on the surface."""
+
+FACES_AT_ONCE = 1 << 16
+"""Faces whose corners are looked up at a time."""
 
 SHARE = 0.5
 """Of the way to the mean of the neighbours."""
@@ -100,7 +103,7 @@ def _pairs_after(mesh: Mesh, moved: Int32Array, pairs: Int32Array, find: Find) -
         mesh.vertex_count + 1, bool
     )  # the last one stands for the corner that triangles lack
     has_moved[moved] = True
-    is_changed = has_moved[mesh.faces.numpy()].any(axis=1)
+    is_changed = _faces_with(has_moved, mesh.faces.numpy())
     kept = pairs[~is_changed[pairs].any(axis=1)]
     return np.concatenate([kept, find(mesh, np.flatnonzero(is_changed).astype(np.int32))])
 
@@ -122,12 +125,12 @@ def _pull(mesh: Mesh, placement: Placement, pairs: Int32Array, *, stays_on_surfa
 
 def _steps(mesh: Mesh, pairs: Int32Array) -> tuple[Int32Array, Float64Array]:
     """Return the vertices of some faces, without those of a boundary, and their steps, (n, 3)."""
-    faces, points = mesh.faces.numpy(), mesh.positions.numpy().astype(np.float64)
+    faces, points = mesh.faces.numpy(), mesh.positions.numpy()
     corners = faces[np.unique(pairs)]
     chosen = np.zeros(len(points) + 1, bool)  # the last one stands for the corner that triangles lack
     chosen[corners.ravel()] = True
     chosen[-1] = False
-    near = faces[chosen[faces].any(axis=1)]
+    near = faces[_faces_with(chosen, faces)]
     following = np.roll(near, -1, axis=1)
     is_triangle = near[:, 3] < 0
     following[is_triangle, 2] = near[is_triangle, 0]
@@ -136,14 +139,23 @@ def _steps(mesh: Mesh, pairs: Int32Array) -> tuple[Int32Array, Float64Array]:
     edges, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     chosen[edges[counts == 1].ravel()] = False
     vertices = np.flatnonzero(chosen).astype(np.int32)
-    number = np.full(len(points), -1)
-    number[vertices] = np.arange(len(vertices))
+    number = np.full(len(points), -1, np.int32)
+    number[vertices] = np.arange(len(vertices), dtype=np.int32)
     sums, valence = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
     for here, there in ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0])):
         moves = number[here] >= 0
-        np.add.at(sums, number[here[moves]], points[there[moves]])
+        np.add.at(sums, number[here[moves]], points[there[moves]].astype(np.float64))
         np.add.at(valence, number[here[moves]], 1.0)
-    return vertices, SHARE * (sums / valence[:, None] - points[vertices])
+    return vertices, SHARE * (sums / valence[:, None] - points[vertices].astype(np.float64))
+
+
+def _faces_with(chosen: BoolArray, faces: Int32Array) -> BoolArray:
+    """Return which faces have a chosen corner; in pieces, since indices are widened."""
+    found = np.empty(len(faces), bool)
+    for first in range(0, len(faces), FACES_AT_ONCE):
+        part = slice(first, first + FACES_AT_ONCE)
+        found[part] = chosen[faces[part]].any(axis=1)
+    return found
 
 
 @wp.kernel
