@@ -5,13 +5,20 @@ node and another one the surface lies where both values put it. All other nodes 
 crossed edge that stays is crossed where it was. What a type cannot hold becomes its least or greatest value.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, BoolArray
-from dmc_cli.field import stored_isovalue
+from dmc_cli.field import DeviceVolume, stored_isovalue, upload_volume
 from dmc_cli.volume import Volume
+
+
+def flipped_volume(volume: DeviceVolume, isovalue: float, values: AnyArray, bits: Any) -> DeviceVolume:
+    """Return a volume with nodes flipped; `values`, its own or a copy, are changed. See `flip_nodes`."""
+    flip_nodes(volume.volume, values, isovalue, bits)
+    return upload_volume(replace(volume.volume, values=values, gradient=None, formula=None), volume.device)
 
 
 def flip_nodes(volume: Volume, values: AnyArray, isovalue: float, bits: Any) -> int:

@@ -7,14 +7,13 @@ and with it where in the cell a vertex lies. What is filled was enclosed along t
 are closed.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dmc_cli.array_types import BoolArray
 from dmc_cli.errors import EmptySurfaceError
-from dmc_cli.field import DeviceVolume, upload_volume
+from dmc_cli.field import DeviceVolume
 from dmc_cli.parts.components import (
     Components,
     Reserve,
@@ -24,7 +23,7 @@ from dmc_cli.parts.components import (
     size_of,
     tally,
 )
-from dmc_cli.parts.flips import flip_nodes
+from dmc_cli.parts.flips import flipped_volume
 from dmc_cli.settings import PartSettings, SurfaceSettings
 from dmc_cli.volume import Volume
 
@@ -93,7 +92,9 @@ def _with_kept(
     if part.most_kept is not None or part.min_volume is not None:
         told["dropped"] = tally(found, dropped)
     if dropped.any():
-        volume = _flipped(volume, settings, values, mark_components(found, dropped, sets.grid, volume))
+        volume = flipped_volume(
+            volume, settings.settled_isovalue, values, mark_components(found, dropped, sets.grid, volume)
+        )
     return volume, told
 
 
@@ -106,7 +107,9 @@ def _filled(
     filled = ~outer.is_open & (outer.volume_mm3 <= largest)
     told = tally(outer, filled)
     if filled.any():
-        volume = _flipped(volume, settings, values, mark_components(outer, filled, sets.grid, volume))
+        volume = flipped_volume(
+            volume, settings.settled_isovalue, values, mark_components(outer, filled, sets.grid, volume)
+        )
     return volume, told
 
 
@@ -126,14 +129,8 @@ def _reshaped(
         changed &= sets.data.numpy()
     told = size_of(changed, sets.grid, volume.volume)
     if told["nodes"]:
-        volume = _flipped(volume, settings, values, changed)
+        volume = flipped_volume(volume, settings.settled_isovalue, values, changed)
     return volume, told
-
-
-def _flipped(volume: DeviceVolume, settings: SurfaceSettings, values: Any, bits: Any) -> DeviceVolume:
-    """Return the volume with flipped nodes; `values`, its own or a copy, are changed."""
-    flip_nodes(volume.volume, values, settings.settled_isovalue, bits)
-    return upload_volume(replace(volume.volume, values=values, gradient=None, formula=None), volume.device)
 
 
 def _dropped(found: Components, part: PartSettings) -> BoolArray:

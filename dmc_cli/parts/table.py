@@ -8,14 +8,13 @@ of the rest what hangs together with the body is not. Nodes of the table are fli
 tissue from air.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import BoolArray
-from dmc_cli.field import DeviceVolume, grid_of, upload_volume
+from dmc_cli.field import DeviceVolume, grid_of
 from dmc_cli.parts.components import (
     Components,
     NodeSets,
@@ -27,7 +26,7 @@ from dmc_cli.parts.components import (
     size_of,
     tally,
 )
-from dmc_cli.parts.flips import flip_nodes
+from dmc_cli.parts.flips import flipped_volume
 from dmc_cli.parts.morphology import closed, large_ball_of, opened
 from dmc_cli.parts.profile import profile_nodes
 from dmc_cli.settings import SurfaceSettings
@@ -78,9 +77,7 @@ def cut_table(
     bits &= ~_of_body(bits, body, volume, settings, reserve_beside)
     reserve_beside(volume.volume.values.nbytes)
     values = volume.volume.values.copy()
-    flip_nodes(volume.volume, values, level, bits)
-    changed = replace(volume.volume, values=values, gradient=None, formula=None)
-    return upload_volume(changed, volume.device), told | size_of(bits, grid, volume.volume)
+    return flipped_volume(volume, level, values, bits), told | size_of(bits, grid, volume.volume)
 
 
 def _body_and_rest(volume: DeviceVolume, settings: SurfaceSettings, reserve: Reserve) -> tuple[Any, NodeSets]:

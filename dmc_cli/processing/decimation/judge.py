@@ -26,6 +26,7 @@ from dmc_cli.processing.remeshing import (
     list_points_of_patch,
     measure_patch,
     redo,
+    take_new_nearest,
     undo,
 )
 
@@ -153,14 +154,7 @@ def assign_points(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> Non
             fail(work, b)
         n += 1
     if not has_failed(work, b):
-        for m in range(count):
-            work.first_point[work.nearest_quad[work.listed[b, m]]] = -1
-        for m in range(count):
-            g = work.listed[b, m]
-            q = work.new_nearest[b, m]
-            work.nearest_quad[g] = q
-            work.next_point[g] = work.first_point[q]
-            work.first_point[q] = g
+        take_new_nearest(work, b, count)
 
 
 @wp.func

@@ -29,7 +29,10 @@ from .regions import (
     make_regions as make_regions,
 )
 from .rounds import Remeshed as Remeshed, Rounds as Rounds, remesh as remesh
-from .tracked_points import list_points_of_patch as list_points_of_patch
+from .tracked_points import (
+    list_points_of_patch as list_points_of_patch,
+    take_new_nearest as take_new_nearest,
+)
 from .work import (
     CORNER as CORNER,
     FACE_GONE as FACE_GONE,

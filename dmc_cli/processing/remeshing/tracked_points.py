@@ -65,6 +65,19 @@ def nearest_in_patch(context: SurfaceContext, work: Work, b: wp.int32, g: wp.int
 
 
 @wp.func
+def take_new_nearest(work: Work, b: wp.int32, count: wp.int32) -> None:
+    """Move the listed points to the lists of their new nearest quads."""
+    for m in range(count):
+        work.first_point[work.nearest_quad[work.listed[b, m]]] = -1
+    for m in range(count):
+        g = work.listed[b, m]
+        nearest_quad = work.new_nearest[b, m]
+        work.nearest_quad[g] = nearest_quad
+        work.next_point[g] = work.first_point[nearest_quad]
+        work.first_point[nearest_quad] = g
+
+
+@wp.func
 def assign_points(context: SurfaceContext, work: Work, b: wp.int32) -> None:
     """Assign the points of an operation's quads to quads of the patch; fail if one is left behind."""
     size = list_points_of_patch(work, b)
@@ -77,11 +90,4 @@ def assign_points(context: SurfaceContext, work: Work, b: wp.int32) -> None:
             fail(work, b)
         n += 1
     if not has_failed(work, b):
-        for m in range(size):
-            work.first_point[work.nearest_quad[work.listed[b, m]]] = -1
-        for m in range(size):
-            g = work.listed[b, m]
-            nearest_quad = work.new_nearest[b, m]
-            work.nearest_quad[g] = nearest_quad
-            work.next_point[g] = work.first_point[nearest_quad]
-            work.first_point[nearest_quad] = g
+        take_new_nearest(work, b, size)
