@@ -46,6 +46,15 @@ def pytest_configure(config):
         check_bounds()
 
 
+def pytest_sessionstart(session):
+    """Compile the kernels on all cores before several processes run all tests: each would compile them."""
+    config = session.config
+    is_whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if is_whole and config.getoption("numprocesses", None) and not hasattr(config, "workerinput"):
+        command = [sys.executable, "-m", "dmc_cli", "doctor", "--warm-up", "--quiet"]
+        subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+
+
 def pytest_runtest_setup(item):
     if item.get_closest_marker("pool") and item.config.getoption("--launches-by-warp"):
         pytest.skip("there is no pool where launches are Warp's")
