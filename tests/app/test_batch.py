@@ -139,7 +139,7 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
 
     def convert(item, _progress, **_):
         begun.append(item)
-        if len(begun) > 1:
+        if item.output.path != "0.ply":  # whichever begins first: that one alone is done, and told
             go_on.wait(60)
         raise DamagedVolumeError("done")
 
@@ -157,7 +157,7 @@ def test_who_stops_listening_stops_the_items_that_wait(monkeypatch):
     monkeypatch.setattr(batch._Jobs, "stop", stop_and_go_on)
     with pytest.raises(InterruptedError):
         convert_all(items(*"abcdefgh"), listen, 2)
-    assert len(begun) <= 4
+    assert len(begun) <= 3
 
 
 def test_kernels_are_loaded_before_jobs_begin(seen, monkeypatch):

@@ -35,7 +35,8 @@ from tests.reference import table
 from tests.strategies import volumes_with_settings
 
 GOALS = {row["volume"]: float(row["irregular_percent_after"]) / 3 for row in table("regression_real.csv")}
-GOALS["nrrd_skull_mask/Skull.nrrd"] = 10.0  # the rest is what it costs to warp no quad on a mask's stairs
+MISSED = {"nrrd_skull_mask/Skull.nrrd": 10.0}
+"""What holds where the goal is missed yet: no quad may warp, which on stairs leaves more irregular."""
 
 
 def by_patterns(surface):
@@ -320,7 +321,11 @@ def assert_goals(before, result, most_irregular):
 def test_scans_keep_less_than_a_third_of_what_the_patterns_leave(extract, shared_data, name):
     volume = read_real_volume(shared_data, name)
     before = by_patterns(extract(volume, REAL_VOLUMES[name][0], border="closed", threads=2))
-    assert_goals(before, remeshed(before, 20), GOALS[name])
+    result = remeshed(before, 20)
+    assert_goals(before, result, MISSED.get(name, GOALS[name]))
+    if name in MISSED:
+        assert irregular_percent(result.mesh) >= GOALS[name], "the goal is met: it is missed no more"
+        pytest.xfail(f"{irregular_percent(result.mesh):.1f} % irregular, the goal is {GOALS[name]:.2f} %")
 
 
 @pytest.mark.slow
