@@ -144,9 +144,9 @@ def _steps(mesh: Mesh, pairs: Int32Array) -> tuple[Int32Array, Float64Array]:
     sums, valence = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
     for here, there in ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0])):
         moves = number[here] >= 0
-        np.add.at(sums, number[here[moves]], points[there[moves]].astype(np.float64))
+        np.add.at(sums, number[here[moves]], points[there[moves]])
         np.add.at(valence, number[here[moves]], 1.0)
-    return vertices, SHARE * (sums / valence[:, None] - points[vertices].astype(np.float64))
+    return vertices, SHARE * (sums / valence[:, None] - points[vertices])
 
 
 def _faces_with(chosen: BoolArray, faces: Int32Array) -> BoolArray:
