@@ -7,7 +7,7 @@ import numpy as np
 from dmc_cli.contouring import Surface
 from dmc_cli.settings import SurfaceSettings
 from dmc_cli.volume.volume import Volume
-from tests.oracle.cube import face_edges
+from tests.oracle.cube import share_face
 from tests.oracle.edge_mesh import (
     crossings,
     edge_of_cell,
@@ -80,4 +80,4 @@ def assert_triangulated(polygon, triangles) -> None:
     assert border <= set(sides)
     assert all((b, a) in inner for a, b in inner)
     assert max(sides.values()) == 1
-    assert not any({a, b} <= set(face_edges(face)) for a, b in inner for face in range(6))
+    assert not any(share_face(a, b) for a, b in inner)

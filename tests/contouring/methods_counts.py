@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from dmc_cli.settings import ReadSettings
 from dmc_cli.volume.volume import Volume
 from dmc_cli.volume_io import read_volume
@@ -27,6 +29,18 @@ def rows(*, smallest: int = 0, largest: int = 10**9, real: bool = False) -> list
         return [row for row in found if row["volume"] in REAL_NAMES]
     return [
         row for row in found if row["volume"] in PAPER_FIELDS and smallest <= int(row["nodes"]) <= largest
+    ]
+
+
+LARGE_SCANS = {"bonsai", "engine", "engine128"}
+"""Real volumes of seven million nodes and more."""
+
+
+def scans() -> list:
+    """The rows of real volumes as parameters, those of large ones marked as slow."""
+    return [
+        pytest.param(row, marks=pytest.mark.slow if row["volume"] in LARGE_SCANS else (), id=row_name(row))
+        for row in rows(real=True)
     ]
 
 

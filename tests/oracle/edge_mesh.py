@@ -3,6 +3,8 @@
 A grid edge (axis, i, j, k) runs along `axis` from its lower node (i, j, k).
 """
 
+from functools import cache
+
 import numpy as np
 
 from dmc_cli.settings import SurfaceSettings
@@ -39,16 +41,12 @@ def ordered_edges(grid: Grid) -> np.ndarray:
 
 def edges_with_two_fans(grid: Grid) -> set[GridEdge]:
     """The crossed edges at which only two cells exist, opposite each other: their polygons share no side."""
-    cells = np.pad(grid.existing_cells(), 1)
-    found = set()
-    for edge in ordered_edges(grid).tolist():
-        axis, (i, j, k) = edge[0], edge[1:]
-        a, b = (np.eye(3, dtype=int)[n] for n in range(3) if n != axis)
-        at = np.array([i, j, k]) + 1
-        exists = [bool(cells[tuple((at - back)[::-1])]) for back in (0 * a, a, a + b, b)]
-        if exists in ([True, False, True, False], [False, True, False, True]):
-            found.add(tuple(edge))
-    return found
+    cells, edges = np.pad(grid.existing_cells(), 1), ordered_edges(grid)
+    at = edges[:, 1:] + 1
+    a, b = (np.eye(3, dtype=int)[across[edges[:, 0]]] for across in np.array([[1, 0, 0], [2, 2, 1]]))
+    first, second, third, fourth = (cells[tuple((at - back).T[::-1])] for back in (0 * a, a, a + b, b))
+    opposite = (first == third) & (second == fourth) & (first != second)
+    return {tuple(edge) for edge in edges[opposite].tolist()}
 
 
 def numbered_edges(grid: Grid) -> dict[GridEdge, int]:
@@ -63,6 +61,7 @@ def crossings(grid: Grid, edges: np.ndarray) -> np.ndarray:
     return (a / (a - b)).astype(np.float32)
 
 
+@cache
 def points_outwards(case: int, polygon: Polygon) -> bool:
     """Whether a polygon's normal points away from the inside.
 

@@ -69,9 +69,9 @@ def place_paper(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
 
 def place_particle(points: np.ndarray, normals: np.ndarray, steps: int, size: float) -> np.ndarray:
     """So many steps from the mean along the sum of the vectors to the planes, kept in the cells."""
-    n = np.nan_to_num(normals, nan=0.0)
-    p = np.nanmean(points, axis=1)
+    mean, matrix, force = planes(points, normals)
+    p = mean
     for _ in range(steps):
-        distance = np.nan_to_num(np.einsum("vek,vek->ve", n, points - p[:, None]), nan=0.0)
-        p = np.clip(p + size * np.einsum("ve,vek->vk", distance, n), 0.0, 1.0)
+        to_planes = force - np.einsum("vjk,vk->vj", matrix, p - mean)
+        p = np.clip(p + size * to_planes, 0.0, 1.0)
     return p

@@ -13,13 +13,14 @@ from tests.oracle.grid import Grid
 Polygon = tuple[int, ...]
 
 
-def face_segments(case: int, face: int, joined: bool) -> list[frozenset[int]]:
+@cache
+def face_segments(case: int, face: int, joined: bool) -> tuple[frozenset[int], ...]:
     """The segments in a face, each as its two edges; `joined` counts for an ambiguous face only."""
     crossed = [e for e in face_edges(face) if e in crossed_edges(case)]
     if not is_ambiguous(case, face):
-        return [frozenset(crossed)] if crossed else []
+        return (frozenset(crossed),) if crossed else ()
     cut_off = [c for c in face_corners(face) if bool(case >> c & 1) != joined]
-    return [frozenset(e for e in crossed if c in EDGES[e]) for c in cut_off]
+    return tuple(frozenset(e for e in crossed if c in EDGES[e]) for c in cut_off)
 
 
 @cache

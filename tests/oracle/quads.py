@@ -5,6 +5,7 @@ crosses it and its four cells exist; the corners of the quad are the four polygo
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -33,15 +34,21 @@ class Vertex:
 
 def cells_round(edge: GridEdge) -> list[tuple[Cell, int]]:
     """The four cells round a grid edge in cyclic order, each with its own number for the edge."""
-    axis, *node = edge
+    axis, i, j, k = edge
+    return [((i + a, j + b, k + c), number) for (a, b, c), number in steps_round(axis)]
+
+
+@cache
+def steps_round(axis: int) -> tuple[tuple[Cell, int], ...]:
+    """The steps from the lower node of an edge along `axis` to its four cells, and its numbers in them."""
     found = []
     for step_first, step_second in AROUND:
-        cell, position = list(node), [0, 0, 0]
+        steps, position = [0, 0, 0], [0, 0, 0]
         for other, step in ((axis + 1) % 3, step_first), ((axis + 2) % 3, step_second):
-            cell[other] += step
+            steps[other] = step
             position[other] = -step
-        found.append((tuple(cell), edge_at(axis, tuple(position))))
-    return found
+        found.append((tuple(steps), edge_at(axis, tuple(position))))
+    return tuple(found)
 
 
 def crossed_grid_edges(grid: Grid) -> list[GridEdge]:

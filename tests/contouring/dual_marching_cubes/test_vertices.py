@@ -40,8 +40,8 @@ VOLUMES = {
     "sphere": (sphere, 0.0),
     "iwp": (lambda: paper_field("iwp", 32), 0.0),
     "genus two": (lambda: paper_field("genus_two", 64), 0.0),
-    "white noise": (lambda: white_noise(48), 0.0),
-    "smooth noise": (lambda: smooth_noise(48, sigma=1.0), 0.0),
+    "white noise": (lambda: white_noise(34), 0.0),
+    "smooth noise": (lambda: smooth_noise(34, sigma=1.0), 0.0),
     "integer noise": (integer_noise, 3.0),
     "float noise with ties": (float_noise_with_ties, 3.0),
     "large offset": (large_offset, 1e5),
@@ -53,6 +53,10 @@ VOLUMES = {
     "large float64": (noise_of_size(1e150, np.float64), 0.0),
     "mixed sizes": (mixed_sizes, 0.0),
 }
+
+
+LARGE = {"nifti_bonsai/bonsai.nii.gz", "raw_engine"}
+"""Real volumes of seven million nodes and more."""
 
 
 @pytest.fixture(params=VOLUMES)
@@ -95,7 +99,9 @@ def cell_indices_of(surface, volume, isovalue, border):
 
 
 @pytest.mark.real
-@pytest.mark.parametrize("name", REAL_VOLUMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in LARGE else ()) for name in REAL_VOLUMES]
+)
 def test_the_vertices_of_real_volumes_lie_on_the_trilinear_surface(extract, name, border, shared_data):
     volume, isovalue = read_real_volume(shared_data, name), REAL_VOLUMES[name][0]
     surface = extract(volume, isovalue, border=border, threads=2)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.contouring.methods_counts import row_name, rows, volume_of_row
+from tests.contouring.methods_counts import row_name, rows, scans, volume_of_row
 from tests.fields import paper_field, smooth_noise, white_noise
 from tests.oracle.edges import pair_use
 from tests.triangles import euler_characteristic, triangle_valences
@@ -34,7 +34,7 @@ def test_the_counts_of_the_papers_large_fields_are_exact(extract, row):
 
 
 @pytest.mark.real
-@pytest.mark.parametrize("row", rows(real=True), ids=row_name)
+@pytest.mark.parametrize("row", scans())
 def test_the_counts_of_real_volumes_are_exact(extract, row, shared_data):
     volume = volume_of_row(row, shared_data)
     surface = extract(volume, float(row["isovalue"]), method="mc", border=row["border"], threads=2)
