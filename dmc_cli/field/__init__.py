@@ -3,6 +3,7 @@
 grid                 numbering of nodes, cells, edges and faces; from grid to world
 planes               one bit per node or cell, in words
 lanes                sixteen numbers side by side, in C++
+lane_vectors         sixteen vectors side by side, in C++
 sample_reader        stored values of whatever type
 brick_ranges         least and greatest values of bricks of nodes
 trilinear            the interpolant in a cell

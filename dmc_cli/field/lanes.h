@@ -40,6 +40,7 @@ static numbers narrowed(doubles a) { return __builtin_convertvector(a, numbers);
 static doubles widened(numbers a) { return __builtin_convertvector(a, doubles); }
 static doubles widened(doubles a) { return a; }
 static integers is_negative(doubles a) { return __builtin_convertvector(a < 0.0, integers); }
+static integers chosen(integers is_first, integers a, integers b) { return is_first ? a : b; }
 static numbers chosen(integers is_first, numbers a, numbers b) { return is_first ? a : b; }
 static doubles chosen(integers is_first, doubles a, doubles b) {
     typedef long long wide_integers __attribute__((ext_vector_type(16)));
@@ -69,6 +70,7 @@ static CUDA_CALLABLE float narrowed(double a) { return (float)a; }
 static CUDA_CALLABLE double widened(float a) { return a; }
 static CUDA_CALLABLE double widened(double a) { return a; }
 static CUDA_CALLABLE int is_negative(double a) { return a < 0.0; }
+static CUDA_CALLABLE int chosen(int is_first, int a, int b) { return is_first ? a : b; }
 static CUDA_CALLABLE float chosen(int is_first, float a, float b) { return is_first ? a : b; }
 static CUDA_CALLABLE double chosen(int is_first, double a, double b) { return is_first ? a : b; }
 static CUDA_CALLABLE void store(float* a, float all) { *a = all; }

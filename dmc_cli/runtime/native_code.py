@@ -16,7 +16,7 @@ _DEFINE = re.compile(r"^#(?:define (?:.*\\\n)*.*|(?:ifdef|else  //|endif  //) DM
 _NAMESPACE = re.compile(r"^namespace (\w+) \{\n(.*?)^\}  // namespace \w+$", re.MULTILINE | re.DOTALL)
 
 
-def native(module: str, name: str, **constants: int) -> str:
+def native(module: str, name: str, **constants: float) -> str:
     """Return the body of a C++ function, as `wp.func_native` takes it.
 
     Args:
@@ -36,8 +36,10 @@ def native(module: str, name: str, **constants: int) -> str:
     return f"\n{_shared(header)}{given}{found[1]}"
 
 
-def _literal(value: int) -> str:
-    """Return a number in C++: of type int, or unsigned where that is too small."""
+def _literal(value: float) -> str:
+    """Return a number in C++: a float, or of type int, or unsigned where that is too small."""
+    if isinstance(value, float):
+        return f"{value!r}f"
     return f"{value}u" if value >= 2**31 else str(value)
 
 

@@ -1,6 +1,7 @@
 """Take quads away by local collapses until a wanted number is left (`--quads`).
 
 guard       distances between the fine mesh and the coarse one
+fine_points  the points that a patch has, looked for side by side
 points      the quads nearest to the fine vertices, and the mean side
 places      a vertex put on the surface
 costs       what collapses cost

@@ -8,23 +8,13 @@ heights of their samples. Both diagonals count: a quad may be split by either.
 
 import warp as wp
 
-from dmc_cli.mesh import next_outgoing, quad_corner
-from dmc_cli.processing.decimation.guard import Guard, height_of_sample
+from dmc_cli.processing.decimation.fine_points import energy_of_ring
+from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.decimation.places import put_on_surface
-from dmc_cli.processing.quad_square import quad_shape
 from dmc_cli.processing.remeshing import KEPT, Work, clear_failure, fail, goal_of, has_failed
 from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-HEIGHT_WEIGHT = wp.constant(2.9)
-"""What the square of a sample's height, against the mean side, counts against 1 - shape."""
-
-HIGH_WEIGHT = wp.constant(10.0)
-"""How much more the square of a height counts, for each unit of it: the largest heights count most."""
-
-BAD_WEIGHT = wp.constant(0.5)
-"""How much more a quad of shape 0 counts than one that is nearly a square."""
 
 DIRECTIONS = wp.constant(8)
 """Places that are tried round a vertex, and one more: where its quads would best be squares."""
@@ -67,35 +57,22 @@ def put_at(work: Work, v: wp.int32, place: Place) -> None:
 
 
 @wp.func
-def cost_of_height(
-    guard: Guard, work: Work, b: wp.int32, count: wp.int32, edge: wp.float32, x: wp.vec3
-) -> wp.float32:
-    """Return what a sample costs for its distance from the surface, at most what one of a whole side does."""
-    height = wp.min(height_of_sample(guard, work, b, count, x) / edge, 1.0)
-    return height * height * (1.0 + HIGH_WEIGHT * height * height)
-
-
-@wp.func
 def energy_at(
     guard: Guard, work: Work, b: wp.int32, v: wp.int32, count: wp.int32, edge: wp.float32
 ) -> wp.float32:
-    """Return the energy of a vertex's quads; samples: midpoints of sides and diagonals, one near it."""
-    total = float(0.0)
-    h = work.mesh.vertex_halfedge[v]
-    here = work.mesh.position[v]
-    for _n in range(work.mesh.valence[v]):
-        beside = work.mesh.position[quad_corner(work.mesh.corners, h, 1)]
-        across = work.mesh.position[quad_corner(work.mesh.corners, h, 2)]
-        other = work.mesh.position[quad_corner(work.mesh.corners, h, 3)]
-        off = 1.0 - quad_shape(here, beside, across, other)
-        near = 0.5625 * here + 0.1875 * (beside + other) + 0.0625 * across
-        heights = cost_of_height(guard, work, b, count, edge, 0.5 * (here + beside))
-        heights += cost_of_height(guard, work, b, count, edge, 0.5 * (here + across))
-        heights += cost_of_height(guard, work, b, count, edge, 0.5 * (beside + other))
-        heights += cost_of_height(guard, work, b, count, edge, near)
-        total += off * (1.0 + BAD_WEIGHT * off) + HEIGHT_WEIGHT * heights
-        h = next_outgoing(work.mesh.twin, h)
-    return total
+    """Return the energy of a vertex's quads."""
+    return energy_of_ring(
+        work.mesh.corners,
+        work.mesh.twin,
+        work.mesh.position,
+        guard.copies,
+        b,
+        count,
+        work.mesh.vertex_halfedge[v],
+        work.mesh.valence[v],
+        edge,
+        guard.reach,
+    )
 
 
 @wp.func

@@ -10,8 +10,6 @@ Distances are in units of the frame that the mesh is changed in.
 
 import warp as wp
 
-from dmc_cli.processing.remeshing import Work
-
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 NOWHERE = wp.constant(1.0e30)
@@ -29,6 +27,7 @@ class Guard:
     Attributes:
         place: Where each point is in the frame.
         normal: The surface's unit normal there, or 0.
+        copies: (R, 6, points), the places and normals of the points that each region has listed.
         farthest: How far a point may be from its quad.
         highest: How far samples of a quad may be from the surface.
         reach: How far beside a sample the point may be that says what its height is.
@@ -38,6 +37,7 @@ class Guard:
 
     place: wp.array(dtype=wp.vec3)
     normal: wp.array(dtype=wp.vec3)
+    copies: wp.array3d(dtype=wp.float32)
     farthest: wp.float32
     highest: wp.float32
     reach: wp.float32
@@ -86,55 +86,3 @@ def distance_from_triangles(
     one = wp.min(squared_distance_from_triangle(p, a, b, c), squared_distance_from_triangle(p, a, c, d))
     other = wp.min(squared_distance_from_triangle(p, a, b, d), squared_distance_from_triangle(p, b, c, d))
     return wp.sqrt(wp.max(one, other))
-
-
-@wp.func
-def nearest_listed(guard: Guard, work: Work, b: wp.int32, count: wp.int32, x: wp.vec3) -> wp.int32:
-    """Return the nearest to a place of the `count` points that a region has listed; -1 of none."""
-    best = int(-1)
-    least = float(NOWHERE)
-    for n in range(count):
-        square = wp.length_sq(guard.place[work.listed[b, n]] - x)
-        if square < least:
-            least = square
-            best = work.listed[b, n]
-    return best
-
-
-@wp.func
-def height_of_sample(guard: Guard, work: Work, b: wp.int32, count: wp.int32, x: wp.vec3) -> wp.float32:
-    """Return about how far a place is from the surface, as the listed points know it."""
-    best = nearest_listed(guard, work, b, count, x)
-    height = float(NOWHERE)
-    if best >= 0:
-        way = x - guard.place[best]
-        up = wp.abs(wp.dot(way, guard.normal[best]))
-        beside = wp.sqrt(wp.max(wp.length_sq(way) - up * up, 0.0))
-        height = up + wp.max(beside - guard.reach, 0.0)
-    return height
-
-
-@wp.func
-def sample_steps(
-    guard: Guard, corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32
-) -> wp.int32:
-    """Return how many steps from sample to sample a quad's sides have."""
-    longest = float(0.0)
-    for c in range(4):
-        side = position[corners[4 * q + c]] - position[corners[4 * q + ((c + 1) & 3)]]
-        longest = wp.max(longest, wp.length(side))
-    return wp.int32(wp.clamp(wp.ceil(longest / guard.spacing), 2.0, float(MOST_STEPS)))
-
-
-@wp.func
-def sample_of(
-    corners: wp.array(dtype=wp.int32),
-    position: wp.array(dtype=wp.vec3),
-    q: wp.int32,
-    s: wp.float32,
-    t: wp.float32,
-) -> wp.vec3:
-    """Return the point of a quad, as a bilinear patch, at s along its first side and t along its last."""
-    low = wp.lerp(position[corners[4 * q]], position[corners[4 * q + 1]], s)
-    high = wp.lerp(position[corners[4 * q + 3]], position[corners[4 * q + 2]], s)
-    return wp.lerp(low, high, t)

@@ -2,26 +2,22 @@
 
 import warp as wp
 
-from dmc_cli.mesh import next_outgoing
-from dmc_cli.processing.decimation.guard import (
-    Guard,
-    distance_from_triangles,
-    height_of_sample,
-    sample_of,
-    sample_steps,
-)
+from dmc_cli.processing.decimation.fine_points import are_samples_low, copy_points
+from dmc_cli.processing.decimation.guard import Guard, distance_from_triangles
 from dmc_cli.processing.remeshing import (
     CORNER,
     FACE_GONE,
     JOURNALLED,
     KEPT,
-    PATCH,
     PATCHED,
     PatchMeasures,
     Work,
+    add_ring_to_patch,
+    add_to_patch,
     fail,
     folded_sides,
     gather_patch,
+    grow_patch,
     has_failed,
     list_points_of_patch,
     measure_patch,
@@ -34,39 +30,22 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 
 @wp.func
-def add_to_patch(work: Work, b: wp.int32, q: wp.int32) -> None:
-    """Add a quad to the patch unless it is there; fail if that is full."""
-    count = work.tally[b, PATCHED]
-    known = bool(False)
-    for m in range(count):
-        if work.patch[b, m] == q:
-            known = bool(True)
-    if not known:
-        if count == PATCH:
-            fail(work, b)
-        else:
-            work.patch[b, count] = q
-            work.tally[b, PATCHED] = count + 1
-
-
-@wp.func
 def gather_changed(work: Work, b: wp.int32, gone_too: wp.bool) -> None:
     """List the quads that an operation changes: those round the kept vertex, with another corner, or gone."""
-    work.tally[b, PATCHED] = 0
     kept = work.tally[b, KEPT]
-    h = work.mesh.vertex_halfedge[kept]
-    for _n in range(work.mesh.valence[kept]):
-        add_to_patch(work, b, h >> 2)
-        h = next_outgoing(work.mesh.twin, h)
+    count = add_ring_to_patch(
+        work.mesh.twin, work.patch, b, 0, work.mesh.vertex_halfedge[kept], work.mesh.valence[kept]
+    )
     for n in range(work.tally[b, JOURNALLED]):
         place = work.journal_place[b, n]
         index = wp.int32(place >> wp.int64(3))
         kind = wp.int32(place & wp.int64(7))
         if kind == CORNER:
             if work.mesh.face_gone[index >> 2] == wp.uint8(0):
-                add_to_patch(work, b, index >> 2)
+                count = add_to_patch(work.patch, b, count, index >> 2)
         elif kind == FACE_GONE and gone_too:
-            add_to_patch(work, b, index)
+            count = add_to_patch(work.patch, b, count, index)
+    grow_patch(work, b, count)
 
 
 @wp.func
@@ -109,19 +88,18 @@ def is_well_shaped(
 @wp.func
 def is_low(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> wp.bool:
     """Return whether samples of the patch's quads, all but their corners, are near the surface."""
-    low = bool(True)
-    for n in range(work.tally[b, PATCHED]):
-        q = work.patch[b, n]
-        steps = sample_steps(guard, work.mesh.corners, work.mesh.position, q)
-        for m in range((steps + 1) * (steps + 1)):
-            i = m % (steps + 1)
-            j = m / (steps + 1)
-            if low and not ((i == 0 or i == steps) and (j == 0 or j == steps)):
-                s = float(i) / float(steps)
-                t = float(j) / float(steps)
-                x = sample_of(work.mesh.corners, work.mesh.position, q, s, t)
-                low = height_of_sample(guard, work, b, count, x) <= guard.highest
-    return low
+    return are_samples_low(
+        work.mesh.corners,
+        work.mesh.position,
+        work.patch,
+        work.tally[b, PATCHED],
+        guard.copies,
+        b,
+        count,
+        guard.spacing,
+        guard.reach,
+        guard.highest,
+    )
 
 
 @wp.func
@@ -158,9 +136,11 @@ def assign_points(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> Non
 
 
 @wp.func
-def list_points(work: Work, b: wp.int32) -> wp.int32:
-    """List the points of the patch's quads and of those that are gone; fail if there are too many."""
+def list_points(guard: Guard, work: Work, b: wp.int32) -> wp.int32:
+    """List and copy the points of the patch's quads and of those that are gone; fail of too many."""
     count = list_points_of_patch(work, b)
     if count > work.listed.shape[1]:
         fail(work, b)
+    else:
+        copy_points(guard.place, guard.normal, work.listed, b, count, guard.copies)
     return count

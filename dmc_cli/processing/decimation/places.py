@@ -8,7 +8,8 @@ itself.
 import warp as wp
 
 from dmc_cli.field import node_cell, output_position, project_point, slice_distance
-from dmc_cli.processing.decimation.guard import Guard, nearest_listed
+from dmc_cli.processing.decimation.fine_points import nearest_copy
+from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.remeshing import Work, fail
 from dmc_cli.processing.tangent_step import SurfaceContext, surface_normal
 
@@ -23,10 +24,11 @@ def put_on_surface(
     context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, v: wp.int32, count: wp.int32
 ) -> None:
     """Put a vertex on the surface near its position, from the nearest of `count` listed points."""
-    g = nearest_listed(guard, work, b, count, work.mesh.position[v])
-    if g < 0:
+    nearest = nearest_copy(guard.copies, b, count, work.mesh.position[v])
+    if nearest < 0:
         fail(work, b)
         return
+    g = work.listed[b, nearest]
     start = wp.vec3d(work.tracked_point[g])
     up = guard.normal[g]
     step = work.mesh.position[v] - guard.place[g]

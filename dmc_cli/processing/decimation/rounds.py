@@ -34,6 +34,7 @@ from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.decimation.actions import Sweep
 from dmc_cli.processing.decimation.bound import SHARE, Bound, Keeper, State
 from dmc_cli.processing.decimation.candidates import Candidates, find_candidates
+from dmc_cli.processing.decimation.fine_points import ROW_STEP
 from dmc_cli.processing.decimation.guard import NOWHERE, Guard
 from dmc_cli.processing.decimation.points import mean_side, nearest_quads
 from dmc_cli.processing.decimation.sizes import size_weights
@@ -270,10 +271,12 @@ class Decimation:
         """Sweep over the candidates, or polish where there are none given."""
         faces = self._mesh.face_count
         points = max(TRACKED, POINTS_A_PATCH * self._tracked.count // max(faces, 1))
+        points += -points % ROW_STEP
         work = make_work(self._mesh, self._tracked, regions, self._mesh.vertex_count, self._context, points)
         lists = regions if found is None else replace(regions, starts=found.starts, items=found.items)
         coarse = edge * max(1.0, faces / max(quads, 1)) ** 0.5
         guard = self._guard(coarse, POLISHED_SHARE if found is None else COARSE_SHARE, least_shape)
+        guard.copies = self._device.empty((regions.count, 6, points), wp.float32)
         inputs = [self._context, guard, found is None, lists.starts, lists.items]
         for visits in portions(lists, 1):
             outputs = [sweep, work]
@@ -314,8 +317,8 @@ class Decimation:
     def _result(self) -> tuple[Mesh, Placement]:
         """Return what the rounds have made."""
         mesh, placement = self._mesh.as_mesh()
-        vertex_values = {name: found for name, found in mesh.vertex_values.items() if name != FROZEN}
-        face_values = {name: found for name, found in mesh.face_values.items() if name != REFUSED}
+        vertex_values = {n: found for n, found in mesh.vertex_values.items() if n != FROZEN}
+        face_values = {n: found for n, found in mesh.face_values.items() if n != REFUSED}
         color = face_values.get(COLOR)
         if color is not None:
             seams = wp.array(np.arange(4 * mesh.face_count, dtype=np.int32), device=self._device.name)

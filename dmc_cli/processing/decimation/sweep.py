@@ -155,7 +155,7 @@ def try_places(
     """Move the vertices of an operation, and judge; fail where a rule is broken, and return which."""
     reason = int(DISTANCE)
     gather_patch_of(work, b, kind == ROTATE, False)
-    count = list_points(work, b)
+    count = list_points(guard, work, b)
     if kind == FIT:
         if not has_failed(work, b):  # a patch may have more points than there is room for
             fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride)

@@ -3,6 +3,7 @@
 work        a mesh in regions, with a journal of changes
 bench       what a sweep works on, set up
 operations  rotate an edge, collapse a quad, split a vertex
+patches     the quads that it changes, listed and measured side by side
 checks      what an operation must leave, and what it is worth
 chains      rotations that follow an operation until there is a gain
 moves       how the vertices that it touches move

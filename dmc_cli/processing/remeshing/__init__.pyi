@@ -12,6 +12,7 @@ from .checks import (
     PatchMeasures as PatchMeasures,
     folded_sides as folded_sides,
     gather_patch as gather_patch,
+    grow_patch as grow_patch,
     irregularity_change as irregularity_change,
     is_core_sound as is_core_sound,
     measure_patch as measure_patch,
@@ -20,6 +21,7 @@ from .checks import (
 from .kernels import region_kernels as region_kernels, remeshing_kernels as remeshing_kernels
 from .moves import goal_of as goal_of, keep_places as keep_places, restore_places as restore_places
 from .operations import collapse_quad as collapse_quad, doublet_of as doublet_of, rotate_edge as rotate_edge
+from .patches import add_ring_to_patch as add_ring_to_patch, add_to_patch as add_to_patch
 from .regions import (
     FROZEN as FROZEN,
     SIDE as SIDE,
@@ -38,7 +40,6 @@ from .work import (
     FACE_GONE as FACE_GONE,
     JOURNALLED as JOURNALLED,
     KEPT as KEPT,
-    PATCH as PATCH,
     PATCHED as PATCHED,
     REMOVED as REMOVED,
     TOUCHED as TOUCHED,

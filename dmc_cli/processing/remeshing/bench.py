@@ -9,6 +9,7 @@ import warp as wp
 from dmc_cli.mesh import WorkingMesh
 from dmc_cli.processing.distance_guard import TrackedPoints, list_points
 from dmc_cli.processing.relaxation import find_normals
+from dmc_cli.processing.remeshing.patches import MEASURES
 from dmc_cli.processing.remeshing.regions import Regions, with_spares
 from dmc_cli.processing.remeshing.work import CORE, JOURNAL, LINKS, PATCH, TALLIES, TRACKED, Work
 
@@ -52,6 +53,7 @@ def make_work(
     work.core_local = device.empty((count, CORE), wp.vec3)
     work.core_normal = device.empty((count, CORE), wp.vec3)
     work.patch = device.empty((count, PATCH), wp.int32)
+    work.measured = device.empty((count, MEASURES, PATCH), wp.float32)
     work.tally = device.zeros((count, TALLIES), wp.int32)
     return work
 

@@ -9,9 +9,10 @@ B. W. Kernighan's of 1973 for tours). The whole is then judged as one operation.
 
 import warp as wp
 
-from dmc_cli.mesh import REGULAR, next_outgoing, quad_corner
+from dmc_cli.mesh import quad_corner
 from dmc_cli.processing.remeshing.checks import irregularity_change
 from dmc_cli.processing.remeshing.work import LINKED, TOUCHED, Work, is_own
+from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -25,10 +26,6 @@ UNKNOWN, OFF_REGION = wp.constant(98), wp.constant(99)
 """Costs of a rotation that leaves a doublet, and of one off the region."""
 
 HIGHEST_BIT = wp.constant(wp.uint32(0x80000000))
-HASH_FACTOR, HASH_STEP = wp.constant(wp.uint32(747796405)), wp.constant(wp.uint32(2891336453))
-HASH_MIX = wp.constant(wp.uint32(277803737))
-"""Of the permuted congruential generator's 32-bit hash (O'Neill 2014)."""
-
 TIES = 1024
 """Random numbers that decide between rotations of the same cost."""
 
@@ -45,12 +42,10 @@ def allowance(temperature: wp.float32, number: wp.uint32) -> wp.float32:
     return temperature * 0.6931472 * (zeros + 1.0 - fraction)
 
 
-@wp.func
+@wp.func_native(native(__file__, "scrambled"))
 def scrambled(number: wp.uint32) -> wp.uint32:
     """Return a random number made from a number."""
-    state = number * HASH_FACTOR + HASH_STEP
-    word = ((state >> ((state >> wp.uint32(28)) + wp.uint32(4))) ^ state) * HASH_MIX
-    return (word >> wp.uint32(22)) ^ word
+    ...
 
 
 @wp.func
@@ -99,14 +94,28 @@ def link(work: Work, b: wp.int32, h: wp.int32) -> None:
     work.tally[b, LINKED] = work.tally[b, LINKED] + 1
 
 
-@wp.func
-def is_in_chain(work: Work, b: wp.int32, h: wp.int32) -> wp.bool:
-    """Return whether an edge is one that the chain has rotated."""
-    known = bool(False)
-    for n in range(work.tally[b, LINKED]):
-        if work.chain[b, n] == h or work.chain[b, n] == work.mesh.twin[h]:
-            known = bool(True)
-    return known
+@wp.func_native(native(__file__, "cheapest_rotation", ASCENT=ASCENT, TIES=TIES))
+def cheapest_rotation(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    valence: wp.array(dtype=wp.int32),
+    vertex_region: wp.array(dtype=wp.int32),
+    vertex_halfedge: wp.array(dtype=wp.int32),
+    vertex_gone: wp.array(dtype=wp.uint8),
+    core: wp.array2d(dtype=wp.int32),
+    touched: wp.int32,
+    chain: wp.array2d(dtype=wp.int32),
+    linked: wp.int32,
+    b: wp.int32,
+    change: wp.int32,
+    number: wp.uint32,
+) -> wp.int32:
+    """Return the cheapest rotation in the quads round touched irregular vertices, as `next_rotation` does.
+
+    What rotations cost is `rotation_cost`'s: 4, less twice what the edge's ends have more quads than those of
+    the edge that it becomes. `change` is what the chain has added to the irregularity so far.
+    """
+    ...
 
 
 @wp.func
@@ -115,24 +124,21 @@ def next_rotation(work: Work, b: wp.int32, number: wp.uint32) -> wp.int32:
 
     It is twice the halfedge, and one more for forward; -1 if there is none.
     """
-    best = int(ASCENT * TIES + TIES)
     found = int(-1)
-    draw = wp.uint32(number)
-    for n in range(work.tally[b, TOUCHED]):
-        v = work.core[b, n]
-        if work.mesh.vertex_gone[v] == wp.uint8(0) and work.mesh.valence[v] != REGULAR:
-            h = work.mesh.vertex_halfedge[v]
-            for _n in range(work.mesh.valence[v]):
-                for choice in range(8):
-                    side = (h & ~3) | (choice >> 1)
-                    cost = rotation_cost(work, b, side, (choice & 1) == 1)
-                    if cost <= ASCENT:
-                        draw += wp.uint32(1)
-                        key = cost * TIES + (wp.int32(scrambled(draw) & wp.uint32(TIES - 1)))
-                        if key < best and not is_in_chain(work, b, side):
-                            best = key
-                            found = 2 * side + (choice & 1)
-                h = next_outgoing(work.mesh.twin, h)
-    if work.tally[b, LINKED] == DEPTH or irregularity_change(work, b) + best / TIES > ASCENT:
-        found = int(-1)
+    if work.tally[b, LINKED] < DEPTH:
+        found = cheapest_rotation(
+            work.mesh.corners,
+            work.mesh.twin,
+            work.mesh.valence,
+            work.vertex_region,
+            work.mesh.vertex_halfedge,
+            work.mesh.vertex_gone,
+            work.core,
+            work.tally[b, TOUCHED],
+            work.chain,
+            work.tally[b, LINKED],
+            b,
+            irregularity_change(work, b),
+            number,
+        )
     return found

@@ -10,7 +10,15 @@ import warp as wp
 
 from dmc_cli.field import index_position
 from dmc_cli.mesh import next_outgoing, quad_corner
-from dmc_cli.processing.quad_square import COS_LIMIT, quad_area, quad_shape, warp_cosine
+from dmc_cli.processing.quad_square import COS_LIMIT
+from dmc_cli.processing.remeshing.patches import (
+    RISE,
+    SHAPE,
+    WARP_COSINE,
+    add_ring_to_patch,
+    count_folded_sides,
+    measure_quads,
+)
 from dmc_cli.processing.remeshing.work import (
     HAS_SPLIT,
     LONGEST_RING,
@@ -20,7 +28,6 @@ from dmc_cli.processing.remeshing.work import (
     TOUCHED,
     Work,
     fail,
-    is_own,
 )
 from dmc_cli.processing.surface_distance import (
     distance_from_surface,
@@ -116,55 +123,53 @@ def quads_removed(work: Work, b: wp.int32) -> wp.int32:
 
 
 @wp.func
+def grow_patch(work: Work, b: wp.int32, count: wp.int32) -> None:
+    """Note how many quads a patch has; fail if there is no room for the last."""
+    if count > PATCH:
+        fail(work, b)
+    work.tally[b, PATCHED] = wp.min(count, PATCH)
+
+
+@wp.func
 def gather_patch(work: Work, b: wp.int32) -> None:
     """List the quads round the touched vertices, each once, in an order that the rings give."""
     work.tally[b, PATCHED] = 0
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
         if work.mesh.vertex_gone[v] == wp.uint8(0):
-            h = work.mesh.vertex_halfedge[v]
-            for _n in range(wp.min(work.mesh.valence[v], LONGEST_RING)):
-                q = h >> 2
-                known = bool(False)
-                count = work.tally[b, PATCHED]
-                for m in range(count):
-                    if work.patch[b, m] == q:
-                        known = bool(True)
-                if not known:
-                    if count == PATCH:
-                        fail(work, b)
-                    else:
-                        work.patch[b, count] = q
-                        work.tally[b, PATCHED] = count + 1
-                h = next_outgoing(work.mesh.twin, h)
-
-
-@wp.func
-def is_inverted(work: Work, q: wp.int32) -> wp.bool:
-    """Return whether a quad faces away from the mean of the surface's normals at its corners."""
-    up = work.normal[work.mesh.corners[4 * q]] + work.normal[work.mesh.corners[4 * q + 1]]
-    up += work.normal[work.mesh.corners[4 * q + 2]] + work.normal[work.mesh.corners[4 * q + 3]]
-    return work.sense * wp.dot(quad_area(work.mesh.corners, work.mesh.position, q), up) <= 0.0
+            size = wp.min(work.mesh.valence[v], LONGEST_RING)
+            grow_patch(
+                work,
+                b,
+                add_ring_to_patch(
+                    work.mesh.twin,
+                    work.patch,
+                    b,
+                    work.tally[b, PATCHED],
+                    work.mesh.vertex_halfedge[v],
+                    size,
+                ),
+            )
 
 
 @wp.func
 def measure_patch(work: Work, b: wp.int32) -> PatchMeasures:
-    """Return the measures of the patch's quads, without folds."""
+    """Return the measures of the patch's quads, without folds.
+
+    A quad is inverted if it faces away from the mean of the surface's normals at its corners.
+    """
     cost = float(0.0)
     least = float(1.0)
     inverted = int(0)
     warped = int(0)
-    for n in range(work.tally[b, PATCHED]):
-        q = work.patch[b, n]
-        a_place = work.mesh.position[work.mesh.corners[4 * q]]
-        b_place = work.mesh.position[work.mesh.corners[4 * q + 1]]
-        c_place = work.mesh.position[work.mesh.corners[4 * q + 2]]
-        d_place = work.mesh.position[work.mesh.corners[4 * q + 3]]
-        shape = quad_shape(a_place, b_place, c_place, d_place)
+    count = work.tally[b, PATCHED]
+    measure_quads(work.mesh.corners, work.mesh.position, work.normal, work.patch, b, count, work.measured)
+    for n in range(count):
+        shape = work.measured[b, SHAPE, n]
         cost += 1.0 - shape
         least = wp.min(least, shape)
-        inverted += wp.where(is_inverted(work, q), 1, 0)
-        warped += wp.where(warp_cosine(a_place, b_place, c_place, d_place) < COS_LIMIT, 1, 0)
+        inverted += wp.where(work.sense * work.measured[b, RISE, n] <= 0.0, 1, 0)
+        warped += wp.where(work.measured[b, WARP_COSINE, n] < COS_LIMIT, 1, 0)
     found = PatchMeasures()
     found.cost = cost
     found.least = least
@@ -179,28 +184,18 @@ def folded_sides(work: Work, b: wp.int32) -> wp.int32:
 
     It fails if there is a side that another region's quad may lie across, which must not be looked at.
     """
-    result = int(0)
-    for n in range(work.tally[b, PATCHED]):
-        q = work.patch[b, n]
-        area = quad_area(work.mesh.corners, work.mesh.position, q)
-        is_inner = is_own(work, b, work.mesh.corners[4 * q + 3])
-        for c in range(4):
-            was_inner = is_inner
-            is_inner = is_own(work, b, work.mesh.corners[4 * q + c])
-            if is_inner or was_inner:
-                if (
-                    wp.dot(
-                        area,
-                        quad_area(
-                            work.mesh.corners, work.mesh.position, work.mesh.twin[4 * q + ((c + 3) & 3)] >> 2
-                        ),
-                    )
-                    < 0.0
-                ):
-                    result += 1
-            else:
-                fail(work, b)
-    return result
+    found = count_folded_sides(
+        work.mesh.corners,
+        work.mesh.twin,
+        work.mesh.position,
+        work.vertex_region,
+        work.patch,
+        b,
+        work.tally[b, PATCHED],
+    )
+    if found < 0:
+        fail(work, b)
+    return found
 
 
 @wp.func

@@ -23,7 +23,7 @@ CORE = 40
 """Vertices that one operation may touch: 6, about four for each link of a chain, two for each doublet."""
 
 PATCH = 144
-"""Quads round these vertices at most."""
+"""Quads round these vertices at most: a multiple of the lanes of a vector."""
 
 TRACKED = 320
 """Tracked points of these quads at most."""
@@ -64,6 +64,7 @@ class Work:
         core_local: (R, CORE), their local coordinates before.
         core_normal: (R, CORE), the normals there before.
         patch: (R, PATCH), the quads round the touched vertices.
+        measured: (R, MEASURES, PATCH), what `measure_quads` has found of them.
         listed: (R, TRACKED), the tracked points of these quads.
         new_nearest: (R, TRACKED), the quads that they are to be assigned to.
         tally: (R, TALLIES), what the region tallies.
@@ -87,6 +88,7 @@ class Work:
     core_local: wp.array2d(dtype=wp.vec3)
     core_normal: wp.array2d(dtype=wp.vec3)
     patch: wp.array2d(dtype=wp.int32)
+    measured: wp.array3d(dtype=wp.float32)
     listed: wp.array2d(dtype=wp.int32)
     new_nearest: wp.array2d(dtype=wp.int32)
     tally: wp.array2d(dtype=wp.int32)
