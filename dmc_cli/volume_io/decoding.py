@@ -87,9 +87,12 @@ class DecodedStream:
         Raises:
             DamagedVolumeError: The stream cannot be decoded.
         """
-        content = bytearray(count)
-        found = self.fill(memoryview(content))
-        return bytes(content[:found])
+        pieces = []  # a header is far shorter than the longest that is looked for
+        while count > 0 and self._next():
+            pieces.append(self._rest[:count])
+            self._rest = self._rest[count:]
+            count -= len(pieces[-1])
+        return b"".join(pieces)
 
     def skip(self, count: int) -> int:
         """Drop the next bytes; returns how many there were, at most `count`."""

@@ -52,9 +52,22 @@ def test_honest_files_are_read(honest, reader):
 
 
 @pytest.mark.parametrize("reader", HONEST)
-@settings(max_examples=150)
+@settings(max_examples=50)
 @given(which=st.integers(0, 99), seed=st.integers(0, 2**32))
 def test_damaged_files_give_documented_errors_only(honest, reader, which, seed):
+    assert_documented(honest, reader, which, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", HONEST)
+@settings(max_examples=500)
+@given(which=st.integers(0, 99), seed=st.integers(0, 2**32))
+def test_many_damaged_files_give_documented_errors_only(honest, reader, which, seed):
+    assert_documented(honest, reader, which, seed)
+
+
+def assert_documented(honest, reader, which, seed):
+    """Fail if a file, damaged as the seed has it, gives anything but a volume or an error of ours."""
     files = honest(reader)
     path, content = files[which % len(files)]
     path.write_bytes(mutated(content, random.Random(seed)))

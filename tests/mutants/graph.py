@@ -3,12 +3,14 @@
 import ast
 import re
 from collections import defaultdict
+from functools import cache
 
 from tests.mutants.header_faults import functions_of
 from tests.mutants.mutant import PACKAGE, ROOT
 from tests.mutants.source import symbols_of
 
 
+@cache
 def users():
     """For each `file::symbol` of the package, also of headers, those whose code mentions it."""
     modules = {path.relative_to(ROOT / PACKAGE).as_posix(): path for path in (ROOT / PACKAGE).rglob("*.py")}

@@ -38,6 +38,9 @@ SIMPLIFICATIONS = [
     {"simplify": "all", "remesh": 3},
 ]
 
+PARTS_OF_ALL = {"3x3y", "3333"}
+"""Simplifications that "all" does one after the other."""
+
 
 def read(folder, name) -> Volume:
     path, _, options = VOLUMES[name]
@@ -69,7 +72,15 @@ def repaired(stages: Stages) -> dict[str, int]:
 
 
 @pytest.mark.real
-@pytest.mark.parametrize("simplification", SIMPLIFICATIONS, ids=str)
+@pytest.mark.parametrize(
+    "simplification",
+    [
+        pytest.param(
+            given, marks=pytest.mark.slow if given["simplify"] in PARTS_OF_ALL else (), id=str(given)
+        )
+        for given in SIMPLIFICATIONS
+    ],
+)
 @pytest.mark.parametrize("name", CROPS)
 def test_no_two_faces_of_a_part_intersect(shared_data, name, simplification):
     volume = read(shared_data, name)
