@@ -19,6 +19,7 @@ says in its `__init__.py` what it is for and in which order to read it:
     array_types    NumPy's arrays by what is in them
     system         what one operating system has and another lacks
     memory_limits  what this process may still take
+    kept_property  properties that are evaluated once, without a lock
     printable      texts from outside without what a terminal would obey
     volume         values on a grid and where they lie in the world
     volume_io      volumes in files, one file or folder per format

@@ -15,7 +15,6 @@ Conventions:
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -93,17 +92,17 @@ class DeviceVolume:
     device: Device
     index: VolumeIndex | None = None
 
-    @cached_property
+    @property
     def dtype(self) -> np.dtype[Any]:
         """Return the value type as NumPy names it."""
         return np.dtype(wp.dtype_to_numpy(self.values.dtype))
 
-    @cached_property
+    @property
     def kind(self) -> int:
         """Return the tag of the value type."""
         return KINDS[self.dtype.name]
 
-    @cached_property
+    @property
     def bytes(self) -> Any:
         """Return the stored values as bytes [row, byte]: the same memory, kept alive by the view."""
         values = self.values

@@ -26,13 +26,13 @@ then the volume's first.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from dmc_cli.array_types import Float64Array
+from dmc_cli.kept_property import kept_property
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -88,7 +88,7 @@ class GridShape:
         """Return the grid as kernels take it, a `Grid`."""
         return self._struct
 
-    @cached_property
+    @kept_property
     def _struct(self) -> Any:
         grid = Grid()
         grid.nx, grid.ny, grid.nz = self.nx, self.ny, self.nz

@@ -14,7 +14,6 @@ import math
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import PurePath
 from typing import Any
 
@@ -23,6 +22,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray, ByteArray, Float32Array, Int32Array
 from dmc_cli.errors import SettingsError
 from dmc_cli.files import open_output, write_output
+from dmc_cli.kept_property import kept_property
 from dmc_cli.mesh_io.halfedge_numbers import next_halfedges, next_in_quads
 from dmc_cli.mesh_io.text import CHUNK_ROWS, float_lines
 from dmc_cli.settings import STREAM, OutputUnit
@@ -101,7 +101,7 @@ class HalfedgeDump:
             following = np.where(corners[h] < 0, -1, next_halfedges(corners, h))
         return np.stack([corners[start:stop], h >> 2, following, self.twin[start:stop]], axis=1)
 
-    @cached_property
+    @kept_property
     def _has_triangles(self) -> bool:
         """Return whether a face has no fourth corner."""
         return bool((self.quads[:, 3] < 0).any())

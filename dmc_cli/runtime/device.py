@@ -7,8 +7,8 @@ first argument, so that on CPU a launch can be cut into chunks, which threads sh
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache
 from math import prod
 from types import ModuleType
 from typing import Any
@@ -44,10 +44,12 @@ ten microseconds of work, which is what it costs to have a second thread."""
 
 @dataclass(frozen=True)
 class Device:
-    """A Warp device and the number of CPU threads that share its launches."""
+    """A Warp device and the number of CPU threads that share its launches; a copy counts its own arrays."""
 
     name: str
     threads: int = 1
+    _memory: HostMemory = field(default_factory=HostMemory, init=False, repr=False, compare=False)
+    _nothings: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def is_cpu(self) -> bool:
@@ -63,14 +65,6 @@ class Device:
     def most_in_use(self) -> int | None:
         """Return the most bytes of arrays at the same time that `empty` made here; None on CUDA."""
         return self._memory.most_in_use if self.is_cpu else None
-
-    @cached_property
-    def _memory(self) -> HostMemory:
-        return HostMemory()
-
-    @cached_property
-    def _nothings(self) -> dict[Any, Any]:
-        return {}
 
     def _nothing(self, dtype: Any) -> Any:
         """Return the array without items of a type, which all share."""

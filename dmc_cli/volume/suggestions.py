@@ -6,12 +6,12 @@ values is a mask, whole numbers of few values in pieces are labels, and of all e
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from dmc_cli.errors import SettingsError
 from dmc_cli.isovalue_choices import PRESETS, Choice, parse_choice
+from dmc_cli.kept_property import kept_property
 from dmc_cli.volume.histogram import Histogram, count_values
 from dmc_cli.volume.label_guess import looks_like_labels
 from dmc_cli.volume.otsu import otsu_cuts
@@ -54,17 +54,17 @@ class Suggestions:
     def __init__(self, volume: Volume) -> None:
         self.volume = volume
 
-    @cached_property
+    @kept_property
     def histogram(self) -> Histogram:
         """Return how many nodes have which value."""
         return count_values(self.volume)
 
-    @cached_property
+    @kept_property
     def ends(self) -> tuple[float, float] | None:
         """Return the least and the greatest value, None where no node has data."""
         return self.volume.value_range()
 
-    @cached_property
+    @kept_property
     def kind(self) -> str:
         """Return what the volume is: a mask, CT in HU, MR or another modality, a label map, a field."""
         if self.is_mask:
@@ -74,7 +74,7 @@ class Suggestions:
             return f"{self.volume.modality} in {unit}" if unit else self.volume.modality
         return "label map" if looks_like_labels(self.volume) else "field"
 
-    @cached_property
+    @kept_property
     def is_mask(self) -> bool:
         """Return whether there are two different values."""
         if self.ends is None or len(self.histogram.values) != 2:
@@ -85,7 +85,7 @@ class Suggestions:
         planes = self.volume.values  # bins with two values may hold more
         return all(bool(np.isin(plane[np.isfinite(plane)], (low, high)).all()) for plane in planes)
 
-    @cached_property
+    @kept_property
     def tissue(self) -> float:
         """Return the isovalue that parts a body from air: the skin's in HU, else Otsu's."""
         if self.volume.value_unit == HOUNSFIELD:

@@ -14,7 +14,6 @@ vertex; else all follows from the inside bits, and nothing else is stored.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -40,6 +39,7 @@ from dmc_cli.field import (
     row_place,
     step_along,
 )
+from dmc_cli.kept_property import kept_property
 from dmc_cli.runtime import Device, mesh_size, native, view
 
 wp.set_module_options(
@@ -94,7 +94,7 @@ class EdgeRanks:
     special_count: int
     active: Any
 
-    @cached_property
+    @kept_property
     def active_cells(self) -> int:
         """Return how many cells are crossed; summed when it is asked for, beside launches that go on."""
         return int(self.active.numpy().sum(dtype=np.int64))
