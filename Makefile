@@ -16,6 +16,8 @@ AREA ?= processing
 COUNT ?= 60
 SEED ?= 0
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
+# Tests start the program hundreds of times: each would compile all modules where the shell forbids to keep that
+test test-all test-gpu test-faults cov: export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .PHONY: help demo setup lock format lint types test test-all test-gpu test-faults fuzz mutants bench bench-methods bench-volumes bench-gpu cov docs smoke ci clean

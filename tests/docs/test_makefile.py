@@ -78,3 +78,15 @@ def test_the_supported_versions_are_told_the_same_everywhere():
     assert versions == ["3.10", "3.11", "3.12", "3.13"]
     assert least == versions[0]
     assert f"Python {versions[0]} to {versions[-1]}" in README.read_text("utf-8")
+
+
+@needs_make
+def test_tests_keep_compiled_python_where_the_shell_forbids_it(tmp_path, monkeypatch):
+    """A stand-in for the environment's Python tells what it is given; an empty variable forbids nothing."""
+    python = tmp_path / "bin" / "python"
+    python.parent.mkdir()
+    python.write_text('#!/bin/sh\necho "forbidden: <$PYTHONDONTWRITEBYTECODE>"\n')
+    python.chmod(0o755)
+    (tmp_path / ".installed-dev").touch()
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    assert "forbidden: <>" in make("test", VENV=tmp_path).stdout
