@@ -1,5 +1,6 @@
 """Share with all tests the devices, the sample volumes, the profiles of hypothesis."""
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,17 @@ def pytest_sessionstart(session):
     if is_whole and config.getoption("numprocesses", None) and not hasattr(config, "workerinput"):
         command = [sys.executable, "-m", "dmc_cli", "doctor", "--warm-up", "--quiet"]
         subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Have no garbage sought among what stays to the end: thousands of tests, and all that they import."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 def pytest_runtest_setup(item):
