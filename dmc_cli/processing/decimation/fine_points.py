@@ -16,7 +16,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 ROW_STEP = 16
 """What the lengths of the rows of copies are multiples of: a vector's lanes."""
 
-HEIGHT_WEIGHT = 2.9
+HEIGHT_WEIGHT = 3.5
 """What the square of a sample's height, against the mean side, counts against 1 - shape."""
 
 HIGH_WEIGHT = 10.0

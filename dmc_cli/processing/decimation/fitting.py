@@ -16,7 +16,7 @@ from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-DIRECTIONS = wp.constant(8)
+DIRECTIONS = wp.constant(4)
 """Places that are tried round a vertex, and one more: where its quads would best be squares."""
 
 COS_45 = wp.constant(0.70710678)
@@ -93,8 +93,12 @@ def fit_vertex(
     count: wp.int32,
     edge: wp.float32,
     stride: wp.float32,
+    is_turned: wp.bool,
 ) -> None:
-    """Move the kept vertex to the best of the places `stride` mean sides away; fail if none is better."""
+    """Move the kept vertex to the best of the places `stride` mean sides away; fail if none is better.
+
+    They are in the direction of the goal and at right angles to it, or 45 degrees off.
+    """
     v = work.tally[b, KEPT]
     best = place_of(work, v)
     home = best.position
@@ -102,6 +106,8 @@ def fit_vertex(
     least = energy_at(guard, work, b, v, count, edge) - LEAST_GAIN
     goal = goal_of(work, v)
     way = direction_of(normal, goal - home)
+    if is_turned:
+        way = COS_45 * (way + wp.cross(normal, way))
     is_better = bool(False)
     for n in range(DIRECTIONS + 1):
         work.mesh.position[v] = wp.where(n == DIRECTIONS, goal, home + stride * edge * way)
@@ -113,7 +119,7 @@ def fit_vertex(
                 best = place_of(work, v)
                 is_better = bool(True)
         clear_failure(work, b)
-        way = COS_45 * (way + wp.cross(normal, way))
+        way = wp.cross(normal, way)
     put_at(work, v, best)
     if not is_better:
         fail(work, b)

@@ -10,6 +10,8 @@ Distances are in units of the frame that the mesh is changed in.
 
 import warp as wp
 
+from dmc_cli.runtime import native
+
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 NOWHERE = wp.constant(1.0e30)
@@ -45,44 +47,43 @@ class Guard:
     least_shape: wp.float32
 
 
-@wp.func
-def squared_distance_from_segment(p: wp.vec3, a: wp.vec3, b: wp.vec3) -> wp.float32:
-    """Return the square of a point's distance from a segment."""
-    along = b - a
-    size = wp.dot(along, along)
-    t = float(0.0)
-    if size > 0.0:
-        t = wp.clamp(wp.dot(p - a, along) / size, 0.0, 1.0)
-    return wp.length_sq(p - a - t * along)
-
-
-@wp.func
-def squared_distance_from_triangle(p: wp.vec3, a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.float32:
-    """Return the square of a point's distance from a triangle."""
-    normal = wp.cross(b - a, c - a)
-    size = wp.dot(normal, normal)
-    inside = size > 0.0
-    inside = inside and wp.dot(wp.cross(b - a, p - a), normal) >= 0.0
-    inside = inside and wp.dot(wp.cross(c - b, p - b), normal) >= 0.0
-    inside = inside and wp.dot(wp.cross(a - c, p - c), normal) >= 0.0
-    if inside:
-        height = wp.dot(p - a, normal)
-        return height * height / size
-    return wp.min(
-        wp.min(squared_distance_from_segment(p, a, b), squared_distance_from_segment(p, b, c)),
-        squared_distance_from_segment(p, c, a),
-    )
-
-
-@wp.func
+@wp.func_native(native(__file__, "distance_from_triangles"))
 def distance_from_triangles(
     corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32, p: wp.vec3
 ) -> wp.float32:
     """Return a point's distance from a quad as two triangles, by the diagonal that makes it larger."""
-    a = position[corners[4 * q]]
-    b = position[corners[4 * q + 1]]
-    c = position[corners[4 * q + 2]]
-    d = position[corners[4 * q + 3]]
-    one = wp.min(squared_distance_from_triangle(p, a, b, c), squared_distance_from_triangle(p, a, c, d))
-    other = wp.min(squared_distance_from_triangle(p, a, b, d), squared_distance_from_triangle(p, b, c, d))
-    return wp.sqrt(wp.max(one, other))
+    ...
+
+
+@wp.func_native(native(__file__, "nearest_round"))
+def nearest_round(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    q: wp.int32,
+    p: wp.vec3,
+) -> wp.int32:
+    """Return the nearest to a point of a quad, those across its sides and the next ones round their ends."""
+    ...
+
+
+@wp.func_native(native(__file__, "assign_listed"))
+def assign_listed(
+    corners: wp.array(dtype=wp.int32),
+    position: wp.array(dtype=wp.vec3),
+    face_gone: wp.array(dtype=wp.uint8),
+    patch: wp.array2d(dtype=wp.int32),
+    patched: wp.int32,
+    place: wp.array(dtype=wp.vec3),
+    nearest_quad: wp.array(dtype=wp.int32),
+    listed: wp.array2d(dtype=wp.int32),
+    b: wp.int32,
+    count: wp.int32,
+    farthest: wp.float32,
+    new_nearest: wp.array2d(dtype=wp.int32),
+) -> wp.bool:
+    """Assign each listed point to its quad as long as it is near enough, else to the nearest of the patch.
+
+    Return whether none is farther than `farthest` from all of them.
+    """
+    ...

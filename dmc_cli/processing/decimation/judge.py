@@ -3,7 +3,7 @@
 import warp as wp
 
 from dmc_cli.processing.decimation.fine_points import are_samples_low, copy_points
-from dmc_cli.processing.decimation.guard import Guard, distance_from_triangles
+from dmc_cli.processing.decimation.guard import Guard, assign_listed
 from dmc_cli.processing.remeshing import (
     CORNER,
     FACE_GONE,
@@ -14,11 +14,11 @@ from dmc_cli.processing.remeshing import (
     Work,
     add_ring_to_patch,
     add_to_patch,
+    exchange_places,
     fail,
     folded_sides,
     gather_patch,
     grow_patch,
-    has_failed,
     list_points_of_patch,
     measure_patch,
     redo,
@@ -27,6 +27,9 @@ from dmc_cli.processing.remeshing import (
 )
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+SLACK = wp.constant(0.15)
+"""What shapes may gain when vertices are put on the surface."""
 
 
 @wp.func
@@ -59,18 +62,39 @@ def gather_patch_of(work: Work, b: wp.int32, is_wide: wp.bool, gone_too: wp.bool
 
 @wp.func
 def measure_before(work: Work, b: wp.int32, is_wide: wp.bool) -> PatchMeasures:
-    """Return the measures of the changed quads before an operation."""
+    """Return the measures of the changed quads before an operation, without folds."""
     gather_patch_of(work, b, is_wide, True)
     undo(work, b)
     found = measure_patch(work, b)
-    found.folds = folded_sides(work, b)
     redo(work, b)
     return found
 
 
 @wp.func
+def is_folded_anew(work: Work, b: wp.int32, is_wide: wp.bool) -> wp.bool:
+    """Return whether the patch has more folds than the changed quads had before: looked up if it has any."""
+    found = folded_sides(work, b)
+    before = int(0)
+    if found > 0:
+        gather_patch_of(work, b, is_wide, True)
+        exchange_places(work, b)
+        undo(work, b)
+        before = folded_sides(work, b)
+        redo(work, b)
+        exchange_places(work, b)
+        gather_patch_of(work, b, is_wide, False)
+    return found > before
+
+
+@wp.func
 def is_well_shaped(
-    guard: Guard, work: Work, b: wp.int32, before: PatchMeasures, budget: wp.float32, may_warp: wp.bool
+    guard: Guard,
+    work: Work,
+    b: wp.int32,
+    before: PatchMeasures,
+    budget: wp.float32,
+    may_warp: wp.bool,
+    is_wide: wp.bool,
 ) -> wp.bool:
     """Return whether the patch has no worse quad than before, no new fold, and costs what it may.
 
@@ -81,8 +105,16 @@ def is_well_shaped(
     fine = fine and after.inverted <= before.inverted
     fine = fine and (may_warp or after.warped <= before.warped)
     if fine:
-        fine = folded_sides(work, b) <= before.folds
+        fine = not is_folded_anew(work, b, is_wide)
     return fine
+
+
+@wp.func
+def is_hopeless(guard: Guard, work: Work, b: wp.int32, before: PatchMeasures, budget: wp.float32) -> wp.bool:
+    """Return whether the patch is too bad to become well shaped when its vertices are put on the surface."""
+    found = measure_patch(work, b)
+    least = wp.min(before.least, guard.least_shape) - SLACK
+    return found.least < least or found.cost > budget + SLACK
 
 
 @wp.func
@@ -103,36 +135,25 @@ def is_low(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> wp.bool:
 
 
 @wp.func
-def nearest_of_patch(guard: Guard, work: Work, b: wp.int32, g: wp.int32) -> wp.int32:
-    """Return a point's quad as long as it is near enough, else the nearest one of the patch, or -1."""
-    point = guard.place[g]
-    old = work.nearest_quad[g]
-    best = int(-1)
-    if work.mesh.face_gone[old] == wp.uint8(0):
-        if distance_from_triangles(work.mesh.corners, work.mesh.position, old, point) <= guard.farthest:
-            best = old
-    if best < 0:
-        least = guard.farthest
-        for n in range(work.tally[b, PATCHED]):
-            q = work.patch[b, n]
-            distance = distance_from_triangles(work.mesh.corners, work.mesh.position, q, point)
-            if distance <= least:
-                least = distance
-                best = q
-    return best
-
-
-@wp.func
 def assign_points(guard: Guard, work: Work, b: wp.int32, count: wp.int32) -> None:
     """Assign the listed points to quads of the patch; fail if one is left behind."""
-    n = int(0)
-    while n < count and not has_failed(work, b):
-        work.new_nearest[b, n] = nearest_of_patch(guard, work, b, work.listed[b, n])
-        if work.new_nearest[b, n] < 0:
-            fail(work, b)
-        n += 1
-    if not has_failed(work, b):
+    if assign_listed(
+        work.mesh.corners,
+        work.mesh.position,
+        work.mesh.face_gone,
+        work.patch,
+        work.tally[b, PATCHED],
+        guard.place,
+        work.nearest_quad,
+        work.listed,
+        b,
+        count,
+        guard.farthest,
+        work.new_nearest,
+    ):
         take_new_nearest(work, b, count)
+    else:
+        fail(work, b)
 
 
 @wp.func

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from dmc_cli.mesh import WorkingMesh, next_outgoing
-from dmc_cli.processing.decimation.guard import distance_from_triangles
+from dmc_cli.mesh import WorkingMesh
+from dmc_cli.processing.decimation.guard import nearest_round
 from dmc_cli.processing.distance_guard import TrackedPoints
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -67,18 +67,6 @@ def find_nearest_kernel(
     """Find the nearest of a point's quad, those across its sides and beside these. One thread per point."""
     g = first + wp.tid()
     best = nearest_quad[g]
-    if best < 0:
-        nearest_out[g] = best
-        return
-    least = distance_from_triangles(corners, position, best, place[g])
-    home = best
-    for c in range(4):
-        t = twin[4 * home + c]
-        for _step in range(2):
-            if t >= 0:
-                distance = distance_from_triangles(corners, position, t >> 2, place[g])
-                if distance < least:
-                    least = distance
-                    best = t >> 2
-                t = next_outgoing(twin, t)
+    if best >= 0:
+        best = nearest_round(corners, twin, position, best, place[g])
     nearest_out[g] = best

@@ -18,6 +18,7 @@ from dmc_cli.mesh import (
     COLOR,
     DEFECT,
     OWN_PREFIX,
+    REGULAR,
     Mesh,
     Placement,
     WorkingMesh,
@@ -74,14 +75,18 @@ first holds for the cheapest quads, the others for all."""
 LEAST_PROGRESS = 50
 """Of so many quads a round must take one away, or all that are too many."""
 
-FIRST_POLISHES, LAST_POLISHES = 2, 24
+FIRST_POLISHES, LAST_POLISHES = 2, 20
 """Polishings before the rounds and after them."""
 
-TRIES, LAST_TRIES = 2, 8
+TRIES, LAST_TRIES = 1, 8
 """Rotations tried at an irregular vertex each time that it is polished, between the rounds and after them."""
 
-STRIDES = (0.2, 0.1, 0.15, 0.07) * 3
-"""Steps of fitting at last, against the mean side: one sweep each."""
+STRIDES = (0.2, 0.1, 0.15, 0.07, 0.05) * 3
+"""Steps of fitting at last, against the mean side: one sweep each, every other 45 degrees off."""
+
+EFFORT, LEAST_VAIN, MOST_VAIN = 1.7, 8, 64
+"""Rotations that may be tried in vain for each vertex of the mesh; irregular ones share them, at least and at
+most so many each."""
 
 AT_ONCE = 256
 """Quads that are taken away in one region: shares of fewer would leave most regions without any."""
@@ -91,6 +96,9 @@ POINTS_A_PATCH = 40
 
 REFUSED = OWN_PREFIX + "refused"
 """The value of the working mesh's quads that tells how often their collapse was refused, uint8."""
+
+VAIN, STILL = OWN_PREFIX + "vain", OWN_PREFIX + "still"
+"""Values of its vertices, uint8: how many rotations were tried in vain, and whether they cannot glide."""
 
 REASON_NAMES = ("topology", "shape", "distance")
 """What the refusals are counted by, in the order of `sweep.py`."""
@@ -224,7 +232,8 @@ class Decimation:
         start = mesh.require_halfedges().vertex_halfedge
         frozen = frozen_vertices(mesh)
         self._fixed = int((frozen.numpy()[mesh.faces.numpy()] != 0).any(axis=1).sum())
-        vertex_values = {**mesh.vertex_values, FROZEN: frozen}
+        vain, still = (self._device.zeros(mesh.vertex_count, wp.uint8) for _ in range(2))
+        vertex_values = {**mesh.vertex_values, FROZEN: frozen, VAIN: vain, STILL: still}
         face_values = {**mesh.face_values, REFUSED: self._device.zeros(mesh.face_count, wp.uint8)}
         mesh = replace(mesh, vertex_values=vertex_values, face_values=face_values)
         self._tracked = track_vertices(self._frame.grid, start, placement.cell, placement.local, self._device)
@@ -257,7 +266,13 @@ class Decimation:
         sweep = self._sweep(regions, number, edge)
         sweep.quota = self._device.zeros(regions.count, wp.int32)
         sweep.tries, sweep.stride = tries, stride
+        sweep.most_vain = self._most_vain()
         self._launch(sweep, regions, None, edge, self._mesh.face_count, LEAST_SHAPES[0])
+
+    def _most_vain(self) -> int:
+        """Return how many rotations may be tried in vain at a vertex: fewer where many are irregular."""
+        irregular = np.count_nonzero(self._mesh.arrays.valence.numpy() != REGULAR)
+        return int(np.clip(EFFORT * self._mesh.vertex_count / max(irregular, 1), LEAST_VAIN, MOST_VAIN))
 
     def _launch(
         self,
@@ -310,6 +325,7 @@ class Decimation:
         sweep.taken = self._device.zeros(regions.count, wp.int32)
         sweep.refusals = self._device.zeros((regions.count, REASONS), wp.int32)
         sweep.refused = self._mesh.face_values[REFUSED]
+        sweep.vain, sweep.still = (self._mesh.vertex_values[name] for name in (VAIN, STILL))
         sweep.per_step, sweep.edge, sweep.seed = PER_STEP, edge, number
         sweep.tries, sweep.stride = 0, 0.0
         return sweep
@@ -317,7 +333,9 @@ class Decimation:
     def _result(self) -> tuple[Mesh, Placement]:
         """Return what the rounds have made."""
         mesh, placement = self._mesh.as_mesh()
-        vertex_values = {n: found for n, found in mesh.vertex_values.items() if n != FROZEN}
+        vertex_values = {
+            n: found for n, found in mesh.vertex_values.items() if n not in (FROZEN, VAIN, STILL)
+        }
         face_values = {n: found for n, found in mesh.face_values.items() if n != REFUSED}
         color = face_values.get(COLOR)
         if color is not None:

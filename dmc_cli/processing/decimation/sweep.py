@@ -17,6 +17,8 @@ from dmc_cli.processing.decimation.actions import (
     ROTATE,
     Sweep,
     action_of,
+    forget_refusals,
+    note_refusal,
 )
 from dmc_cli.processing.decimation.costs import MOST_MERGED
 from dmc_cli.processing.decimation.fitting import fit_vertex
@@ -24,6 +26,7 @@ from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.decimation.judge import (
     assign_points,
     gather_patch_of,
+    is_hopeless,
     is_low,
     is_well_shaped,
     list_points,
@@ -68,9 +71,6 @@ a mask half of the quads would stay. Rotations always may, or irregular vertices
 TOPOLOGY, SHAPE, DISTANCE = wp.constant(0), wp.constant(1), wp.constant(2)
 REASONS = 3
 """Why an operation is refused, and how many reasons there are."""
-
-MOST_REFUSALS = wp.constant(4)
-"""Refusals that are remembered of a quad at most."""
 
 UNBOUNDED = wp.constant(1.0e30)
 """What shapes may cost where an operation is worth any."""
@@ -129,15 +129,23 @@ def change(work: Work, b: wp.int32, first: wp.vec3i, most: wp.int32, seed: wp.ui
 
 
 @wp.func
-def move_core(
-    context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, all_of_it: wp.bool, count: wp.int32
-) -> None:
-    """Move the kept vertex, or all that were touched, to better shapes, and back on the surface."""
+def smooth_core(work: Work, b: wp.int32, kind: wp.int32) -> None:
+    """Move the kept vertex, or all that a rotation touched, to better shapes."""
     for n in range(work.tally[b, TOUCHED]):
         v = work.core[b, n]
-        if work.mesh.vertex_gone[v] == wp.uint8(0) and (all_of_it or v == work.tally[b, KEPT]):
+        if work.mesh.vertex_gone[v] == wp.uint8(0) and (kind == ROTATE or v == work.tally[b, KEPT]):
+            work.mesh.position[v] = goal_of(work, v)
+
+
+@wp.func
+def settle_core(
+    context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, kind: wp.int32, count: wp.int32
+) -> None:
+    """Put what was moved back on the surface."""
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        if work.mesh.vertex_gone[v] == wp.uint8(0) and (kind == ROTATE or v == work.tally[b, KEPT]):
             if not has_failed(work, b):
-                work.mesh.position[v] = goal_of(work, v)
                 put_on_surface(context, guard, work, b, v, count)
 
 
@@ -155,16 +163,25 @@ def try_places(
     """Move the vertices of an operation, and judge; fail where a rule is broken, and return which."""
     reason = int(DISTANCE)
     gather_patch_of(work, b, kind == ROTATE, False)
-    count = list_points(guard, work, b)
-    if kind == FIT:
-        if not has_failed(work, b):  # a patch may have more points than there is room for
-            fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride)
-    else:
-        for _step in range(wp.where(kind == ROTATE, 2, 1)):
-            move_core(context, guard, work, b, kind == ROTATE, count)
+    if kind != FIT:
+        smooth_core(work, b, kind)
+        if is_hopeless(guard, work, b, before, budget):
+            reason = int(SHAPE)
+            fail(work, b)
+    count = int(0)
+    if not has_failed(work, b):
+        count = list_points(guard, work, b)
+    if not has_failed(work, b):  # a patch may have more points than there is room for
+        if kind == FIT:
+            fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride, (sweep.seed & 1) == 1)
+        else:
+            for step in range(wp.where(kind == ROTATE, 2, 1)):
+                if step > 0:
+                    smooth_core(work, b, kind)
+                settle_core(context, guard, work, b, kind, count)
     if not has_failed(work, b):
         may_warp = kind == ROTATE or guard.least_shape < WARPS_BELOW
-        if not is_well_shaped(guard, work, b, before, budget, may_warp):
+        if not is_well_shaped(guard, work, b, before, budget, may_warp, kind == ROTATE):
             reason = int(SHAPE)
             fail(work, b)
     if not has_failed(work, b):
@@ -241,7 +258,7 @@ def sweep_kernel(
             action = action_of(work_inout, b, sweep_inout, polishes, item, choice, seed)
             if action[0] != NOTHING:
                 done = attempt(context, guard, sweep_inout, work_inout, b, action, seed)
-                if action[0] == COLLAPSE and not done:
-                    sweep_inout.refused[item] = wp.uint8(
-                        wp.min(wp.int32(sweep_inout.refused[item]) + 1, MOST_REFUSALS)
-                    )
+                if done:
+                    forget_refusals(work_inout, b, sweep_inout, action[0])
+                else:
+                    note_refusal(sweep_inout, action, item)

@@ -19,7 +19,12 @@ from .checks import (
     quads_removed as quads_removed,
 )
 from .kernels import region_kernels as region_kernels, remeshing_kernels as remeshing_kernels
-from .moves import goal_of as goal_of, keep_places as keep_places, restore_places as restore_places
+from .moves import (
+    exchange_places as exchange_places,
+    goal_of as goal_of,
+    keep_places as keep_places,
+    restore_places as restore_places,
+)
 from .operations import collapse_quad as collapse_quad, doublet_of as doublet_of, rotate_edge as rotate_edge
 from .patches import add_ring_to_patch as add_ring_to_patch, add_to_patch as add_to_patch
 from .regions import (
@@ -49,6 +54,7 @@ from .work import (
     clear_failure as clear_failure,
     fail as fail,
     has_failed as has_failed,
+    is_own as is_own,
     outgoing as outgoing,
     redo as redo,
     touch as touch,

@@ -9,7 +9,6 @@ long as no two vertices of a ring become one.
 import warp as wp
 
 from dmc_cli.field import index_position
-from dmc_cli.mesh import next_outgoing, quad_corner
 from dmc_cli.processing.quad_square import COS_LIMIT
 from dmc_cli.processing.remeshing.patches import (
     RISE,
@@ -36,6 +35,7 @@ from dmc_cli.processing.surface_distance import (
     quad_centre,
 )
 from dmc_cli.processing.tangent_step import SurfaceContext
+from dmc_cli.runtime import native
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -54,40 +54,27 @@ class PatchMeasures:
     folds: wp.int32
 
 
-@wp.func
-def is_link_vertex_twice(work: Work, v: wp.int32, w: wp.int32) -> wp.bool:
-    """Return whether w comes more than once among the other vertices of v's quads, sides counted once."""
-    times = int(0)
-    h = work.mesh.vertex_halfedge[v]
-    for _n in range(work.mesh.valence[v]):
-        if quad_corner(work.mesh.corners, h, 1) == w:
-            times += 1
-        if quad_corner(work.mesh.corners, h, 2) == w:
-            times += 1
-        h = next_outgoing(work.mesh.twin, h)
-    return times != 1
+@wp.func_native(native(__file__, "is_ring_sound", MOST_VALENCE=MOST_VALENCE))
+def is_ring_sound(
+    corners: wp.array(dtype=wp.int32),
+    twin: wp.array(dtype=wp.int32),
+    v: wp.int32,
+    start: wp.int32,
+    size: wp.int32,
+) -> wp.bool:
+    """Return whether the quads round a vertex form one ring of 3 to 8 without a vertex twice.
+
+    `start` is the first of the vertex's `size` outgoing halfedges.
+    """
+    ...
 
 
 @wp.func
 def is_sound(work: Work, v: wp.int32) -> wp.bool:
-    """Return whether the quads round a vertex form one ring of 3 to 8 without a vertex twice."""
-    size = work.mesh.valence[v]
-    start = work.mesh.vertex_halfedge[v]
-    sound = size >= 3 and size <= MOST_VALENCE
-    if sound:
-        h = start
-        for n in range(size):
-            if work.mesh.corners[h] != v or (n > 0 and h == start):
-                sound = bool(False)
-            near = quad_corner(work.mesh.corners, h, 1)
-            far = quad_corner(work.mesh.corners, h, 2)
-            if near == v or far == v:
-                sound = bool(False)
-            if sound and (is_link_vertex_twice(work, v, near) or is_link_vertex_twice(work, v, far)):
-                sound = bool(False)
-            h = next_outgoing(work.mesh.twin, h)
-        sound = sound and h == start
-    return sound
+    """Return whether a vertex is sound."""
+    return is_ring_sound(
+        work.mesh.corners, work.mesh.twin, v, work.mesh.vertex_halfedge[v], work.mesh.valence[v]
+    )
 
 
 @wp.func

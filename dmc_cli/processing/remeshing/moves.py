@@ -51,6 +51,16 @@ def restore_places(work: Work, b: wp.int32) -> None:
 
 
 @wp.func
+def exchange_places(work: Work, b: wp.int32) -> None:
+    """Exchange the touched vertices' positions with those that they had before, or back again."""
+    for n in range(work.tally[b, TOUCHED]):
+        v = work.core[b, n]
+        position = work.mesh.position[v]
+        work.mesh.position[v] = work.core_position[b, n]
+        work.core_position[b, n] = position
+
+
+@wp.func
 def goal_of(work: Work, v: wp.int32) -> wp.vec3:
     """Return the mean of a vertex's corners of the squares nearest to its quads, on its tangent plane."""
     here = work.mesh.position[v]
