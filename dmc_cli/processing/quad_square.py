@@ -12,6 +12,9 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 COS_BELOW, COS_LIMIT, COS_ABOVE = wp.constant(0.8661127), wp.constant(0.8660254), wp.constant(0.8659381)
 """Cosines of the warp that a solver warns of, 30 degrees, and of a hundredth of a degree less and more."""
 
+COS_SEVERE = wp.constant(0.5)
+"""The same of 60 degrees, which remeshing takes for severe."""
+
 
 @wp.func
 def quad_area(corners: wp.array(dtype=wp.int32), position: wp.array(dtype=wp.vec3), q: wp.int32) -> wp.vec3:

@@ -3,7 +3,13 @@
 import warp as wp
 
 from dmc_cli.mesh import MeshArrays, quad_corner
-from dmc_cli.processing.quad_square import passes_warp_limit, quad_area, quad_shape, warp_cosine
+from dmc_cli.processing.quad_square import (
+    COS_SEVERE,
+    passes_warp_limit,
+    quad_area,
+    quad_shape,
+    warp_cosine,
+)
 from dmc_cli.processing.surface_distance import HIGHEST, distance_from_surface, quad_centre
 from dmc_cli.processing.tangent_step import SurfaceContext
 
@@ -11,8 +17,8 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 
 SLIVER = wp.constant(0.4)
-"""Shape of quads that may be warped, and that remeshing may fold: on a blob flatter than a cell they get
-better in no other way."""
+"""Shape of quads that relaxation may warp, and that remeshing may fold: on a blob flatter than a cell they
+get better in no other way."""
 
 NO_SLIVER = -2.0
 """A shape that no quad has: none may fold."""
@@ -82,8 +88,13 @@ def is_spoilt(
     shape: wp.float32,
     floor: wp.array(dtype=wp.float32),
     sense: wp.float32,
+    is_tracked: wp.int32,
 ) -> wp.bool:
-    """Return whether the moves worsen a quad below its vertices' floors, turn a corner or warp it."""
+    """Return whether the moves worsen a quad below its vertices' floors, turn a corner or warp it.
+
+    In remeshing, where points are tracked, slivers may not be warped either, and no quad further
+    beyond 60 degrees.
+    """
     h = 4 * q
     least = float(1.0)
     is_inverted = bool(False)
@@ -104,7 +115,9 @@ def is_spoilt(
     c = now.position[quad_corner(corners, h, 2)]
     d = now.position[quad_corner(corners, h, 3)]
     is_worse = found < shape and (found < least or found <= 0.0)
-    is_warped = shape > SLIVER and passes_warp_limit(warp_cosine(a, b, c, d), warp)
+    warp_before = warp_cosine(a, b, c, d)
+    is_warped = (shape > SLIVER or is_tracked == 1) and passes_warp_limit(warp_before, warp)
+    is_warped = is_warped or (is_tracked == 1 and warp < wp.min(warp_before, COS_SEVERE))
     return is_inverted or is_worse or is_warped
 
 
@@ -151,7 +164,7 @@ def check_kernel(
             is_touched = bool(True)
     failing = wp.uint8(0)
     if is_touched:
-        spoilt = is_spoilt(mesh.corners, now, then, q, shape[q], floor, sense)
+        spoilt = is_spoilt(mesh.corners, now, then, q, shape[q], floor, sense, is_tracked)
         if not spoilt:
             spoilt = tell_folds(mesh.corners, mesh.twin, now, then, q, shape, sliver, must_retreat_inout)
         if not spoilt and is_tracked == 1:

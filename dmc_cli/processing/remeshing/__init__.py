@@ -10,6 +10,7 @@ moves       how the vertices that it touches move
 tracked_points  their nearest quads in a patch
 inheritance  values of what is new
 regions     the parts of the mesh that threads work on in a round
+warp_accounts  what warp they may make more of
 sweep       operations tried at irregular vertices
 mend        high quads made lower, the worst better
 rounds      the rounds in order

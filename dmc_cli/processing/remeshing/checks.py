@@ -9,7 +9,7 @@ long as no two vertices of a ring become one.
 import warp as wp
 
 from dmc_cli.field import index_position
-from dmc_cli.processing.quad_square import COS_LIMIT
+from dmc_cli.processing.quad_square import COS_LIMIT, COS_SEVERE
 from dmc_cli.processing.remeshing.patches import (
     RISE,
     SHAPE,
@@ -45,12 +45,26 @@ SHAPE_WEIGHT = wp.constant(0.6)
 
 @wp.struct
 class PatchMeasures:
-    """Of a patch: the sum of 1 - shape, the least shape, quads inverted and warped too much, folded sides."""
+    """What is measured of a patch.
+
+    Attributes:
+        cost: The sum of 1 - shape.
+        least: The least shape.
+        inverted: Quads that are inverted.
+        warped: Quads that are warped by over 30 degrees.
+        warp_excess: The sum of how far these are beyond it.
+        severe: Quads that are warped by over 60 degrees.
+        warp_cosine: The cosine of the largest warp.
+        folds: Folded sides.
+    """
 
     cost: wp.float32
     least: wp.float32
     inverted: wp.int32
     warped: wp.int32
+    warp_excess: wp.int32
+    severe: wp.int32
+    warp_cosine: wp.float32
     folds: wp.int32
 
 
@@ -140,6 +154,12 @@ def gather_patch(work: Work, b: wp.int32) -> None:
 
 
 @wp.func
+def warp_excess(cosine: wp.float32) -> wp.int32:
+    """Return how far a quad's warp is beyond 30 degrees, as the difference of cosines in thousandths."""
+    return wp.max(wp.int32(1000.0 * (COS_LIMIT - cosine)), 0)
+
+
+@wp.func
 def measure_patch(work: Work, b: wp.int32) -> PatchMeasures:
     """Return the measures of the patch's quads, without folds.
 
@@ -149,6 +169,9 @@ def measure_patch(work: Work, b: wp.int32) -> PatchMeasures:
     least = float(1.0)
     inverted = int(0)
     warped = int(0)
+    excess = int(0)
+    severe = int(0)
+    least_cosine = float(1.0)
     count = work.tally[b, PATCHED]
     measure_quads(work.mesh.corners, work.mesh.position, work.normal, work.patch, b, count, work.measured)
     for n in range(count):
@@ -156,12 +179,19 @@ def measure_patch(work: Work, b: wp.int32) -> PatchMeasures:
         cost += 1.0 - shape
         least = wp.min(least, shape)
         inverted += wp.where(work.sense * work.measured[b, RISE, n] <= 0.0, 1, 0)
-        warped += wp.where(work.measured[b, WARP_COSINE, n] < COS_LIMIT, 1, 0)
+        cosine = work.measured[b, WARP_COSINE, n]
+        warped += wp.where(cosine < COS_LIMIT, 1, 0)
+        excess += warp_excess(cosine)
+        severe += wp.where(cosine < COS_SEVERE, 1, 0)
+        least_cosine = wp.min(least_cosine, cosine)
     found = PatchMeasures()
     found.cost = cost
     found.least = least
     found.inverted = inverted
     found.warped = warped
+    found.warp_excess = excess
+    found.severe = severe
+    found.warp_cosine = least_cosine
     return found
 
 

@@ -5,9 +5,9 @@ from types import ModuleType
 
 def remeshing_kernels() -> list[ModuleType]:
     """Return the modules whose kernels the rounds launch, but those of regions and of relaxation."""
-    from dmc_cli.processing.remeshing import inheritance, mend, sweep
+    from dmc_cli.processing.remeshing import inheritance, mend, sweep, warp_accounts
 
-    return [sweep, mend, inheritance]
+    return [sweep, mend, inheritance, warp_accounts]
 
 
 def region_kernels() -> list[ModuleType]:

@@ -3,7 +3,8 @@
 Smoothing moves all vertices towards the mean of what their quads want; the worst quad may lose there, and
 stays as it is. Here each vertex of a bad quad tries steps of three lengths in eight directions of its tangent
 plane, of a sliver also out of that plane, and takes those that make its worst quad better, as long as none of
-its quads turns or folds, rises from the surface or leaves a tracked point behind.
+its quads turns or folds, rises from the surface or leaves a tracked point behind. A sliver's quads may also
+come to be warped, as far as its region can pay for that (`warp_accounts.py`).
 
 A *high* quad's centre is too far from the surface: a square at the foot of a bump of one cell whose other
 quads the pattern 3-3-3-3 removed. Its vertices take the steps up the bump that lower it, as long as no sliver
@@ -28,6 +29,7 @@ from dmc_cli.processing.remeshing.checks import (
 )
 from dmc_cli.processing.remeshing.moves import keep_places, restore_places, settle_core
 from dmc_cli.processing.remeshing.tracked_points import assign_points
+from dmc_cli.processing.remeshing.warp_accounts import can_pay, pay
 from dmc_cli.processing.remeshing.work import Work, begin, fail, has_failed, touch
 from dmc_cli.processing.surface_distance import excess_height
 from dmc_cli.processing.tangent_step import SurfaceContext
@@ -59,10 +61,18 @@ class Measures:
 
 @wp.struct
 class Limits:
-    """The shape up to which quads are bad, what height any may have, and whether high ones may fold."""
+    """What steps may leave.
+
+    Attributes:
+        bad: The shape up to which quads are bad.
+        height: What height any may have.
+        warp_cosine: The cosine of the largest warp that any may have.
+        may_fold: 1 if high ones may fold.
+    """
 
     bad: wp.float32
     height: wp.float32
+    warp_cosine: wp.float32
     may_fold: wp.int32
 
 
@@ -122,6 +132,7 @@ def is_better(after: Measures, before: Measures, limits: Limits) -> wp.bool:
         better = after.excess < before.excess - LEAST_GAIN and now.least >= wp.min(then.least, SLIVER)
     better = better and (may_fold or now.folds <= then.folds)
     better = better and (then.least < SLIVER or now.warped <= then.warped)
+    better = better and now.warp_cosine >= wp.min(then.warp_cosine, limits.warp_cosine)
     better = better and now.inverted <= then.inverted
     return better and after.height <= wp.max(before.height, limits.height)
 
@@ -145,13 +156,15 @@ def try_step(
     settle_core(context, work, b)
     if not has_failed(work, b):
         found = measure_ring(context, work, b)
-        if not is_better(found, before, limits):
+        if not is_better(found, before, limits) or not can_pay(work, b, found.patch, before.patch):
             fail(work, b)
     if not has_failed(work, b):
         assign_points(context, work, b)
     if has_failed(work, b):
         restore_places(work, b)
         found = before
+    else:
+        pay(work, b, found.patch, before.patch)
     return found
 
 

@@ -3,7 +3,8 @@
 A round shifts the regions, sweeps over them (`sweep.py`), closes the gaps and smooths; at last high and
 bad quads are mended (`mend.py`). Every operation is judged as it is done, so after every round the mesh
 is as manifold, as unfolded and as near to the surface and to the old vertices (`distance_guard.py`) as
-before it. The temperature falls to 0; a quad that goes costs more the fewer there are.
+before it, and has no more warped quads than at first (`warp_accounts.py`). The temperature falls to 0; a quad
+that goes costs more the fewer there are.
 """
 
 from dataclasses import dataclass, replace
@@ -32,8 +33,9 @@ from dmc_cli.processing.relaxation import measure_shapes, relax
 from dmc_cli.processing.remeshing.bench import make_work, portions
 from dmc_cli.processing.remeshing.inheritance import inherit_values
 from dmc_cli.processing.remeshing.mend import MEND_PASSES, Limits, flag_high, mend_kernel
-from dmc_cli.processing.remeshing.regions import FROZEN, frozen_vertices, make_regions
+from dmc_cli.processing.remeshing.regions import FROZEN, Regions, frozen_vertices, make_regions
 from dmc_cli.processing.remeshing.sweep import HEIGHT_LIMIT, PASSES, Rules, sweep_kernel
+from dmc_cli.processing.remeshing.warp_accounts import measure_warp, open_accounts
 from dmc_cli.processing.remeshing.work import CHANGES
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.progress import SILENT, Progress
@@ -49,6 +51,9 @@ TRIES = 8
 
 LEAST_SHARE, PRICE_SLOPE = 0.97, 20.0
 """Share of the quads below which a quad that goes has a price, and how that rises with the share lost."""
+
+FIRST_WARP_PRICE, LAST_WARP_PRICE = 16.0, 3.0
+"""What the first and the last round charge for a quad's warp beyond 30 degrees, for a cosine lower by 1."""
 
 RELAXED_FIRST, RELAXED_LAST, RELAX_EVERY = 3, 15, 3
 """Steps of smoothing before the rounds and after them, and rounds after which there is one step."""
@@ -103,6 +108,7 @@ class Rounds:
         self._context = make_context(self._frame)
         self._mesh = working_mesh(replace(mesh, vertex_values=values), placement)
         start, grid = mesh.require_halfedges().vertex_halfedge, self._frame.grid
+        self._first_warp = measure_warp(self._mesh)
         self._tracked = track_vertices(grid, start, placement.cell, placement.local, self._device)
 
     def run(self, rounds: int, progress: Progress = SILENT) -> Remeshed:
@@ -143,8 +149,7 @@ class Rounds:
         self._tracked = with_nearer_quads(self._tracked, grid, self._mesh.arrays, device)
         regions = make_regions(self._mesh, grid, rules.round)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
-        self._mesh = with_room(self._mesh, regions.spare)
-        work = make_work(self._mesh, self._tracked, regions, vertices, self._context)
+        work = self._make_work(regions)
         inputs = [self._context, rules, regions.starts, regions.items, regions.spare_starts, vertices, quads]
         for visits in portions(regions, PASSES):
             device.launch(sweep_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
@@ -158,17 +163,25 @@ class Rounds:
         shape = measure_shapes(self._mesh.as_mesh()[0]).numpy()
         limits = Limits()
         limits.bad = float(np.quantile(shape, BAD_SHARE)) if len(shape) else 0.0
+        limits.warp_cosine = self._first_warp.least_cosine()
         limits.height, limits.may_fold = HEIGHT_LIMIT, int(number >= MENDINGS)
         del shape
         regions = make_regions(self._mesh, self._frame.grid, number)
         vertices, quads = self._mesh.vertex_count, self._mesh.face_count
-        self._mesh = with_room(self._mesh, regions.spare)
-        work = make_work(self._mesh, self._tracked, regions, vertices, self._context)
+        work = self._make_work(regions)
         inputs = [self._context, regions.starts, regions.items, high, limits]
         for visits in portions(regions, MEND_PASSES):
             self._device.launch(mend_kernel, regions.count, [*inputs, *visits], [work], grain=1, longest=1)
         del work, regions, inputs
         self._close_gaps(vertices, quads)
+
+    def _make_work(self, regions: Regions) -> Any:
+        """Make room in the mesh; return its bench, where each region has its share of the warp's slack."""
+        warp, vertices = measure_warp(self._mesh), self._mesh.vertex_count
+        self._mesh = with_room(self._mesh, regions.spare)
+        work = make_work(self._mesh, self._tracked, regions, vertices, self._context)
+        open_accounts(work, regions, self._first_warp, warp, self._device)
+        return work
 
     def _close_gaps(self, vertices: int, quads: int) -> None:
         """Renumber the mesh without what was removed; vertices and quads from these numbers on are new."""
@@ -183,5 +196,7 @@ def _rules(number: int, rounds: int, share: float) -> Any:
     rules = Rules()
     rules.round, rules.tries = number, TRIES
     rules.temperature = TEMPERATURE * max(0.0, 1.0 - number / ((1.0 - COLD_SHARE) * rounds))
+    cooled = number / max(rounds - 1, 1)
+    rules.warp_price = FIRST_WARP_PRICE + (LAST_WARP_PRICE - FIRST_WARP_PRICE) * cooled
     rules.price = float(np.clip(PRICE_SLOPE * (LEAST_SHARE - share), 0.0, 2.0))
     return rules

@@ -2,7 +2,8 @@
 
 An operation is drawn by chance, followed by a chain of rotations or not (`chains.py`), and kept if it
 lowers the energy, the sum of (valence - 4)^2 and 0.6 times the sum of 1 - shape (equation 9 of Grosso & Zint
-2021), or raises it by no more than -T ln(u) with u by chance; quads that go or come have a price. Chance is
+2021), or raises it by no more than -T ln(u) with u by chance. Quads that go or come have a price, and so have
+those that come to be warped: regions keep account of them (`warp_accounts.py`). Chance is
 a hash of round, vertex and try, and a region is the work of one thread, so the mesh is the same on any device
 and for any number of threads.
 """
@@ -10,6 +11,7 @@ and for any number of threads.
 import warp as wp
 
 from dmc_cli.mesh import REGULAR, next_outgoing, quad_corner
+from dmc_cli.processing.quad_square import COS_SEVERE
 from dmc_cli.processing.remeshing.chains import (
     UNKNOWN,
     allowance,
@@ -39,6 +41,7 @@ from dmc_cli.processing.remeshing.operations import (
     split_vertex,
 )
 from dmc_cli.processing.remeshing.tracked_points import assign_points
+from dmc_cli.processing.remeshing.warp_accounts import can_pay, pay
 from dmc_cli.processing.remeshing.work import (
     CHANGES,
     HAS_SPLIT,
@@ -63,11 +66,14 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 SHAPE_FLOOR = wp.constant(0.3)
 """Shapes below this must not become worse."""
 
+WARPED_PRICE = wp.constant(0.2)
+"""What a quad more that is warped by over 30 degrees costs."""
+
 HEIGHT_LIMIT = wp.constant(0.35)
 """How far, in cells, centres of quads and midpoints of sides may be from the surface after an operation."""
 
 GEOMETRY_CAN_GIVE = wp.constant(0.6)
-"""What better shapes may make good at most; what costs more is dropped without looking at them."""
+"""What better shapes and less warp may make good at most; what costs more is not looked at."""
 
 
 CHAINED = 160
@@ -86,12 +92,13 @@ PASSES = 4
 
 @wp.struct
 class Rules:
-    """What holds for one sweep: its number, tries, temperature, the price of a quad that goes."""
+    """What holds for one sweep: its number, tries, temperature, prices of a quad that goes and of warp."""
 
     round: wp.int32
     tries: wp.int32
     temperature: wp.float32
     price: wp.float32
+    warp_price: wp.float32
 
 
 @wp.func
@@ -210,10 +217,16 @@ def measure_before(work: Work, b: wp.int32) -> PatchMeasures:
 
 @wp.func
 def try_places(
-    context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, before: PatchMeasures
+    context: SurfaceContext,
+    work: Work,
+    b: wp.int32,
+    budget: wp.float32,
+    before: PatchMeasures,
+    warp_price: wp.float32,
 ) -> None:
     """Smooth an operation's vertices and put them on the surface; fail where it does not pay."""
     keep_places(work, b)
+    after = before
     fresh = work.tally[b, SPARE_VERTEX]
     if work.tally[b, HAS_SPLIT] == 1:
         spread_split(work, fresh)
@@ -223,7 +236,8 @@ def try_places(
         if stage == 1 and not has_failed(work, b):
             settle_core(context, work, b)
         if not has_failed(work, b) and (stage == 1 or irregularity_change(work, b) >= 0):
-            if is_worse(measure_patch(work, b), before, budget):
+            after = measure_patch(work, b)
+            if is_worse(after, before, budget, warp_price) or not can_pay(work, b, after, before):
                 fail(work, b)
     if not has_failed(work, b):
         if folded_sides(work, b) > before.folds or highest_of_patch(context, work, b) > HEIGHT_LIMIT:
@@ -232,6 +246,8 @@ def try_places(
         assign_points(context, work, b)
     if has_failed(work, b):
         restore_places(work, b)
+    else:
+        pay(work, b, after, before)
 
 
 @wp.func
@@ -253,7 +269,7 @@ def attempt(
         if cost > margin + GEOMETRY_CAN_GIVE or not is_core_sound(work, b):
             fail(work, b)
         else:
-            judge_places(context, work, b, margin - cost)
+            judge_places(context, work, b, margin - cost, rules.warp_price)
     if has_failed(work, b):
         undo(work, b)
     else:
@@ -263,24 +279,40 @@ def attempt(
 
 
 @wp.func
-def judge_places(context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32) -> None:
-    """Fail unless the shapes round an operation cost no more than `budget`, against before."""
+def judge_places(
+    context: SurfaceContext, work: Work, b: wp.int32, budget: wp.float32, warp_price: wp.float32
+) -> None:
+    """Fail unless the quads round an operation cost no more than `budget`, against before."""
     before = measure_before(work, b)
-    whole = budget + SHAPE_WEIGHT * before.cost
+    whole = budget + geometry_cost(before, warp_price)
     if work.tally[b, HAS_SPLIT] == 1:
         begin_split(work, b, work.tally[b, SPARE_VERTEX])
     if whole < 0.0:
         fail(work, b)
     if not has_failed(work, b):
-        try_places(context, work, b, whole, before)
+        try_places(context, work, b, whole, before, warp_price)
 
 
 @wp.func
-def is_worse(after: PatchMeasures, before: PatchMeasures, budget: wp.float32) -> wp.bool:
-    """Return whether a patch costs more than it may, has a worse quad than before, or a new fold or warp."""
-    worse = SHAPE_WEIGHT * after.cost > budget
+def geometry_cost(patch: PatchMeasures, warp_price: wp.float32) -> wp.float32:
+    """Return what the shapes and the warp of a patch's quads cost."""
+    warp = WARPED_PRICE * float(patch.warped) + 0.001 * warp_price * float(patch.warp_excess)
+    return SHAPE_WEIGHT * patch.cost + warp
+
+
+@wp.func
+def is_worse(
+    after: PatchMeasures, before: PatchMeasures, budget: wp.float32, warp_price: wp.float32
+) -> wp.bool:
+    """Return whether a patch costs more than it may, or has a worse quad than before.
+
+    Worse is one of a lower shape, an inverted one, and one that is warped by over 60 degrees and further.
+    """
+    worse = geometry_cost(after, warp_price) > budget
+    worse = worse or after.severe > before.severe
+    worse = worse or after.warp_cosine < wp.min(before.warp_cosine, COS_SEVERE)
     worse = worse or after.least < wp.min(before.least, SHAPE_FLOOR)
-    return worse or after.inverted > before.inverted or after.warped > before.warped
+    return worse or after.inverted > before.inverted
 
 
 @wp.func

@@ -32,7 +32,8 @@ LINKS = 12
 """Rotations that one operation may be followed by at most."""
 
 JOURNALLED, TOUCHED, PATCHED, FAILED, SPARE_VERTEX, SPARE_QUAD = range(6)
-KEPT, REMOVED, HAS_SPLIT, LINKED, CHANGES, TALLIES = range(6, 12)
+KEPT, REMOVED, HAS_SPLIT, LINKED, CHANGES = range(6, 11)
+WARPED_LEFT, EXCESS_LEFT, SEVERE_LEFT, TALLIES = range(11, 15)
 """What a region tallies: the vertices that a collapse keeps and removes, say; the last is their number."""
 
 MOST_VALENCE = 8

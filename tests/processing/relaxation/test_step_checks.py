@@ -119,6 +119,17 @@ def test_no_quad_is_warped_beyond_the_limit(check):
     assert check(high, before=high) == [], "it was warped before"
     assert check({13: (6, 1, 0.5)}, before=high) == [], "it was warped before"
     assert check(high, shape=0.39) == [], "slivers may"
+    assert check(high, shape=0.39, tracked=True) == [5], "not of remeshing"
+
+
+def test_no_quad_of_remeshing_is_warped_further_beyond_60_degrees(check):
+    below, severe, worse = ({13: (6, 1, z)} for z in (0.9, 1.1, 1.2))  # 56, 63 and 66 degrees
+    assert check(below, before={13: (6, 1, 0.5)}, tracked=True) == []
+    assert check(severe, before=below) == [], "relaxation alone may"
+    assert check(severe, before=below, tracked=True) == [5]
+    assert check(worse, before=severe, tracked=True) == [5]
+    assert check(severe, before=severe, tracked=True) == [], "it stays as it was"
+    assert check(severe, before=worse, tracked=True) == []
 
 
 def test_at_a_right_angle_no_quad_is_folded_yet(check):

@@ -44,6 +44,8 @@ from dmc_cli.processing.remeshing.work import (
 )
 from tests.mesh.hand_made import working
 
+PRICE_OF_WARP = wp.constant(10.0)
+
 wp.set_module_options({"enable_backward": False, "max_unroll": 0})
 
 SPARE = 2
@@ -223,7 +225,7 @@ def worse_kernel(
     told: wp.array(dtype=wp.int32),
 ):
     n = wp.tid()
-    told[n] = wp.where(is_worse(patch_of(after, n), patch_of(before, n), budget), 1, 0)
+    told[n] = wp.where(is_worse(patch_of(after, n), patch_of(before, n), budget, PRICE_OF_WARP), 1, 0)
 
 
 @wp.func
@@ -233,6 +235,9 @@ def patch_of(numbers: wp.array2d(dtype=wp.float32), n: wp.int32) -> PatchMeasure
     patch.least = numbers[n, 1]
     patch.inverted = wp.int32(numbers[n, 2])
     patch.warped = wp.int32(numbers[n, 3])
+    patch.warp_excess = wp.int32(numbers[n, 4])
+    patch.severe = wp.int32(numbers[n, 5])
+    patch.warp_cosine = numbers[n, 6]
     return patch
 
 
@@ -245,6 +250,7 @@ def ring_of(numbers: wp.array2d(dtype=wp.float32), n: wp.int32) -> Measures:
     ring.height = numbers[n, 3]
     ring.excess = numbers[n, 4]
     ring.patch.warped = wp.int32(numbers[n, 5])
+    ring.patch.warp_cosine = numbers[n, 6]
     return ring
 
 
@@ -258,6 +264,7 @@ def better_kernel(
     n = wp.tid()
     limits = Limits()
     limits.height = 0.35
+    limits.warp_cosine = 0.2
     limits.may_fold = may_fold[n]
     told[n] = wp.where(is_better(ring_of(after, n), ring_of(before, n), limits), 1, 0)
 

@@ -35,8 +35,8 @@ from tests.reference import table
 from tests.strategies import volumes_with_settings
 
 GOALS = {row["volume"]: float(row["irregular_percent_after"]) / 3 for row in table("regression_real.csv")}
-MISSED = {"nrrd_skull_mask/Skull.nrrd": 10.0}
-"""What holds where the goal is missed yet: no quad may warp, which on stairs leaves more irregular."""
+MISSED = {next(name for name in GOALS if "bonsai" in name): 8.5}
+"""What holds where the goal is missed yet."""
 
 
 def by_patterns(surface):
@@ -48,13 +48,31 @@ def remeshed(surface, rounds):
     return remesh(surface.mesh, surface.placement, rounds)
 
 
-def warped_quads(surface):
-    """Quads whose normals at opposite corners are more than 30 degrees apart."""
+def warps(surface):
+    """The larger angle in degrees between each quad's normals at opposite corners, where there are any."""
     a, b, c, d = np.moveaxis(surface.mesh.positions.numpy().astype(float)[surface.mesh.faces.numpy()], 1, 0)
     normals = [np.cross(x, y) for x, y in ((a - d, b - a), (b - a, c - b), (c - b, d - c), (d - c, a - d))]
     sizes = [np.linalg.norm(normal, axis=1) for normal in normals]
-    pairs = [((normals[n] * normals[n + 2]).sum(axis=1), sizes[n] * sizes[n + 2]) for n in range(2)]
-    return int(np.any([dot < np.cos(np.radians(30)) * size for dot, size in pairs], axis=0).sum())
+    cosines = np.ones((2, len(a)))
+    for n in range(2):
+        np.divide(
+            (normals[n] * normals[n + 2]).sum(axis=1),
+            sizes[n] * sizes[n + 2],
+            out=cosines[n],
+            where=sizes[n] * sizes[n + 2] > 0,
+        )
+    return np.degrees(np.arccos(np.clip(cosines.min(axis=0), -1, 1)))
+
+
+def warped_quads(surface, limit=30):
+    return int((warps(surface) > limit).sum())
+
+
+def assert_not_warped(before, after):
+    """Fail if more quads are warped by over 30 or 60 degrees than before, or one further than any was."""
+    for limit in (30, 60):
+        assert warped_quads(after, limit) <= warped_quads(before, limit), limit
+    assert warps(after).max(initial=60) <= warps(before).max(initial=60) + 1e-3
 
 
 def turned_pairs(surface):
@@ -157,7 +175,7 @@ def test_each_round_keeps_the_mesh_whole(extract, name, border):
     for count in (0, 1, 4):
         result = remeshed(before, count)
         assert_whole(before, result)
-        assert warped_quads(result) <= warped_quads(before)
+        assert_not_warped(before, result)
         irregular.append(irregular_percent(result.mesh))
     assert irregular[-1] < irregular[1] == irregular[0]
     for key, value in as_arrays(before).items():
@@ -325,6 +343,7 @@ def assert_goals(before, result, most_irregular):
     assert farthest_vertex(before, result) <= 1
     assert high_quads(result) == 0
     assert turned_pairs(result) <= turned_pairs(before)
+    assert_not_warped(before, result)
 
 
 @pytest.mark.slow
