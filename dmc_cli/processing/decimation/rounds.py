@@ -75,13 +75,13 @@ first holds for the cheapest quads, the others for all."""
 LEAST_PROGRESS = 50
 """Of so many quads a round must take one away, or all that are too many."""
 
-FIRST_POLISHES, LAST_POLISHES = 2, 20
+FIRST_POLISHES, LAST_POLISHES = 2, 16
 """Polishings before the rounds and after them."""
 
 TRIES, LAST_TRIES = 1, 8
 """Rotations tried at an irregular vertex each time that it is polished, between the rounds and after them."""
 
-STRIDES = (0.2, 0.1, 0.15, 0.07, 0.05) * 3
+STRIDES = (0.2, 0.1, 0.05) * 4
 """Steps of fitting at last, against the mean side: one sweep each, every other 45 degrees off."""
 
 EFFORT, LEAST_VAIN, MOST_VAIN = 1.7, 8, 64

@@ -42,6 +42,7 @@ from dmc_cli.processing.remeshing import (
     begin,
     collapse_quad,
     doublet_of,
+    exchange_places,
     fail,
     goal_of,
     has_failed,
@@ -49,6 +50,7 @@ from dmc_cli.processing.remeshing import (
     is_core_sound,
     keep_places,
     link,
+    measure_patch,
     next_rotation,
     quads_removed,
     restore_places,
@@ -162,6 +164,7 @@ def try_places(
 ) -> wp.int32:
     """Move the vertices of an operation, and judge; fail where a rule is broken, and return which."""
     reason = int(DISTANCE)
+    then = before
     gather_patch_of(work, b, kind == ROTATE, False)
     if kind != FIT:
         smooth_core(work, b, kind)
@@ -174,6 +177,10 @@ def try_places(
     if not has_failed(work, b):  # a patch may have more points than there is room for
         if kind == FIT:
             fit_vertex(context, guard, work, b, count, sweep.edge, sweep.stride, (sweep.seed & 1) == 1)
+            if not has_failed(work, b):  # most fail, so the quads are measured only now as they were
+                exchange_places(work, b)
+                then = measure_patch(work, b)
+                exchange_places(work, b)
         else:
             for step in range(wp.where(kind == ROTATE, 2, 1)):
                 if step > 0:
@@ -181,7 +188,7 @@ def try_places(
                 settle_core(context, guard, work, b, kind, count)
     if not has_failed(work, b):
         may_warp = kind == ROTATE or guard.least_shape < WARPS_BELOW
-        if not is_well_shaped(guard, work, b, before, budget, may_warp, kind == ROTATE):
+        if not is_well_shaped(guard, work, b, then, budget, may_warp, kind == ROTATE):
             reason = int(SHAPE)
             fail(work, b)
     if not has_failed(work, b):
@@ -213,7 +220,9 @@ def attempt(
     reason = int(TOPOLOGY)
     change(work, b, action, sweep.quota[b] - sweep.taken[b], seed)
     if not has_failed(work, b):
-        before = measure_before(work, b, kind == ROTATE)
+        before = PatchMeasures()
+        if kind != FIT:
+            before = measure_before(work, b, kind == ROTATE)
         keep_places(work, b)
         if not has_failed(work, b):
             budget = wp.where(kind == GLIDE, before.cost, UNBOUNDED)
