@@ -2,6 +2,7 @@
 #pragma once
 #include "builtin.h"
 #include "dmc_cli/field/lane_vectors.h"
+#include "dmc_cli/runtime/pointers.h"
 
 namespace quads {
 
@@ -15,6 +16,10 @@ struct Corners {
 
 static CUDA_CALLABLE void put(Corners& corners, int lane, int corner, wp::vec_t<3, wp::float32> place) {
     for (int x = 0; x < 3; ++x) corners.at[corner][x][lane] = place[x];
+}
+static CUDA_CALLABLE void put_quad(Corners& all, int lane, int q, POINTER(const int) corners,
+                                   POINTER(const wp::vec3) position) {
+    for (int c = 0; c < 4; ++c) put(all, lane, c, position[corners[4 * q + c]]);
 }
 static CUDA_CALLABLE Vector corner(const Corners& corners, int number) {
     return vectors::load(corners.at[number][0], corners.at[number][1], corners.at[number][2]);

@@ -41,16 +41,12 @@ static CUDA_CALLABLE numbers from_quad(Vector p, const quads::Corners& corners) 
     return lanes::root(lanes::most(one, other));
 }
 
-static CUDA_CALLABLE void put(quads::Corners& at, int lane, int q, POINTER(const int) corners,
-                              POINTER(const wp::vec3) position) {
-    for (int c = 0; c < 4; ++c) quads::put(at, lane, c, position[corners[4 * q + c]]);
-}
-
-// The last of the nearest of up to sixteen quads, on CUDA one, no farther than `least`, which it changes
+// The nearest of up to sixteen quads, on CUDA one, if it is nearer than `least`, which it changes: the first
+// of those as near, or the last where it takes one as far as `least`, too
 static CUDA_CALLABLE int nearest(const int* some, int count, wp::vec3 p, POINTER(const int) corners,
                                  POINTER(const wp::vec3) position, bool takes_equal, float& least) {
     quads::Corners at = {};
-    for (int lane = 0; lane < count; ++lane) put(at, lane, some[lane], corners, position);
+    for (int lane = 0; lane < count; ++lane) quads::put_quad(at, lane, some[lane], corners, position);
     const numbers none = 0.0f;
     const Vector all = {none + p[0], none + p[1], none + p[2]};
     float distance[lanes::LANES];
@@ -115,7 +111,7 @@ inline wp::bool assign_listed(wp::array_t<wp::int32> corners, wp::array_t<wp::ve
         float point[3][lanes::LANES] = {}, distance[lanes::LANES];
         for (int lane = 0; lane < some; ++lane) {
             const int g = list[first + lane];
-            far::put(at, lane, ITEMS(const int, nearest_quad)[g], corner, places);
+            quads::put_quad(at, lane, ITEMS(const int, nearest_quad)[g], corner, places);
             for (int x = 0; x < 3; ++x) point[x][lane] = points[g][x];
         }
         lanes::store(distance, far::from_quad(vectors::load(point[0], point[1], point[2]), at));

@@ -266,7 +266,7 @@ class Decimation:
         sweep = self._sweep(regions, number, edge)
         sweep.quota = self._device.zeros(regions.count, wp.int32)
         sweep.tries, sweep.stride = tries, stride
-        sweep.most_vain = self._most_vain()
+        sweep.most_vain = self._most_vain() if tries else 0
         self._launch(sweep, regions, None, edge, self._mesh.face_count, LEAST_SHAPES[0])
 
     def _most_vain(self) -> int:

@@ -6,8 +6,7 @@
 
 namespace patches {
 
-// Add a quad to a patch of `count` unless it is there; return how many there are then, `most` + 1 if it is
-// full
+// Add a quad to a patch of `count` unless it is there; return its size then: `most` + 1, it is full
 static CUDA_CALLABLE int added(POINTER(int) quads, int count, int q, int most) {
     bool is_known = false;
     for (int n = 0; n < count; ++n) is_known |= quads[n] == q;
@@ -21,9 +20,7 @@ static CUDA_CALLABLE int gather(POINTER(const int) quads, int count, int first, 
                                 POINTER(const wp::vec3) position, quads::Corners& places) {
     const int some = count - first < lanes::LANES ? count - first : lanes::LANES;
     for (int lane = 0; lane < some; ++lane) {
-        for (int c = 0; c < 4; ++c) {
-            quads::put(places, lane, c, position[corners[4 * quads[first + lane] + c]]);
-        }
+        quads::put_quad(places, lane, quads[first + lane], corners, position);
     }
     return some;
 }
@@ -93,8 +90,7 @@ inline wp::int32 count_folded_sides(wp::array_t<wp::int32> corners, wp::array_t<
                 if (ITEMS(const int, vertex_region)[v] != b && ITEMS(const int, vertex_region)[w] != b) {
                     return -1;
                 }
-                const int across = ITEMS(const int, twin)[h + side] & ~3;
-                for (int c = 0; c < 4; ++c) quads::put(at, lane, c, places[corner[across + c]]);
+                quads::put_quad(at, lane, ITEMS(const int, twin)[h + side] >> 2, corner, places);
             }
             const lanes::numbers turn = vectors::dot(area, quads::area(at));
             folds += lanes::chosen(turn < 0.0f, lanes::integers{} + 1, lanes::integers{});
