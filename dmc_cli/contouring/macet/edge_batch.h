@@ -107,7 +107,7 @@ static CUDA_CALLABLE steps::Vector steps_to_crossings(const Batch& batch, const 
     float along[LANES];
     for (int lane = 0; lane < LANES; ++lane) along[lane] = vertices.crossing[vertex_of(batch, lane)] - 0.5f;
     const steps::numbers one = 1.0f;
-    return steps::scaled(one + one, steps::scaled(lanes::load(along), edges.half));
+    return vectors::scaled(one + one, vectors::scaled(lanes::load(along), edges.half));
 }
 
 // Return the vectors of a batch in an array of `width` numbers each
@@ -124,8 +124,8 @@ static CUDA_CALLABLE steps::Vector ways_to_means(const Batch& batch, const Verti
     float count[LANES];
     for (int lane = 0; lane < LANES; ++lane) count[lane] = sums[4 * vertex_of(batch, lane) + 3];
     const steps::numbers one = 1.0f;
-    const steps::Vector means = steps::scaled(one / lanes::load(count), gathered(batch, sums, 4));
-    return steps::less(means, gathered(batch, vertices.position, 3));
+    const steps::Vector means = vectors::scaled(one / lanes::load(count), gathered(batch, sums, 4));
+    return vectors::less(means, gathered(batch, vertices.position, 3));
 }
 
 static CUDA_CALLABLE void scatter(const Batch& batch, const steps::Vector& vectors, POINTER(float) array) {
@@ -167,9 +167,9 @@ static CUDA_CALLABLE void store_places(const Batch& batch, const Vertices& verti
     float u[LANES], v[LANES], w[LANES], along[LANES], x[LANES], y[LANES], z[LANES];
     const steps::numbers one = 1.0f, half = 0.5f;
     const steps::integers held = lanes::load(batch.is_held);
-    const steps::Vector axis = steps::scaled(one + one, edges.half);
-    const steps::numbers on_axis = half + steps::dot(step, axis);
-    const steps::Vector on_edge = steps::scaled(on_axis, axis);
+    const steps::Vector axis = vectors::scaled(one + one, edges.half);
+    const steps::numbers on_axis = half + vectors::dot(step, axis);
+    const steps::Vector on_edge = vectors::scaled(on_axis, axis);
     lanes::store(i, held ? edges.i : place.i);
     lanes::store(j, held ? edges.j : place.j);
     lanes::store(k, held ? edges.k : place.k);

@@ -1,29 +1,21 @@
 // Steps from the middles of edges to the surface, sixteen side by side, on CUDA one: see surface_steps.py.
 #pragma once
 #include "builtin.h"
-#include "dmc_cli/field/lanes.h"
+#include "dmc_cli/field/lane_vectors.h"
 
 namespace steps {
 
 enum { LANES = lanes::LANES };
 typedef lanes::numbers numbers;
 typedef lanes::integers integers;
+typedef vectors::Vector Vector;
 
 // Newton steps at most; in cells the longest one, and one so short that what is left is its square
 enum { MOST_STEPS = 8 };
 static CUDA_CALLABLE float longest() { return 0.25f; }
 static CUDA_CALLABLE float shortest() { return 2.0e-4f; }
 
-struct Vector {
-    numbers x, y, z;
-};
-
-static CUDA_CALLABLE Vector scaled(numbers a, Vector v) { return {a * v.x, a * v.y, a * v.z}; }
-static CUDA_CALLABLE Vector sum(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-static CUDA_CALLABLE Vector less(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 static CUDA_CALLABLE Vector product(Vector a, Vector b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-static CUDA_CALLABLE numbers dot(Vector a, Vector b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-static CUDA_CALLABLE numbers length(Vector a) { return lanes::root(dot(a, a)); }
 static CUDA_CALLABLE Vector chosen(integers is_first, Vector a, Vector b) {
     return {is_first ? a.x : b.x, is_first ? a.y : b.y, is_first ? a.z : b.z};
 }
@@ -62,8 +54,8 @@ static CUDA_CALLABLE Edges edges_at(const int* i, const int* j, const int* k, co
                   (along == 2) | inner_z ? one : none};
     const Vector node = {lanes::number(edges.i), lanes::number(edges.j), lanes::number(edges.k)};
     const Vector last = {one * (float)(nx - 1), one * (float)(ny - 1), one * (float)(nz - 1)};
-    edges.low = less(scaled(-one, node), edges.half);
-    edges.high = less(less(last, node), edges.half);
+    edges.low = vectors::less(vectors::scaled(-one, node), edges.half);
+    edges.high = vectors::less(vectors::less(last, node), edges.half);
     return edges;
 }
 
@@ -78,19 +70,19 @@ static CUDA_CALLABLE Vector on_grid(const Edges& edges, Vector step) {
 static CUDA_CALLABLE Place place_of(const Edges& edges, Vector step) {
     Place place;
     const integers none = 0;
-    const Vector from = sum(edges.half, step);
+    const Vector from = vectors::sum(edges.half, step);
     place.i = lanes::most(none, lanes::least(edges.last_i, edges.i + lanes::whole(from.x)));
     place.j = lanes::most(none, lanes::least(edges.last_j, edges.j + lanes::whole(from.y)));
     place.k = lanes::most(none, lanes::least(edges.last_k, edges.k + lanes::whole(from.z)));
-    place.local = less(from, {lanes::number(place.i - edges.i), lanes::number(place.j - edges.j),
-                              lanes::number(place.k - edges.k)});
+    place.local = vectors::less(from, {lanes::number(place.i - edges.i), lanes::number(place.j - edges.j),
+                                       lanes::number(place.k - edges.k)});
     return place;
 }
 
 // Return where a step leads, in node indices
 static CUDA_CALLABLE Vector position_of(const Edges& edges, Vector step) {
-    return sum({lanes::number(edges.i), lanes::number(edges.j), lanes::number(edges.k)},
-               sum(edges.half, step));
+    return vectors::sum({lanes::number(edges.i), lanes::number(edges.j), lanes::number(edges.k)},
+                        vectors::sum(edges.half, step));
 }
 
 // F at the corners of cells, corner by corner
@@ -129,11 +121,11 @@ static CUDA_CALLABLE Vector gradient(const Corners& cells, Vector p) {
 // Return Newton's step to zero; none where the gradient vanishes
 static CUDA_CALLABLE Vector newton(numbers value, Vector gradient) {
     const numbers one = 1.0f, none = 0.0f, unflattened = 0x1p60f;
-    const numbers scale = dot(gradient, gradient) < 0x1p-100f ? unflattened : one;
-    const Vector longer = scaled(scale, gradient);
-    const numbers square = dot(longer, longer);
+    const numbers scale = vectors::dot(gradient, gradient) < 0x1p-100f ? unflattened : one;
+    const Vector longer = vectors::scaled(scale, gradient);
+    const numbers square = vectors::dot(longer, longer);
     const integers is_steep = square > 0.0f;
-    return scaled(is_steep ? scale * value / (is_steep ? square : one) : none, longer);
+    return vectors::scaled(is_steep ? scale * value / (is_steep ? square : one) : none, longer);
 }
 
 // Return the part of a way along the plane across a gradient
@@ -142,10 +134,10 @@ static CUDA_CALLABLE Vector along_plane(Vector way, Vector gradient) {
     const numbers x = lanes::most(gradient.x, -gradient.x), y = lanes::most(gradient.y, -gradient.y);
     const numbers size = lanes::most(x, lanes::most(y, lanes::most(gradient.z, -gradient.z)));
     const integers is_steep = size > 0.0f;
-    const Vector short_one = scaled(is_steep ? one / (is_steep ? size : one) : none, gradient);
-    const numbers square = dot(short_one, short_one);
-    const numbers share = is_steep ? dot(way, short_one) / (is_steep ? square : one) : none;
-    return less(way, scaled(share, short_one));
+    const Vector short_one = vectors::scaled(is_steep ? one / (is_steep ? size : one) : none, gradient);
+    const numbers square = vectors::dot(short_one, short_one);
+    const numbers share = is_steep ? vectors::dot(way, short_one) / (is_steep ? square : one) : none;
+    return vectors::less(way, vectors::scaled(share, short_one));
 }
 
 // Return the largest absolute value at the corners
@@ -186,9 +178,9 @@ static CUDA_CALLABLE Search begin_search(Vector step) {
 
 // Bound the steps, find where they lead, and return whether any leads to another cell than before
 static CUDA_CALLABLE bool enter_cells(Search& search, const Edges& edges, float reach) {
-    const numbers one = 1.0f, size = length(search.step);
+    const numbers one = 1.0f, size = vectors::length(search.step);
     const integers is_out = search.active & (size > reach);
-    search.step = on_grid(edges, scaled(is_out ? reach / (is_out ? size : one) : one, search.step));
+    search.step = on_grid(edges, vectors::scaled(is_out ? reach / (is_out ? size : one) : one, search.step));
     const Place before = search.place;
     search.place = place_of(edges, search.step);
     return lanes::any(search.active & ((search.place.i != before.i) | (search.place.j != before.j) |
@@ -200,18 +192,20 @@ static CUDA_CALLABLE void slide(Search& search, const Edges& edges, const Corner
     const numbers half = 0.5f;
     const Vector slope = product(edges.free, gradient(cells, search.place.local));
     way = along_plane(product(edges.free, way), slope);
-    const integers is_way = dot(way, way) < 1.0e30f;  // beside a missing cell there may be no gradient
-    search.step = chosen(is_way, sum(search.step, scaled(half, way)), search.step);
+    // beside a missing cell there may be no gradient
+    const integers is_way = vectors::dot(way, way) < 1.0e30f;
+    search.step = chosen(is_way, vectors::sum(search.step, vectors::scaled(half, way)), search.step);
 }
 
 // Make a Newton step
 static CUDA_CALLABLE void descend(Search& search, const Edges& edges, const Corners& cells) {
     const numbers f = value(cells, search.place.local), one = 1.0f;
     const Vector way = newton(f, product(edges.free, gradient(cells, search.place.local)));
-    const numbers size = length(way);
+    const numbers size = vectors::length(way);
     const integers is_short = size <= shortest(), is_one = size<1.0e30f, is_out = size> longest();
     const numbers share = is_out ? longest() / (is_out ? size : one) : one;
-    search.step = chosen(search.active & is_one, less(search.step, scaled(share, way)), search.step);
+    search.step =
+        chosen(search.active & is_one, vectors::less(search.step, vectors::scaled(share, way)), search.step);
     search.found = search.found | (search.active & is_short & ((size > 0.0f) | (f == 0.0f)));
     search.active = search.active & (is_short == 0) & is_one;
 }
@@ -219,7 +213,7 @@ static CUDA_CALLABLE void descend(Search& search, const Edges& edges, const Corn
 // Return where vertices end; found are those near their edges only
 static CUDA_CALLABLE Place end_search(Search& search, const Edges& edges, float reach) {
     search.step = on_grid(edges, search.step);
-    search.found = search.found & (length(search.step) <= reach);
+    search.found = search.found & (vectors::length(search.step) <= reach);
     return place_of(edges, search.step);
 }
 
