@@ -118,6 +118,14 @@ def rotation_at(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32) -> wp.v
 
 
 @wp.func
+def first_choice(work: Work, sweep: Sweep, polishes: wp.bool, item: wp.int32) -> wp.int32:
+    """Return the first of the choices at a quad, or at a vertex: where none can be rotated, the step."""
+    if polishes and (work.mesh.valence[item] == REGULAR or wp.int32(sweep.vain[item]) >= sweep.most_vain):
+        return sweep.tries
+    return 0
+
+
+@wp.func
 def action_of(
     work: Work,
     b: wp.int32,
@@ -138,7 +146,6 @@ def action_of(
     if sweep.stride > 0.0:
         return wp.vec3i(FIT, item, 0)
     if sweep.still[item] == wp.uint8(0):
-        action = wp.vec3i(GLIDE, item, 0)
-    if wp.length(goal_of(work, item) - work.mesh.position[item]) <= SHORT_STEP * sweep.edge:
-        action = wp.vec3i(NOTHING, 0, 0)
+        if wp.length(goal_of(work, item) - work.mesh.position[item]) > SHORT_STEP * sweep.edge:
+            action = wp.vec3i(GLIDE, item, 0)
     return action

@@ -28,6 +28,15 @@ static CUDA_CALLABLE lanes::numbers heights(POINTER(const float) rows, int row, 
     return height + lanes::most(beside - reach, none);
 }
 
+// A kind of sample of a quad: the midpoint of a side or diagonal, or one near the first corner
+static CUDA_CALLABLE lanes::numbers sample(int kind, lanes::numbers here, lanes::numbers beside,
+                                           lanes::numbers across, lanes::numbers other) {
+    if (kind == 0) return 0.5f * (here + beside);
+    if (kind == 1) return 0.5f * (here + across);
+    if (kind == 2) return 0.5f * (beside + other);
+    return (0.5625f * here + 0.1875f * (beside + other)) + 0.0625f * across;
+}
+
 }  // namespace fine
 
 inline void copy_points(wp::array_t<wp::vec_t<3, wp::float32>> place,
@@ -123,50 +132,72 @@ inline wp::bool are_samples_low(wp::array_t<wp::int32> corners,
     return low;
 }
 
-// The sum over the samples of a quad round a vertex is taken before that over the quads
-template <float HEIGHT_WEIGHT, float HIGH_WEIGHT, float BAD_WEIGHT>
-inline wp::float32 energy_of_ring(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin,
-                                  wp::array_t<wp::vec_t<3, wp::float32>> position,
-                                  wp::array_t<wp::float32> copies, wp::int32 b, wp::int32 count,
-                                  wp::int32 start, wp::int32 valence, wp::float32 edge, wp::float32 reach) {
-    constexpr int QUADS = lanes::LANES < 4 ? 1 : lanes::LANES / 4, SAMPLES = 4;
-    POINTER(const wp::vec3) places = ITEMS(const wp::vec3, position);
+// Quads are compared for all places at once, a lane for a place and a quad, their samples kind by kind; sums
+// are taken over the samples of a quad, then over the quads
+template <int PLACES, float LEAST_GAIN, float HEIGHT_WEIGHT, float HIGH_WEIGHT, float BAD_WEIGHT>
+inline wp::int32 best_place(wp::array_t<wp::int32> corners, wp::array_t<wp::int32> twin,
+                            wp::array_t<wp::vec_t<3, wp::float32>> position,
+                            wp::array_t<wp::vec_t<3, wp::float32>> places, wp::array_t<wp::float32> copies,
+                            wp::int32 b, wp::int32 count, wp::int32 start, wp::int32 valence,
+                            wp::float32 edge, wp::float32 reach) {
+    constexpr int QUADS = 8, SAMPLES = 4, PAIRS = PLACES * QUADS + lanes::LANES;
+    POINTER(const wp::vec3) here = ROW(const wp::vec3, places, b);
     POINTER(const float) rows = ROW(const float, copies, b);
-    const lanes::numbers none = 0.0f, one = 1.0f;
-    float total = 0.0f;
+    const lanes::numbers one = 1.0f;
+    float energy[PLACES] = {};
     int h = start;
     for (int done = 0; done < valence; done += QUADS) {
-        const int some = valence - done < QUADS ? valence - done : QUADS;
-        quads::Corners ring = {};
-        float sample[3][QUADS * SAMPLES] = {}, off[lanes::LANES], cost[QUADS * SAMPLES];
+        const int some = valence - done < QUADS ? valence - done : QUADS, pairs = PLACES * some;
+        float at[4][3][PAIRS] = {}, sample[3][SAMPLES * PAIRS] = {}, cost[SAMPLES * PAIRS], all[PAIRS];
         for (int q = 0; q < some; ++q) {
-            for (int c = 0; c < 4; ++c) {
-                quads::put(ring, q, c, places[ITEMS(const int, corners)[(h & ~3) | ((h + c) & 3)]]);
+            for (int c = 1; c < 4; ++c) {
+                const wp::vec3 x =
+                    ITEMS(const wp::vec3, position)[ITEMS(const int, corners)[(h & ~3) | ((h + c) & 3)]];
+                for (int n = q; n < pairs; n += some) {
+                    for (int axis = 0; axis < 3; ++axis) at[c][axis][n] = x[axis];
+                }
             }
-            for (int x = 0; x < 3; ++x) {
-                const float here = ring.at[0][x][q], beside = ring.at[1][x][q];
-                const float across = ring.at[2][x][q], other = ring.at[3][x][q];
-                sample[x][SAMPLES * q] = 0.5f * (here + beside);
-                sample[x][SAMPLES * q + 1] = 0.5f * (here + across);
-                sample[x][SAMPLES * q + 2] = 0.5f * (beside + other);
-                sample[x][SAMPLES * q + 3] = (0.5625f * here + 0.1875f * (beside + other)) + 0.0625f * across;
+            for (int n = 0; n < PLACES; ++n) {
+                for (int axis = 0; axis < 3; ++axis) at[0][axis][n * some + q] = here[n][axis];
             }
             h = ITEMS(const int, twin)[(h & ~3) | ((h + 3) & 3)];
         }
-        const lanes::numbers miss = one - quads::shape(quads::corner(ring, 0), quads::corner(ring, 1),
-                                                       quads::corner(ring, 2), quads::corner(ring, 3));
-        lanes::store(off, miss * (1.0f + BAD_WEIGHT * miss));
-        for (int s = 0; s < QUADS * SAMPLES; s += lanes::LANES) {
-            const vectors::Vector at = vectors::load(sample[0] + s, sample[1] + s, sample[2] + s);
+        // What is written beyond the pairs, the next kind overwrites
+        for (int kind = 0; kind < SAMPLES; ++kind) {
+            for (int n = 0; n < pairs; n += lanes::LANES) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    lanes::store(
+                        sample[axis] + kind * pairs + n,
+                        fine::sample(kind, lanes::load(at[0][axis] + n), lanes::load(at[1][axis] + n),
+                                     lanes::load(at[2][axis] + n), lanes::load(at[3][axis] + n)));
+                }
+            }
+        }
+        for (int s = 0; s < SAMPLES * pairs; s += lanes::LANES) {
+            const vectors::Vector x = vectors::load(sample[0] + s, sample[1] + s, sample[2] + s);
             const lanes::numbers height =
-                lanes::least(fine::heights(rows, copies.shape[2], count, reach, at) / edge, one);
+                lanes::least(fine::heights(rows, copies.shape[2], count, reach, x) / edge, one);
             lanes::store(cost + s, height * height * (1.0f + HIGH_WEIGHT * height * height));
         }
-        for (int q = 0; q < some; ++q) {
-            float heights = cost[SAMPLES * q];
-            for (int s = 1; s < SAMPLES; ++s) heights += cost[SAMPLES * q + s];
-            total += off[q] + HEIGHT_WEIGHT * heights;
+        for (int n = 0; n < pairs; n += lanes::LANES) {
+            vectors::Vector corner[4];
+            for (int c = 0; c < 4; ++c) {
+                corner[c] = vectors::load(at[c][0] + n, at[c][1] + n, at[c][2] + n);
+            }
+            const lanes::numbers miss = one - quads::shape(corner[0], corner[1], corner[2], corner[3]);
+            lanes::numbers high = lanes::load(cost + n);
+            for (int kind = 1; kind < SAMPLES; ++kind) high = high + lanes::load(cost + kind * pairs + n);
+            lanes::store(all + n, miss * (1.0f + BAD_WEIGHT * miss) + HEIGHT_WEIGHT * high);
+        }
+        for (int n = 0; n < pairs; ++n) energy[n / some] += all[n];
+    }
+    int best = 0;
+    float least = energy[0] - LEAST_GAIN;
+    for (int n = 1; n < PLACES; ++n) {
+        if (energy[n] < least) {
+            least = energy[n];
+            best = n;
         }
     }
-    return total;
+    return best;
 }

@@ -16,6 +16,15 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 ROW_STEP = 16
 """What the lengths of the rows of copies are multiples of: a vector's lanes."""
 
+ROWS = 6
+"""Rows of copies: x, y, z and those of the normal."""
+
+PLACES = 6
+"""Places among which the best for a vertex is looked for at once, its own among them."""
+
+LEAST_GAIN = 1.0e-4
+"""Of energy: what a step must be worth."""
+
 HEIGHT_WEIGHT = 3.5
 """What the square of a sample's height, against the mean side, counts against 1 - shape."""
 
@@ -70,16 +79,19 @@ def are_samples_low(
 @wp.func_native(
     native(
         __file__,
-        "energy_of_ring",
+        "best_place",
+        PLACES=PLACES,
+        LEAST_GAIN=LEAST_GAIN,
         HEIGHT_WEIGHT=HEIGHT_WEIGHT,
         HIGH_WEIGHT=HIGH_WEIGHT,
         BAD_WEIGHT=BAD_WEIGHT,
     )
 )
-def energy_of_ring(
+def best_place(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
+    places: wp.array2d(dtype=wp.vec3),
     copies: wp.array3d(dtype=wp.float32),
     b: wp.int32,
     count: wp.int32,
@@ -87,10 +99,12 @@ def energy_of_ring(
     valence: wp.int32,
     edge: wp.float32,
     reach: wp.float32,
-) -> wp.float32:
-    """Return the energy of the quads round the vertex where halfedge `start` does.
+) -> wp.int32:
+    """Return which of a region's `PLACES` places is best for the vertex where halfedge `start` begins.
 
-    Their samples are the midpoints of sides and diagonals, and one near the vertex. A sample costs what its
-    height does, against the mean side `edge`, but at most what one of a whole side would.
+    The first, number 0, is where the vertex is; another must be better by `LEAST_GAIN`. Best is that with the
+    least energy of the quads round the vertex. Their samples are the midpoints of sides and diagonals, and
+    one near the vertex. A sample costs what its height does, against the mean side `edge`, but at most what
+    one of a whole side would.
     """
     ...

@@ -8,7 +8,7 @@ heights of their samples. Both diagonals count: a quad may be split by either.
 
 import warp as wp
 
-from dmc_cli.processing.decimation.fine_points import energy_of_ring
+from dmc_cli.processing.decimation.fine_points import PLACES, best_place
 from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.decimation.places import put_on_surface
 from dmc_cli.processing.remeshing import KEPT, Work, clear_failure, fail, goal_of, has_failed
@@ -16,63 +16,26 @@ from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
-DIRECTIONS = wp.constant(4)
-"""Places that are tried round a vertex, and one more: where its quads would best be squares."""
-
 COS_45 = wp.constant(0.70710678)
 """cos 45°, which is sin 45°: what a direction turned by 45° has of it, and of it turned by 90°."""
 
-LEAST_GAIN = wp.constant(1.0e-4)
-"""Of energy: what a step must be worth."""
 
-
-@wp.struct
-class Place:
-    """A place on the surface: position, cell, local coordinates, unit normal."""
-
-    position: wp.vec3
-    cell: wp.int64
-    local: wp.vec3
-    normal: wp.vec3
+@wp.func
+def note_place(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
+    """Note where a vertex is as a place to choose from."""
+    work.core_position[b, n] = work.mesh.position[v]
+    work.core_cell[b, n] = work.mesh.cell[v]
+    work.core_local[b, n] = work.mesh.local[v]
+    work.core_normal[b, n] = work.normal[v]
 
 
 @wp.func
-def place_of(work: Work, v: wp.int32) -> Place:
-    """Return where a vertex is."""
-    place = Place()
-    place.position = work.mesh.position[v]
-    place.cell = work.mesh.cell[v]
-    place.local = work.mesh.local[v]
-    place.normal = work.normal[v]
-    return place
-
-
-@wp.func
-def put_at(work: Work, v: wp.int32, place: Place) -> None:
-    """Put a vertex at a place."""
-    work.mesh.position[v] = place.position
-    work.mesh.cell[v] = place.cell
-    work.mesh.local[v] = place.local
-    work.normal[v] = place.normal
-
-
-@wp.func
-def energy_at(
-    guard: Guard, work: Work, b: wp.int32, v: wp.int32, count: wp.int32, edge: wp.float32
-) -> wp.float32:
-    """Return the energy of a vertex's quads."""
-    return energy_of_ring(
-        work.mesh.corners,
-        work.mesh.twin,
-        work.mesh.position,
-        guard.copies,
-        b,
-        count,
-        work.mesh.vertex_halfedge[v],
-        work.mesh.valence[v],
-        edge,
-        guard.reach,
-    )
+def put_at(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
+    """Put a vertex at a place that was noted."""
+    work.mesh.position[v] = work.core_position[b, n]
+    work.mesh.cell[v] = work.core_cell[b, n]
+    work.mesh.local[v] = work.core_local[b, n]
+    work.normal[v] = work.core_normal[b, n]
 
 
 @wp.func
@@ -97,29 +60,38 @@ def fit_vertex(
 ) -> None:
     """Move the kept vertex to the best of the places `stride` mean sides away; fail if none is better.
 
-    They are in the direction of the goal and at right angles to it, or 45 degrees off.
+    They are in the direction of the goal and at right angles to it, or 45 degrees off. They are noted behind
+    the place where the vertex was, which `keep_places` has noted; it stands there, too, where one is off the
+    surface.
     """
     v = work.tally[b, KEPT]
-    best = place_of(work, v)
-    home = best.position
-    normal = best.normal
-    least = energy_at(guard, work, b, v, count, edge) - LEAST_GAIN
+    home = work.mesh.position[v]
+    normal = work.normal[v]
     goal = goal_of(work, v)
     way = direction_of(normal, goal - home)
     if is_turned:
         way = COS_45 * (way + wp.cross(normal, way))
-    is_better = bool(False)
-    for n in range(DIRECTIONS + 1):
-        work.mesh.position[v] = wp.where(n == DIRECTIONS, goal, home + stride * edge * way)
+    for n in range(1, PLACES):
+        work.mesh.position[v] = wp.where(n == PLACES - 1, goal, home + stride * edge * way)
         put_on_surface(context, guard, work, b, v, count)
-        if not has_failed(work, b):
-            energy = energy_at(guard, work, b, v, count, edge)
-            if energy < least:
-                least = energy
-                best = place_of(work, v)
-                is_better = bool(True)
-        clear_failure(work, b)
+        if has_failed(work, b):
+            put_at(work, b, 0, v)
+            clear_failure(work, b)
+        note_place(work, b, n, v)
         way = wp.cross(normal, way)
-    put_at(work, v, best)
-    if not is_better:
+    best = best_place(
+        work.mesh.corners,
+        work.mesh.twin,
+        work.mesh.position,
+        work.core_position,
+        guard.copies,
+        b,
+        count,
+        work.mesh.vertex_halfedge[v],
+        work.mesh.valence[v],
+        edge,
+        guard.reach,
+    )
+    put_at(work, b, best, v)
+    if best == 0:
         fail(work, b)

@@ -10,6 +10,7 @@ from dmc_cli.processing.remeshing import (
     JOURNALLED,
     KEPT,
     PATCHED,
+    REMOVED,
     PatchMeasures,
     Work,
     add_ring_to_patch,
@@ -68,6 +69,21 @@ def measure_before(work: Work, b: wp.int32, is_wide: wp.bool) -> PatchMeasures:
     found = measure_patch(work, b)
     redo(work, b)
     return found
+
+
+@wp.func
+def measure_rings(work: Work, b: wp.int32) -> PatchMeasures:
+    """Return the measures of the quads round two vertices that are about to be joined, without folds.
+
+    They are those that the collapse will change, if no doublet follows from it.
+    """
+    twin, first = work.mesh.twin, work.mesh.vertex_halfedge
+    kept = work.tally[b, KEPT]
+    gone = work.tally[b, REMOVED]
+    count = add_ring_to_patch(twin, work.patch, b, 0, first[kept], work.mesh.valence[kept])
+    count = add_ring_to_patch(twin, work.patch, b, count, first[gone], work.mesh.valence[gone])
+    grow_patch(work, b, count)
+    return measure_patch(work, b)
 
 
 @wp.func

@@ -35,7 +35,7 @@ from dmc_cli.processing.color_repair import repair_colors
 from dmc_cli.processing.decimation.actions import Sweep
 from dmc_cli.processing.decimation.bound import SHARE, Bound, Keeper, State
 from dmc_cli.processing.decimation.candidates import Candidates, find_candidates
-from dmc_cli.processing.decimation.fine_points import ROW_STEP
+from dmc_cli.processing.decimation.fine_points import ROW_STEP, ROWS
 from dmc_cli.processing.decimation.guard import NOWHERE, Guard
 from dmc_cli.processing.decimation.points import mean_side, nearest_quads
 from dmc_cli.processing.decimation.sizes import size_weights
@@ -47,10 +47,13 @@ from dmc_cli.processing.remeshing import (
     SIDE,
     TRACKED,
     Regions,
+    Work,
     frozen_vertices,
     make_regions,
-    make_work,
     portions,
+    take_mesh,
+    take_points,
+    take_regions,
 )
 from dmc_cli.processing.tangent_step import make_context
 from dmc_cli.progress import SILENT, Progress
@@ -216,6 +219,7 @@ class Decimation:
         mesh, _ = in_frame_of(self._affine, *self._mesh.as_mesh())
         state, holds = keeper.next_state(mesh, self._state())
         self._mesh, self._tracked, self._eased = state.mesh, state.tracked, state.eased
+        take_mesh(self._work, self._mesh, self._context)
         if keeper.is_given_up:
             self._eased = len(LEAST_SHAPES)
         return holds
@@ -241,6 +245,8 @@ class Decimation:
         self._normal = find_normals(self._context, placement.cell, placement.local, self._device)
         self._mesh = with_room(working_mesh(mesh, placement), 0)  # a copy: sweeps change it in place
         self._fine_edge, self._rounds, self._eased = mean_side(self._mesh), 0, 0
+        self._work = Work()
+        take_mesh(self._work, self._mesh, self._context)
 
     def _collapse(self, number: int, quads: int, eased: int) -> list[int]:
         """Collapse quads, by rules that are eased, `quads` being left; return the refusals by reason."""
@@ -255,6 +261,7 @@ class Decimation:
         self._launch(sweep, regions, found, edge, quads, LEAST_SHAPES[eased])
         refusals: list[int] = sweep.refusals.numpy().sum(axis=0).tolist()
         self._mesh, new_faces = pack(self._mesh)
+        take_mesh(self._work, self._mesh, self._context)
         nearest = renumbered(self._tracked.nearest_quad, new_faces, self._device)
         self._tracked = replace(self._tracked, nearest_quad=nearest)
         return refusals
@@ -287,14 +294,15 @@ class Decimation:
         faces = self._mesh.face_count
         points = max(TRACKED, POINTS_A_PATCH * self._tracked.count // max(faces, 1))
         points += -points % ROW_STEP
-        work = make_work(self._mesh, self._tracked, regions, self._mesh.vertex_count, self._context, points)
+        take_points(self._work, self._tracked, self._mesh)
+        take_regions(self._work, regions, self._mesh.vertex_count, points, self._device)
         lists = regions if found is None else replace(regions, starts=found.starts, items=found.items)
         coarse = edge * max(1.0, faces / max(quads, 1)) ** 0.5
         guard = self._guard(coarse, POLISHED_SHARE if found is None else COARSE_SHARE, least_shape)
-        guard.copies = self._device.empty((regions.count, 6, points), wp.float32)
+        guard.copies = self._device.empty((regions.count, ROWS, points), wp.float32)
         inputs = [self._context, guard, found is None, lists.starts, lists.items]
         for visits in portions(lists, 1):
-            outputs = [sweep, work]
+            outputs = [sweep, self._work]
             self._device.launch(sweep_kernel, regions.count, [*inputs, *visits], outputs, grain=1, longest=1)
 
     def _guard(self, edge: float, share: float, least_shape: float) -> Any:

@@ -17,6 +17,7 @@ from dmc_cli.processing.decimation.actions import (
     ROTATE,
     Sweep,
     action_of,
+    first_choice,
     forget_refusals,
     note_refusal,
 )
@@ -31,6 +32,7 @@ from dmc_cli.processing.decimation.judge import (
     is_well_shaped,
     list_points,
     measure_before,
+    measure_rings,
 )
 from dmc_cli.processing.decimation.places import put_on_surface
 from dmc_cli.processing.remeshing import (
@@ -218,10 +220,12 @@ def attempt(
         work.tally[b, KEPT] = quad_corner(work.mesh.corners, action[1], wp.where(kind == COLLAPSE, 2, 0))
     work.tally[b, REMOVED] = wp.where(kind == COLLAPSE, work.mesh.corners[action[1]], work.tally[b, KEPT])
     reason = int(TOPOLOGY)
+    before = PatchMeasures()
+    if kind == COLLAPSE:
+        before = measure_rings(work, b)
     change(work, b, action, sweep.quota[b] - sweep.taken[b], seed)
     if not has_failed(work, b):
-        before = PatchMeasures()
-        if kind != FIT:
+        if kind == ROTATE or kind == GLIDE or (kind == COLLAPSE and quads_removed(work, b) > 1):
             before = measure_before(work, b, kind == ROTATE)
         keep_places(work, b)
         if not has_failed(work, b):
@@ -262,7 +266,8 @@ def sweep_kernel(
     b = first + wp.tid()
     for visit in range(begin_at, wp.min(end_at, starts[b + 1] - starts[b])):
         item = items[starts[b] + visit]
-        for choice in range(wp.where(polishes, sweep_inout.tries + 1, 2)):
+        choices = wp.where(polishes, sweep_inout.tries + 1, 2)
+        for choice in range(first_choice(work_inout, sweep_inout, polishes, item), choices):
             seed = scrambled(scrambled(wp.uint32(sweep_inout.seed * 64 + choice)) ^ wp.uint32(item))
             action = action_of(work_inout, b, sweep_inout, polishes, item, choice, seed)
             if action[0] != NOTHING:

@@ -1,6 +1,12 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
-from .bench import make_work as make_work, portions as portions
+from .bench import (
+    make_work as make_work,
+    portions as portions,
+    take_mesh as take_mesh,
+    take_points as take_points,
+    take_regions as take_regions,
+)
 from .chains import (
     ASCENT as ASCENT,
     link as link,

@@ -12,6 +12,7 @@ from dmc_cli.processing.relaxation import find_normals
 from dmc_cli.processing.remeshing.patches import MEASURES
 from dmc_cli.processing.remeshing.regions import Regions, with_spares
 from dmc_cli.processing.remeshing.work import CORE, JOURNAL, LINKS, PATCH, TALLIES, TRACKED, Work
+from dmc_cli.runtime import Device
 
 VISITS = 4096
 """Of a region's items in one launch at most, which is a tenth of a second where all are irregular."""
@@ -35,13 +36,30 @@ def make_work(
         context: The kernels' `SurfaceContext`.
         points: Tracked points that the quads of a patch may have at most.
     """
-    work, count, device = Work(), regions.count, mesh.device
-    work.mesh = mesh.arrays
-    work.normal = find_normals(context, work.mesh.cell, work.mesh.local, device)
-    work.sense = mesh.frame.sense
+    work = Work()
+    take_mesh(work, mesh, context)
+    take_points(work, tracked, mesh)
+    take_regions(work, regions, vertices, points, mesh.device)
+    return work
+
+
+def take_mesh(work: Any, mesh: WorkingMesh, context: Any) -> None:
+    """Give a sweep's view a mesh: after each change that no sweep has made."""
+    work.mesh, work.sense = mesh.arrays, mesh.frame.sense
+    work.normal = find_normals(context, work.mesh.cell, work.mesh.local, mesh.device)
+
+
+def take_points(work: Any, tracked: TrackedPoints, mesh: WorkingMesh) -> None:
+    """Give it the mesh's tracked points: after each change of their quads that no sweep has made."""
     work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
-    work.first_point, work.next_point = list_points(tracked, mesh.face_count, device)
+    work.first_point, work.next_point = list_points(tracked, mesh.face_count, mesh.device)
+
+
+def take_regions(work: Any, regions: Regions, vertices: int, points: int, device: Device) -> None:
+    """Give it the regions of a sweep, and each a bench."""
+    count = regions.count
     work.vertex_region = with_spares(regions, vertices, device)
+    work.tally = device.zeros((count, TALLIES), wp.int32)
     work.journal_place = device.empty((count, JOURNAL), wp.int64)
     work.journal_value = device.empty((count, JOURNAL), wp.int32)
     work.chain = device.empty((count, LINKS), wp.int32)
@@ -54,8 +72,6 @@ def make_work(
     work.core_normal = device.empty((count, CORE), wp.vec3)
     work.patch = device.empty((count, PATCH), wp.int32)
     work.measured = device.empty((count, MEASURES, PATCH), wp.float32)
-    work.tally = device.zeros((count, TALLIES), wp.int32)
-    return work
 
 
 def portions(regions: Regions, passes: int) -> Iterator[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""Nearest points, heights of samples and energies of rings, taken side by side, are those of NumPy."""
+"""Nearest points, heights of samples and the best places, looked for side by side, are those of NumPy."""
 
 import itertools
 
@@ -10,9 +10,11 @@ from dmc_cli.processing.decimation.fine_points import (
     BAD_WEIGHT,
     HEIGHT_WEIGHT,
     HIGH_WEIGHT,
+    LEAST_GAIN,
+    PLACES,
     are_samples_low,
+    best_place,
     copy_points,
-    energy_of_ring,
     nearest_copy,
 )
 from tests.mesh.hand_made import working
@@ -60,10 +62,11 @@ def low_kernel(
 
 
 @wp.kernel
-def energy_kernel(
+def best_kernel(
     corners: wp.array(dtype=wp.int32),
     twin: wp.array(dtype=wp.int32),
     position: wp.array(dtype=wp.vec3),
+    places: wp.array2d(dtype=wp.vec3),
     copies: wp.array3d(dtype=wp.float32),
     b: wp.int32,
     count: wp.int32,
@@ -71,9 +74,9 @@ def energy_kernel(
     valence: wp.int32,
     edge: wp.float32,
     reach: wp.float32,
-    told: wp.array(dtype=wp.float32),
+    told: wp.array(dtype=wp.int32),
 ):
-    told[0] = energy_of_ring(corners, twin, position, copies, b, count, start, valence, edge, reach)
+    told[0] = best_place(corners, twin, position, places, copies, b, count, start, valence, edge, reach)
 
 
 class Points:
@@ -255,25 +258,88 @@ def test_without_points_no_sample_is_low():
     assert are_low(SQUARE[None], [0], points, 1.0, 1.0, [1e6]) == [0]
 
 
-@pytest.mark.parametrize("valence", [3, 4, 5, 8])
-@pytest.mark.parametrize("bend", [0.05, 0.4])
-def test_the_energy_of_a_ring_is_that_of_its_quads_shapes_and_heights(valence, bend):
-    rng = np.random.default_rng(valence)
-    for count in (1, 16, 40):
+class Ring:
+    """A bent ring of quads round a vertex, in any order, each from any corner on, and points near it."""
+
+    edge, reach = 0.3, 0.1
+
+    def __init__(self, rng, valence, bend, count):
         angle = np.arange(2 * valence) * np.pi / valence
         size = np.where(np.arange(2 * valence) % 2, 1.3, 1.0)
         outer = np.stack([size * np.cos(angle), size * np.sin(angle), 0 * angle], axis=1)
         places = np.vstack([[0, 0, 0], outer]) * 0.5 + [0.5, 0.5, 0]
-        places = np.float32(places + rng.uniform(-bend, bend, places.shape) * 0.5)
+        self.places = np.float32(places + rng.uniform(-bend, bend, places.shape) * 0.5)
         ring = [(0, 2 * n + 1, 2 * n + 2, (2 * n + 2) % (2 * valence) + 1) for n in range(valence)]
         turned = [np.roll(quad, rng.integers(4)) for quad in ring]
         order = rng.permutation(valence)
-        mesh = working((places, np.array(turned, np.int32)[order])).arrays
+        self.ring, self.valence = np.array(ring), valence
+        self.mesh = working((self.places, np.array(turned, np.int32)[order])).arrays
         first = rng.integers(valence)
-        start = 4 * first + int(np.flatnonzero(turned[order[first]] == 0)[0])
-        points, edge, reach = scattered(rng, count), 0.3, 0.1
-        told = wp.zeros(1, dtype=wp.float32, device="cpu")
-        inputs = [mesh.corners, mesh.twin, mesh.position, points.copies, REGION, count, int(start), valence]
-        wp.launch(energy_kernel, 1, [*inputs, edge, reach, told], device="cpu")
-        expected = energy(places.astype(float)[np.array(ring)], points, edge, reach)
-        assert told.numpy()[0] == pytest.approx(expected, rel=1e-4)
+        self.start = 4 * int(first) + int(np.flatnonzero(turned[order[first]] == 0)[0])
+        self.points = scattered(rng, count)
+
+    def energy(self, place):
+        """Return the energy where the vertex is at a place, in double precision."""
+        places = self.places.astype(float)
+        places[0] = place
+        return energy(places[self.ring], self.points, self.edge, self.reach)
+
+    def best(self, others):
+        """Return the number of the best place, 0 for where the vertex is."""
+        rows = np.full((REGIONS, PLACES, 3), 1e6, np.float32)
+        rows[REGION] = [self.places[0], *others]
+        told = wp.full(1, -7, dtype=wp.int32, device="cpu")
+        inputs = [self.mesh.corners, self.mesh.twin, self.mesh.position]
+        inputs += [wp.array(rows, dtype=wp.vec3, device="cpu"), self.points.copies, REGION, self.points.count]
+        inputs += [self.start, self.valence, self.edge, self.reach]
+        wp.launch(best_kernel, 1, [*inputs, told], device="cpu")
+        return int(told.numpy()[0])
+
+    def place_of_energy(self, wanted, good, bad):
+        """Return where between two places energy crosses what is wanted, and what it is there."""
+        for _ in range(40):
+            middle = (good + bad) / 2
+            is_above = self.energy(middle) > wanted
+            good, bad = (good, middle) if is_above else (middle, bad)
+        place = np.float32(good)
+        return place, self.energy(place.astype(float))
+
+
+@pytest.mark.parametrize("valence", [3, 4, 5, 8, 11])
+@pytest.mark.parametrize("bend", [0.05, 0.4])
+def test_the_place_of_least_energy_is_the_best(valence, bend):
+    rng = np.random.default_rng(valence)
+    found = set()
+    for count in (1, 16, 40):
+        for _ in range(8):
+            ring = Ring(rng, valence, bend, count)
+            others = np.float32(ring.places[0] + rng.uniform(-0.1, 0.1, (PLACES - 1, 3)))
+            energies = [ring.energy(place.astype(float)) for place in (ring.places[0], *others)]
+            energies[0] -= LEAST_GAIN
+            if np.diff(np.sort(energies)[:2]) > 1e-4 * min(energies):
+                found.add(ring.best(others))
+                assert ring.best(others) == np.argmin(energies)
+    assert len(found) > 3
+
+
+@pytest.mark.parametrize("valence", [3, 4, 5, 8, 11])
+@pytest.mark.parametrize("bend", [0.05, 0.4])
+def test_a_place_is_taken_that_is_just_better(valence, bend):
+    rng = np.random.default_rng(valence)
+    told = set()
+    for count in (1, 16, 16, 40, 40):
+        ring = Ring(rng, valence, bend, count)
+        least = ring.energy(ring.places[0]) - LEAST_GAIN
+        margin = 2e-4 * least
+        around = sorted(ring.places[0] + rng.uniform(-0.1, 0.1, (40, 3)), key=ring.energy)
+        for is_better in (True, False):
+            wanted = least - margin if is_better else least + margin
+            if ring.energy(around[0]) < wanted:
+                place, found = ring.place_of_energy(wanted, around[0], around[-1])
+                if abs(found - wanted) < margin / 2:  # it jumps where another point comes to be the nearest
+                    number = int(rng.integers(1, PLACES))
+                    others = np.tile(ring.places[0], (PLACES - 1, 1))
+                    others[number - 1] = place
+                    assert ring.best(others) == (number if is_better else 0)
+                    told.add(is_better)
+    assert told == {True, False}
