@@ -96,7 +96,7 @@ def _volume(end: bytes) -> VolumeGeometry | None:
         vectors = {name: np.array(told[name][:3], float) for name in (b"xras", b"yras", b"zras", b"cras")}
         spacing = np.array(told.get(b"voxelsize", IN_RAS.spacing)[:3], float)
         shape = np.array(told.get(b"volume", IN_RAS.shape)[:3], float)
+        axes = np.array([vectors[name] for name in (b"xras", b"yras", b"zras")])
     except (KeyError, ValueError):
         return None
-    axes = np.array([vectors[name] for name in (b"xras", b"yras", b"zras")])
     return checked_geometry(shape, spacing, axes, vectors[b"cras"])

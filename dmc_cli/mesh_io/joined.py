@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float32Array, Float64Array
+from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.parsed import usable_values
 
 
@@ -31,8 +32,14 @@ class Piece:
     face_values: dict[str, AnyArray] = field(default_factory=dict)
 
 
-def joined(pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]:
-    """Return what `make_mesh` takes but for the path; what only some pieces have is added to what is told."""
+def joined(path: str, pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]:
+    """Return what `make_mesh` takes but for the path; what only some pieces have is added to what is told.
+
+    Raises:
+        MeshFileError: A piece's faces have not as many corners as they count, or one is no vertex of it.
+    """
+    for piece in pieces:
+        _check(path, piece)
     starts = np.cumsum([0, *(len(piece.points) for piece in pieces)])
     normals = [piece.normals for piece in pieces if piece.normals is not None]
     if 0 < len(normals) < len(pieces):
@@ -54,6 +61,21 @@ def joined(pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]:
     }
 
 
+def _check(path: str, piece: Piece) -> None:
+    """Raise MeshFileError unless the faces are of this piece: else they would take a neighbour's vertices."""
+    if (piece.counts < 0).any() or piece.counts.sum() != len(piece.corners):
+        raise MeshFileError(
+            f"{path}: {len(piece.corners)} corners of {len(piece.counts)} faces were found; expected"
+            f" {int(piece.counts.sum())}, as many as the faces count; it is damaged"
+        )
+    outside = piece.corners[(piece.corners < 0) | (piece.corners >= len(piece.points))]
+    if outside.size:
+        raise MeshFileError(
+            f"{path}: a face names vertex {outside[0]}; expected 0 to {len(piece.points) - 1}, since its mesh"
+            f" has {len(piece.points)} vertices; it is damaged"
+        )
+
+
 def _of_all(tables: Sequence[dict[str, AnyArray]], told: set[str]) -> dict[str, AnyArray]:
     """Return the values that all tables have in one shape and type, one after the other."""
     found = {}
@@ -68,15 +90,18 @@ def _of_all(tables: Sequence[dict[str, AnyArray]], told: set[str]) -> dict[str, 
 
 
 def turned_normals(normals: AnyArray, linear: Float64Array) -> Float32Array | None:
-    """Return normals after a map of the points, length 1 again; None where one has no direction.
+    """Return normals after a map of the points, length 1 again; None where one is infinite or has no direction.
 
     Args:
         normals: Before it, (V, 3).
         linear: The map's part without the shift, (3, 3), of columns.
     """
-    if np.array_equal(linear, np.eye(3)):
-        return normals.astype(np.float32)
+    if not (np.isfinite(linear).all() and np.isfinite(normals).all()):
+        return None
     with np.errstate(all="ignore"):
-        moved = normals.astype(np.float64) @ np.linalg.pinv(linear)
-        moved /= np.linalg.norm(moved, axis=1)[:, None]
-    return moved.astype(np.float32) if np.isfinite(moved).all() else None
+        moved = normals
+        if not np.array_equal(linear, np.eye(3)):
+            moved = normals.astype(np.float64) @ np.linalg.pinv(linear)
+            moved /= np.linalg.norm(moved, axis=1)[:, None]
+        found = moved.astype(np.float32)
+    return found if np.isfinite(found).all() else None

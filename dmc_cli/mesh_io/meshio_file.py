@@ -1,6 +1,8 @@
 """Read the triangles and quads of a file by meshio, with their values."""
 
 from collections.abc import Mapping
+from contextlib import suppress
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -43,24 +45,36 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            mesh = meshio.read(path, file_format)
+            mesh = _read(path, file_format)
+        odd = [
+            block for block in mesh.cells if block.type.startswith(OTHER_FACES) and block.type not in FACES
+        ]
         points = np.zeros((len(mesh.points), 3))
-        points[:, : mesh.points.shape[1]] = mesh.points
-        blocks: list[Any] = [np.asarray(block.data) for block in mesh.cells if block.type in FACES]
+        if len(points):
+            points[:, : mesh.points.shape[1]] = mesh.points
+        is_face = [block.type in FACES and len(block.data) > 0 for block in mesh.cells]
+        blocks: list[Any] = [
+            np.asarray(block.data) for block, chosen in zip(mesh.cells, is_face, strict=True) if chosen
+        ]
+        counts = [np.full(len(block), block.shape[1]) for block in blocks]
         corners = [block.ravel().astype(np.int64) for block in blocks]
         face_data = {
-            name: np.concatenate(_of_faces(mesh, data)) for name, data in mesh.cell_data.items() if blocks
+            name: np.concatenate([np.asarray(part) for part in compress(data, is_face)])
+            for name, data in mesh.cell_data.items()
+            if blocks
         }
-    except (Exception, SystemExit) as error:
-        raise MeshFileError(f"{path}: meshio cannot read it: {error}") from error
-    odd = [block for block in mesh.cells if block.type.startswith(OTHER_FACES) and block.type not in FACES]
+    except Exception as error:
+        told_by_meshio = str(error) or type(error).__name__
+        raise MeshFileError(
+            f"{path}: meshio cannot read it: {told_by_meshio}; it is damaged, or of a kind that is unknown"
+            " to meshio"
+        ) from error
     if odd:
         raise UnsupportedFormatError(
             f"{path}: {len(odd[0].data)} faces of the kind {odd[0].type} found; expected triangles and "
             "quads; triangulate other faces"
         )
     told = [f"{len(block.data)} cells of {block.type}" for block in mesh.cells if block.type not in FACES]
-    counts = [np.full(len(block), block.shape[1]) for block in blocks]
     empty = np.zeros(0, dtype=np.int64)
     found = np.concatenate([empty, *counts]), np.concatenate([empty, *corners])
     vertex_values = _values(mesh.point_data, len(points), told)
@@ -78,9 +92,19 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
     )
 
 
-def _of_faces(mesh: Any, data: Any) -> list[Any]:
-    """Return the values of the blocks of faces among those of all blocks."""
-    return [np.asarray(part) for block, part in zip(mesh.cells, data, strict=True) if block.type in FACES]
+def _read(path: Path, file_format: str | None) -> Any:
+    """Return what meshio reads, by the first of its readers that can.
+
+    `meshio.read` would print why a reader cannot, and then end the program.
+    """
+    import meshio
+
+    readers = meshio._helpers.reader_map
+    names = [file_format] if file_format else meshio.extension_to_filetypes[path.suffix.lower()]
+    for name in names[:-1]:
+        with suppress(meshio.ReadError):
+            return readers[name](str(path))
+    return readers[names[-1]](str(path))
 
 
 def _values(data: Mapping[str, Any], count: int, told: list[str]) -> dict[str, AnyArray]:

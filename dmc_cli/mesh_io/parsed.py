@@ -30,13 +30,19 @@ def make_mesh(
 
     Raises:
         UnsupportedFormatError: A face has neither three nor four corners.
-        MeshFileError: A corner is no vertex that is there, or a coordinate is no float32 number.
+        MeshFileError: There are more or fewer corners, one is no vertex that is there, or a coordinate is no
+            float32 number.
     """
     odd = np.flatnonzero((counts < 3) | (counts > 4))
     if odd.size:
         raise UnsupportedFormatError(
             f"{path}: face {odd[0]} has {int(counts[odd[0]])} corners; expected 3 or 4;"
             " triangulate larger faces"
+        )
+    if counts.sum() != corners.size:
+        raise MeshFileError(
+            f"{path}: {corners.size} corners of {len(counts)} faces were found; expected {int(counts.sum())},"
+            " as many as the faces count; it is damaged"
         )
     points = np.ascontiguousarray(points, dtype=np.float64)
     bad = np.flatnonzero(~fits_float32(points).all(axis=1))

@@ -125,7 +125,7 @@ def read_usd(path: Path) -> MeshFile:
     return make_mesh(
         str(path),
         comments=f"SPACE={tags.get('SPACE', 'none')}\nUNIT={unit or 'mm'}\n".encode(),
-        **joined(pieces, told),
+        **joined(str(path), pieces, told),
         warnings=unread(path, sorted(told)),
     )
 

@@ -2,10 +2,13 @@
 
 import contextlib
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.freesurfer import encode_freesurfer
+from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from tests.mesh_io.ply_files import FACES, PLY_HEAD, binary_ply, head, save
 
@@ -120,3 +123,27 @@ def test_garbage_gives_a_message_or_a_mesh(tmp_path_factory, garbage):
     for name, text in (("a.ply", head + garbage), ("a.obj", garbage), ("a.off", b"OFF\n" + garbage)):
         with contextlib.suppress(MeshFileError, UnsupportedFormatError):
             read_mesh(save(folder, name, text))
+
+
+ABAQUS = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n"
+
+
+def test_what_meshio_says_stands_in_the_message_alone(tmp_path, capfd):
+    with pytest.raises(MeshFileError, match=r"a\.inp: meshio cannot read it: Element type not available: S5"):
+        read_mesh(save(tmp_path, "a.inp", f"{ABAQUS}*ELEMENT, TYPE=S5\n1, 1, 2, 3\n"))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_element_set_without_elements_is_passed_over(tmp_path):
+    text = f"{ABAQUS}*ELEMENT, TYPE=S4\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n"
+    assert read_mesh(save(tmp_path, "a.inp", text)).faces.tolist() == [[0, 1, 2, -1]]
+    with pytest.raises(MeshFileError, match="3 vertices and no faces"):
+        read_mesh(save(tmp_path, "b.inp", f"{ABAQUS}*ELEMENT, TYPE=S4"))
+
+
+@pytest.mark.parametrize("axis", ["xras", "yras"])
+def test_a_volume_of_freesurfer_with_an_axis_cut_off_is_none(tmp_path, axis):
+    mesh = MeshFile(points=np.eye(3, dtype=np.float32), faces=np.int32([[0, 1, 2, -1]]), space="RAS")
+    data = b"".join(encode_freesurfer(mesh)).replace(f"{axis}   =".encode(), f"{axis} \n=".encode())
+    (tmp_path / "a.pial").write_bytes(data)
+    assert read_mesh(tmp_path / "a.pial").space == "none"

@@ -99,3 +99,41 @@ def test_a_file_that_is_none_is_refused_and_a_missing_library_told(tmp_path, cub
     monkeypatch.setitem(sys.modules, "pxr", None)
     with pytest.raises(UnsupportedFormatError, match=r"install it with pip install 'dmc-cli\[usd\]'"):
         read_mesh(path)
+
+
+def stage_of(counts, *corners, normals="[(0, 0, 1), (0, 0, 1), (0, 0, 1), (0, 0, 1)]"):
+    """A stage of meshes with four points each."""
+    points = "[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]"
+    meshes = "".join(
+        f'def Mesh "m{number}"\n{{\nint[] faceVertexCounts = {counts}\nint[] faceVertexIndices = {found}\n'
+        f'point3f[] points = {points}\nnormal3f[] normals = {normals} (\ninterpolation = "vertex"\n)\n}}\n'
+        for number, found in enumerate(corners)
+    )
+    return f'#usda 1.0\n(\nmetersPerUnit = 0.001\nupAxis = "Z"\n)\n{meshes}'
+
+
+@pytest.mark.parametrize(
+    ("counts", "corners", "told"),
+    [
+        ([4, 3], [[0, 1, 2, 3, 0, 1]], "6 corners of 2 faces were found; expected 7"),
+        ([4], [[0, 1, 2, 3, 0]], "5 corners of 1 faces were found; expected 4"),
+        ([4], [[0, 1, 2], [3, 0, 1, 2, 3]], "3 corners of 1 faces were found; expected 4"),
+        ([4], [[0, 1, 2, 4], [0, 1, 2, 3]], "a face names vertex 4; expected 0 to 3"),
+        ([4], [[0, 1, 2, 3], [0, 1, 2, -1]], "a face names vertex -1; expected 0 to 3"),
+        ([-4], [[0, 1, 2, 3]], "4 corners of 1 faces were found; expected -4"),
+    ],
+)
+def test_faces_that_do_not_fit_their_mesh_are_refused(tmp_path, counts, corners, told):
+    """Also where what one mesh lacks the next one has."""
+    (tmp_path / "a.usda").write_text(stage_of(counts, *corners))
+    with pytest.raises(MeshFileError, match=rf"a\.usda: {told}"):
+        read_mesh(tmp_path / "a.usda")
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "1e300"])
+def test_normals_that_are_no_numbers_are_told(tmp_path, number):
+    normals = f"[(0, 0, {number}), (0, 0, 1), (0, 0, 1), (0, 0, 1)]"
+    (tmp_path / "a.usda").write_text(stage_of([4], [0, 1, 2, 3], normals=normals))
+    mesh = read_mesh(tmp_path / "a.usda")
+    assert mesh.normals is None
+    assert mesh.warnings[0].sentence == "a.usda: not read and not used: normals"

@@ -65,7 +65,7 @@ def _mesh(path: Path, file: "_File") -> MeshFile:
     return make_mesh(
         str(path),
         comments=f"SPACE={extras.get('SPACE', 'none')}\nUNIT={unit}\n".encode(),
-        **joined(pieces, told),
+        **joined(str(path), pieces, told),
         warnings=unread(path, sorted(told)),
     )
 
