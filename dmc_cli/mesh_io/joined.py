@@ -90,7 +90,7 @@ def _of_all(tables: Sequence[dict[str, AnyArray]], told: set[str]) -> dict[str, 
 
 
 def turned_normals(normals: AnyArray, linear: Float64Array) -> Float32Array | None:
-    """Return normals after a map of the points, length 1 again; None where one is infinite or has no direction.
+    """Return normals after a map of the points, length 1 again; None where one has no direction.
 
     Args:
         normals: Before it, (V, 3).

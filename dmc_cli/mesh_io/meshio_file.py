@@ -12,11 +12,7 @@ from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_formats import known_suffixes
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.parsed import make_mesh, unread, usable_values
-
-FACES = ("triangle", "quad")
-OTHER_FACES = ("triangle", "quad", "polygon")
-"""How meshio calls the faces that are read, and how the names of all faces begin."""
+from dmc_cli.mesh_io.parsed import FACES, make_mesh, other_cells, unread, usable_values
 
 HEAD = 2048
 """Characters of a file that may name the space and the unit in a comment."""
@@ -46,9 +42,6 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             mesh = _read(path, file_format)
-        odd = [
-            block for block in mesh.cells if block.type.startswith(OTHER_FACES) and block.type not in FACES
-        ]
         points = np.zeros((len(mesh.points), 3))
         if len(points):
             points[:, : mesh.points.shape[1]] = mesh.points
@@ -69,12 +62,7 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
             f"{path}: meshio cannot read it: {told_by_meshio}; it is damaged, or of a kind that is unknown"
             " to meshio"
         ) from error
-    if odd:
-        raise UnsupportedFormatError(
-            f"{path}: {len(odd[0].data)} faces of the kind {odd[0].type} found; expected triangles and "
-            "quads; triangulate other faces"
-        )
-    told = [f"{len(block.data)} cells of {block.type}" for block in mesh.cells if block.type not in FACES]
+    told = other_cells(path, [(block.type, len(block.data)) for block in mesh.cells])
     empty = np.zeros(0, dtype=np.int64)
     found = np.concatenate([empty, *counts]), np.concatenate([empty, *corners])
     vertex_values = _values(mesh.point_data, len(points), told)

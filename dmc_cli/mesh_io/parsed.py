@@ -1,6 +1,6 @@
 """Make a mesh of what a file had, once that is checked."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
 from typing import Any, get_args
 
@@ -13,6 +13,10 @@ from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.notices import Notice
 from dmc_cli.settings import OutputUnit
 from dmc_cli.volume import FARTHEST_MM, Space
+
+FACES = ("triangle", "quad")
+OTHER_FACES = ("triangle", "quad", "polygon")
+"""What faces are called that are read, and how the names of all faces begin."""
 
 
 def make_mesh(
@@ -82,6 +86,26 @@ def _fits_int32(array: AnyArray) -> bool:
     limits = np.iinfo(np.int32)
     is_long = array.dtype.kind in "iu" and array.dtype.itemsize == 8
     return is_long and bool((array >= limits.min).all() and (array <= limits.max).all())
+
+
+def other_cells(path: object, cells: Iterable[tuple[str, int]]) -> list[str]:
+    """Return what is told of the cells that are no triangles or quads.
+
+    Args:
+        path: The file, for messages.
+        cells: Kind and number of the cells in each block.
+
+    Raises:
+        UnsupportedFormatError: There are faces of another kind: without them the mesh had holes.
+    """
+    others = [(kind, count) for kind, count in cells if count and kind not in FACES]
+    for kind, count in others:
+        if kind.startswith(OTHER_FACES):
+            raise UnsupportedFormatError(
+                f"{path}: {count} faces of the kind {kind} found; expected triangles and quads; triangulate"
+                " other faces"
+            )
+    return [f"{count} cells of {kind}" for kind, count in others]
 
 
 def unread(path: object, parts: list[str]) -> tuple[Notice, ...]:

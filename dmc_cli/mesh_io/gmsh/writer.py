@@ -1,17 +1,15 @@
-"""Write and read the format of Gmsh, version 4.1: sections between `$Name` and `$EndName`, binary or text.
+"""Write the format of Gmsh, version 4.1: sections between `$Name` and `$EndName`, binary or text.
 
 Each group is a physical surface. Space and unit stand in a section of comments. Values are doubles; one of
 two numbers an item, or of more than three, is several.
 """
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.meshio_file import read_with_meshio
 from dmc_cli.mesh_io.numbered import Part, numbered_parts
 from dmc_cli.mesh_io.text import chunks_of, join_lines, number_lines, spans
 
@@ -39,16 +37,6 @@ def encode_gmsh(mesh: MeshFile, *, ascii: bool = False) -> Iterator[bytes]:
         yield from _section("NodeData", _data(name, column, _counted(len(column)), ascii), ascii)
     for name, column in _columns(mesh.face_values):
         yield from _section("ElementData", _data(name, column, _faces(parts), ascii), ascii)
-
-
-def read_gmsh(path: Path) -> MeshFile:
-    """Read the triangles and quads of a .msh file with their values, by meshio; triangles come first.
-
-    Raises:
-        MeshFileError: The file is damaged.
-        UnsupportedFormatError: Faces of another kind.
-    """
-    return read_with_meshio(path, "gmsh")
 
 
 def _section(name: str, pieces: Iterator[bytes], ascii: bool) -> Iterator[bytes]:

@@ -1,0 +1,124 @@
+"""Read files of Gmsh: the triangles and quads of versions 2 and 4 with their values, all surfaces as one."""
+
+from pathlib import Path
+
+import numpy as np
+
+from dmc_cli.array_types import AnyArray, IntArray
+from dmc_cli.errors import MeshFileError
+from dmc_cli.mesh_io.gmsh.blocks import Block, read_elements, read_nodes
+from dmc_cli.mesh_io.gmsh.sections import Section, sections_of
+from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.parsed import FACES, make_mesh, other_cells, unread, usable_values
+
+DATA = ("NodeData", "ElementData")
+"""Sections of values: of nodes, of elements."""
+
+UNREAD = ("ElementNodeData", "Periodic", "GhostElements", "Parametrizations")
+"""Sections that are told and not read."""
+
+WIDEST = 9
+"""Numbers of a value: of a tensor."""
+
+
+def read_gmsh(path: Path) -> MeshFile:
+    """Read the triangles and quads of a .msh file with their values, in the order of its blocks.
+
+    Raises:
+        MeshFileError: The file is damaged.
+        UnsupportedFormatError: It has another version, or faces of another kind.
+    """
+    sections = sections_of(str(path), path.read_bytes())
+    node_numbers, points = read_nodes(_one(path, sections, "Nodes"))
+    blocks = read_elements(_one(path, sections, "Elements"))
+    told = other_cells(path, [(block.kind, len(block.numbers)) for block in blocks])
+    faces = [block for block in blocks if block.kind in FACES and len(block.numbers)]
+    nothing = np.zeros(0, np.int64)
+    counts = np.concatenate([nothing, *(np.full(len(b.nodes), b.nodes.shape[1]) for b in faces)])
+    corners = np.concatenate([nothing, *(block.nodes.ravel() for block in faces)])
+    values = {
+        name: usable_values(_values([s for s in sections if s.name == name], numbers, told), told)
+        for name, numbers in zip(DATA, (node_numbers, _numbers(faces)), strict=True)
+    }
+    told += [f"${name}" for name in UNREAD if any(section.name == name for section in sections)]
+    comments = b"".join(section.remaining_text() for section in sections if section.name == "Comments")
+    return make_mesh(
+        str(path),
+        points,
+        counts,
+        _places(path, node_numbers, corners),
+        comments,
+        vertex_values=values["NodeData"],
+        face_values=values["ElementData"],
+        warnings=unread(path, told),
+    )
+
+
+def _one(path: Path, sections: list[Section], name: str) -> Section:
+    """Return the section of a name."""
+    found = [section for section in sections if section.name == name]
+    if len(found) != 1:
+        raise MeshFileError(f"{path}: {len(found)} sections ${name} were found; expected one")
+    return found[0]
+
+
+def _numbers(blocks: list[Block]) -> IntArray:
+    """Return the numbers of all elements."""
+    return np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in blocks)])
+
+
+def _places(path: Path, numbers: IntArray, corners: IntArray) -> IntArray:
+    """Return the place of each corner among the nodes."""
+    order = np.argsort(numbers, kind="stable")
+    ordered = numbers[order]
+    twice = np.flatnonzero(ordered[1:] == ordered[:-1])
+    if twice.size:
+        raise MeshFileError(f"{path}: there are two nodes {ordered[twice[0]]}; expected numbers of their own")
+    found = _search(ordered, corners)
+    if (found < 0).any():
+        raise MeshFileError(
+            f"{path}: an element names the node {corners[found < 0][0]}; expected one of the {len(numbers)}"
+            " that are there"
+        )
+    return order[found]
+
+
+def _search(ordered: IntArray, wanted: IntArray) -> IntArray:
+    """Return the place of numbers among others that rise, -1 where one is not there."""
+    if not len(ordered):
+        return np.full(len(wanted), -1)
+    places = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
+    return np.where(ordered[places] == wanted, places, -1)
+
+
+def _values(sections: list[Section], numbers: IntArray, told: list[str]) -> dict[str, AnyArray]:
+    """Return the values of nodes or elements of such numbers; what only some have is told."""
+    values: dict[str, AnyArray] = {}
+    for section in sections:
+        name, items, rows = _data(section)
+        order = np.argsort(items, kind="stable")
+        found = _search(items[order], numbers)
+        if ":" in name:  # numbers of parts, as meshio writes them
+            continue
+        if name in values or (found < 0).any():
+            told.append(
+                f"values {name} of some parts" if name not in values else f"values {name} of other times"
+            )
+        else:
+            values[name] = rows[order][found]
+    return values
+
+
+def _data(section: Section) -> tuple[str, IntArray, AnyArray]:
+    """Return the name of values, the numbers of what has them, and the values, (n, width)."""
+    titles = [section.line().strip('"') for _ in range(section.whole())]
+    for _ in range(section.whole()):
+        section.line()  # times
+    sizes = [section.whole() for _ in range(section.whole())]
+    if not titles or len(sizes) < 3 or not 0 < sizes[1] <= WIDEST:
+        raise section.damaged(
+            f"the sizes {sizes[:4]} were found; expected a name, then step, width and count"
+        )
+    items, rows = section.rows(sizes[2], sizes[1])
+    section.end()
+    return titles[0], items, rows
