@@ -10,7 +10,7 @@ triangles      quads split into triangles
 numbered       nodes, elements and parts as solvers have them
 meshio_file    what meshio reads
 ply/, vtk/, glb/, obj, off, stl, three_mf  meshes as chunks of bytes, and out of files
-gmsh/, abaqus, nastran, ls_dyna, medit, xdmf  likewise, for solvers
+gmsh/, abaqus/, nastran, ls_dyna, medit, xdmf  likewise, for solvers
 patient        coordinates of formats that have one space
 gifti, freesurfer  likewise, for neuroimaging
 usd            likewise, for films and engines

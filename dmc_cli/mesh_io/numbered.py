@@ -1,4 +1,4 @@
-"""Number nodes and elements from 1, and name parts, as formats of solvers have them.
+"""Number nodes and elements from 1, find them by their numbers, and name parts, as formats of solvers do.
 
 An element has the number of its face, whatever comes first in the file; triangles and quads stand apart.
 """
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmc_cli.array_types import Int32Array
-from dmc_cli.errors import WriteError
+from dmc_cli.array_types import Int32Array, IntArray
+from dmc_cli.errors import MeshFileError, WriteError
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile
 from dmc_cli.mesh_io.text import chunks_of
 
@@ -87,3 +87,32 @@ def check_numbers(mesh: MeshFile, title: str, most: int) -> None:
             f"a {title} file of {count} nodes or elements cannot be written: its numbers go to {most}; choose"
             " another format, such as .msh, or make the mesh smaller"
         )
+
+
+def node_places(path: object, numbers: IntArray, wanted: IntArray) -> IntArray:
+    """Return the place of each wanted node among those of a file, which have their numbers in any order.
+
+    Raises:
+        MeshFileError: One is not there, or two have one number.
+    """
+    order = np.argsort(numbers, kind="stable")
+    ordered = numbers[order]
+    twice = np.flatnonzero(ordered[1:] == ordered[:-1])
+    if twice.size:
+        raise MeshFileError(f"{path}: there are two nodes {ordered[twice[0]]}; expected numbers of their own")
+    found = places_among(ordered, wanted)
+    if (found < 0).any():
+        raise MeshFileError(
+            f"{path}: an element names the node {wanted[found < 0][0]}; expected one of the {len(numbers)}"
+            " that are there"
+        )
+    places: IntArray = order[found]
+    return places
+
+
+def places_among(ordered: IntArray, wanted: IntArray) -> IntArray:
+    """Return the place of numbers among others that rise, -1 where one is not there."""
+    if not len(ordered):
+        return np.full(len(wanted), -1)
+    places = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
+    return np.where(ordered[places] == wanted, places, -1)

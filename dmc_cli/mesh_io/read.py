@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_formats import FORMATS, function
 from dmc_cli.mesh_io.mesh_file import MeshFile
@@ -23,7 +25,8 @@ def read_mesh(path: str | Path) -> MeshFile:
     file = Path(path)
     if not exists(file) or not file.is_file():
         raise MeshFileError(f"{path}: no such file was found; expected a mesh")
-    mesh = _reader(file.suffix.lower())(file)
+    with np.errstate(all="ignore"):  # what overflows in a damaged file is refused as a coordinate or a corner
+        mesh = _reader(file.suffix.lower())(file)
     if not len(mesh.faces):
         raise MeshFileError(
             f"{path}: {len(mesh.points)} vertices and no faces were found; expected a surface mesh"

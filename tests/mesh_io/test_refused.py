@@ -10,6 +10,7 @@ from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.freesurfer import encode_freesurfer
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
+from dmc_cli.mesh_io.write import write_mesh
 from tests.mesh_io.ply_files import FACES, PLY_HEAD, binary_ply, head, save
 
 
@@ -125,20 +126,12 @@ def test_garbage_gives_a_message_or_a_mesh(tmp_path_factory, garbage):
             read_mesh(save(folder, name, text))
 
 
-ABAQUS = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n"
-
-
 def test_what_meshio_says_stands_in_the_message_alone(tmp_path, capfd):
-    with pytest.raises(MeshFileError, match=r"a\.inp: meshio cannot read it: Element type not available: S5"):
-        read_mesh(save(tmp_path, "a.inp", f"{ABAQUS}*ELEMENT, TYPE=S5\n1, 1, 2, 3\n"))
+    with pytest.raises(
+        MeshFileError, match=r"a\.mesh: meshio cannot read it: Expected `MeshVersionFormatted`"
+    ):
+        read_mesh(save(tmp_path, "a.mesh", "Dimension 3\nVertices\n1\n0 0 0 0\n"))
     assert capfd.readouterr() == ("", "")
-
-
-def test_an_element_set_without_elements_is_passed_over(tmp_path):
-    text = f"{ABAQUS}*ELEMENT, TYPE=S4\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n"
-    assert read_mesh(save(tmp_path, "a.inp", text)).faces.tolist() == [[0, 1, 2, -1]]
-    with pytest.raises(MeshFileError, match="3 vertices and no faces"):
-        read_mesh(save(tmp_path, "b.inp", f"{ABAQUS}*ELEMENT, TYPE=S4"))
 
 
 @pytest.mark.parametrize("axis", ["xras", "yras"])
@@ -147,3 +140,18 @@ def test_a_volume_of_freesurfer_with_an_axis_cut_off_is_none(tmp_path, axis):
     data = b"".join(encode_freesurfer(mesh)).replace(f"{axis}   =".encode(), f"{axis} \n=".encode())
     (tmp_path / "a.pial").write_bytes(data)
     assert read_mesh(tmp_path / "a.pial").space == "none"
+
+
+@pytest.mark.parametrize("number", [np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize(("suffix", "order"), [("pial", ">"), ("stl", "<"), ("glb", "<"), ("ply", "<")])
+def test_a_coordinate_that_is_no_number_is_refused_without_a_warning(tmp_path, suffix, order, number):
+    """Matrices that put a file into a space meet it first."""
+    points = np.eye(3, dtype=np.float32)
+    points[1, 1] = 1234.5
+    path = tmp_path / f"a.{suffix}"
+    write_mesh(str(path), MeshFile(points=points, faces=np.int32([[0, 1, 2, -1]]), space="RAS"))
+    before, after = (np.array(value, f"{order}f4").tobytes() for value in (1234.5, number))
+    assert before in path.read_bytes()
+    path.write_bytes(path.read_bytes().replace(before, after))
+    with pytest.raises(MeshFileError, match=r"vertex \d is at"):
+        read_mesh(path)

@@ -213,7 +213,7 @@ def test_names_are_letters_digits_and_bars_and_differ():
 
 @pytest.mark.parametrize("suffix", ["inp", "nas", "k"])
 def test_more_than_a_format_has_numbers_for_is_refused(tmp_path, cube, suffix, monkeypatch):
-    module = {"inp": "abaqus", "nas": "nastran", "k": "ls_dyna"}[suffix]
+    module = {"inp": "abaqus.writer", "nas": "nastran", "k": "ls_dyna"}[suffix]
     monkeypatch.setattr(f"dmc_cli.mesh_io.{module}.MOST", 7)
     with pytest.raises(
         WriteError, match="file of 8 nodes or elements cannot be written: its numbers go to 7"

@@ -9,6 +9,7 @@ from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.gmsh.blocks import Block, read_elements, read_nodes
 from dmc_cli.mesh_io.gmsh.sections import Section, sections_of
 from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.numbered import node_places, places_among
 from dmc_cli.mesh_io.parsed import FACES, make_mesh, other_cells, unread, usable_values
 
 DATA = ("NodeData", "ElementData")
@@ -46,7 +47,7 @@ def read_gmsh(path: Path) -> MeshFile:
         str(path),
         points,
         counts,
-        _places(path, node_numbers, corners),
+        node_places(path, node_numbers, corners),
         comments,
         vertex_values=values["NodeData"],
         face_values=values["ElementData"],
@@ -67,37 +68,13 @@ def _numbers(blocks: list[Block]) -> IntArray:
     return np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in blocks)])
 
 
-def _places(path: Path, numbers: IntArray, corners: IntArray) -> IntArray:
-    """Return the place of each corner among the nodes."""
-    order = np.argsort(numbers, kind="stable")
-    ordered = numbers[order]
-    twice = np.flatnonzero(ordered[1:] == ordered[:-1])
-    if twice.size:
-        raise MeshFileError(f"{path}: there are two nodes {ordered[twice[0]]}; expected numbers of their own")
-    found = _search(ordered, corners)
-    if (found < 0).any():
-        raise MeshFileError(
-            f"{path}: an element names the node {corners[found < 0][0]}; expected one of the {len(numbers)}"
-            " that are there"
-        )
-    return order[found]
-
-
-def _search(ordered: IntArray, wanted: IntArray) -> IntArray:
-    """Return the place of numbers among others that rise, -1 where one is not there."""
-    if not len(ordered):
-        return np.full(len(wanted), -1)
-    places = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
-    return np.where(ordered[places] == wanted, places, -1)
-
-
 def _values(sections: list[Section], numbers: IntArray, told: list[str]) -> dict[str, AnyArray]:
     """Return the values of nodes or elements of such numbers; what only some have is told."""
     values: dict[str, AnyArray] = {}
     for section in sections:
         name, items, rows = _data(section)
         order = np.argsort(items, kind="stable")
-        found = _search(items[order], numbers)
+        found = places_among(items[order], numbers)
         if ":" in name:  # numbers of parts, as meshio writes them
             continue
         if name in values or (found < 0).any():

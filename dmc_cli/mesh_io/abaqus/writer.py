@@ -1,15 +1,13 @@
-"""Write and read the input files of Abaqus, which CalculiX and others read: keywords, then rows of numbers.
+"""Write input files of Abaqus.
 
 Each part is a set of elements, and a surface of their positive sides. Space and unit stand in comments.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.meshio_file import read_with_meshio
 from dmc_cli.mesh_io.numbered import check_numbers, numbered_parts
 from dmc_cli.mesh_io.text import chunks_of, framed_lines, join_lines, spans
 from dmc_cli.settings import Element
@@ -44,13 +42,3 @@ def encode_abaqus(mesh: MeshFile, *, ascii: bool = True, element: Element = "S4R
                 yield framed_lines(rows, (b"", *[b", "] * corners, b"\n"))
     for part in parts:
         yield f"*SURFACE, TYPE=ELEMENT, NAME=SURFACE_{part.name}\n{part.name}, SPOS\n".encode("ascii")
-
-
-def read_abaqus(path: Path) -> MeshFile:
-    """Read the triangles and quads of an input file, by meshio.
-
-    Raises:
-        MeshFileError: The file is damaged.
-        UnsupportedFormatError: Faces of another kind.
-    """
-    return read_with_meshio(path, "abaqus")
