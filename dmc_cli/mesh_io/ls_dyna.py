@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, ByteArray
-from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.numbered import Part, check_numbers, numbered_parts
+from dmc_cli.mesh_io.numbered import Part, check_numbers, node_places, numbered_parts
 from dmc_cli.mesh_io.numbers import NEWLINE, field_rows, whole_numbers
 from dmc_cli.mesh_io.parsed import make_mesh
 from dmc_cli.mesh_io.text import chunks_of, right_aligned, spans
@@ -70,7 +69,7 @@ def read_ls_dyna(path: Path) -> MeshFile:
     """Read the nodes and shells of a keyword file in fields of fixed width; all parts are one mesh.
 
     Raises:
-        MeshFileError: A field is no number, or a shell names a node that is not there.
+        MeshFileError: A field is no number, a shell names a node that is not there, or two have one number.
     """
     data = path.read_bytes().replace(b"\r\n", b"\n") + b"\n"
     text = COMMENT.sub(b"", data)
@@ -84,12 +83,8 @@ def read_ls_dyna(path: Path) -> MeshFile:
             shells.append(field_rows(str(path), lines, (NARROW,) * 6))
     found, elements = np.concatenate(nodes), whole_numbers(str(path), np.concatenate(shells))
     numbers = whole_numbers(str(path), found[:, 0])
-    order = np.argsort(numbers, kind="stable")
     corners = elements[:, 2:]
-    places = np.minimum(np.searchsorted(numbers[order], corners), max(len(numbers) - 1, 0))
-    if corners.size and (not len(numbers) or (numbers[order][places] != corners).any()):
-        raise MeshFileError(f"{path}: a shell names a node that is not there; expected numbers of *NODE")
-    indices = order[places] if corners.size else corners
+    indices = node_places(path, numbers, corners.ravel()).reshape(corners.shape)
     is_triangle = corners[:, 3] == corners[:, 2]
     counts = np.where(is_triangle, 3, 4)
     kept = np.ones(indices.shape, bool)

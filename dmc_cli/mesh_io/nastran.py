@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, ByteArray
-from dmc_cli.errors import MeshFileError
+from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.meshio_file import read_with_meshio
 from dmc_cli.mesh_io.numbered import Part, check_numbers, numbered_parts
@@ -55,22 +55,40 @@ def read_nastran(path: Path) -> MeshFile:
 
     Raises:
         MeshFileError: The file is damaged.
-        UnsupportedFormatError: Faces of another kind.
+        UnsupportedFormatError: Faces of another kind, or nodes in a system of coordinates of their own.
     """
-    _require_a_card(path)
+    _check_cards(path)
     return read_with_meshio(path, "nastran")
 
 
-def _require_a_card(path: Path) -> None:
-    """Raise MeshFileError if bulk data are cut off before their first card: meshio would look for ever."""
-    has_begun = False
+def _check_cards(path: Path) -> None:
+    """Raise unless meshio reads the cards for what they are.
+
+    It would look for ever for the first card of bulk data that end before, and takes nodes of any system of
+    coordinates for those of the basic one.
+    """
+    has_begun, is_cut_off = False, False
     with path.open(encoding="utf-8", errors="replace") as lines:
         for line in lines:
             if has_begun and len(line) >= SHORTEST_CARD and not line.startswith(REMARKS):
-                return
-            has_begun = has_begun or line.strip().startswith("BEGIN BULK")
-    if has_begun:
+                is_cut_off = False
+                if line.startswith("GRID") and _system(line) not in ("", "0"):
+                    raise UnsupportedFormatError(
+                        f"{path}: nodes in the system of coordinates {_system(line)[:20]} were found;"
+                        " expected all in the basic one; write them so"
+                    )
+            elif not has_begun and line.strip().startswith("BEGIN BULK"):
+                has_begun = is_cut_off = True
+    if is_cut_off:
         raise MeshFileError(f"{path}: no card was found behind BEGIN BULK; expected nodes and elements")
+
+
+def _system(card: str) -> str:
+    """Return the system of coordinates that a node's card names, or nothing."""
+    if "," in card:
+        return [*card.split(","), "", ""][2].strip()
+    width = WIDE if card.startswith("GRID*") else NARROW
+    return card[NARROW + width : NARROW + 2 * width].strip()
 
 
 def _nodes(numbers: AnyArray, points: AnyArray) -> bytes:

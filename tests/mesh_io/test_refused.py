@@ -155,3 +155,26 @@ def test_a_coordinate_that_is_no_number_is_refused_without_a_warning(tmp_path, s
     path.write_bytes(path.read_bytes().replace(before, after))
     with pytest.raises(MeshFileError, match=r"vertex \d is at"):
         read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("card", "told"),
+    [
+        ("GRID,1,7,0.,0.,0.\n", "7"),
+        ("GRID    1       7       0.      0.      0.\n", "7"),
+        ("GRID*   1               7               0.              0.\n*       0.\n", "7"),
+    ],
+)
+def test_nodes_of_nastran_in_another_system_are_refused(tmp_path, card, told):
+    others = "GRID,2,,1.,0.,0.\nGRID,3,0,0.,1.,0.\nCTRIA3,1,1,1,2,3\nENDDATA\n"
+    with pytest.raises(UnsupportedFormatError, match=f"in the system of coordinates {told} were found"):
+        read_mesh(save(tmp_path, "a.nas", f"BEGIN BULK\n{card}{others}"))
+    basic = card.replace("7", " ")
+    assert len(read_mesh(save(tmp_path, "b.nas", f"BEGIN BULK\n{basic}{others}")).faces) == 1
+
+
+def test_two_nodes_of_one_number_are_refused(tmp_path):
+    text = "*KEYWORD\n*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n{}*ELEMENT_SHELL\n1,1,1,2,3,3\n*END\n"
+    assert len(read_mesh(save(tmp_path, "a.k", text.format(""))).faces) == 1
+    with pytest.raises(MeshFileError, match=r"b\.k: there are two nodes 2; expected numbers of their own"):
+        read_mesh(save(tmp_path, "b.k", text.format("2,5,5,5\n")))
