@@ -11,8 +11,8 @@ import numpy as np
 
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.parsed import make_mesh
-from dmc_cli.mesh_io.patient import checked_geometry, in_ras, patient_points, patient_triangles
+from dmc_cli.mesh_io.parsed import make_mesh, unread
+from dmc_cli.mesh_io.patient import UNREADABLE, checked_geometry, in_ras, patient_points, patient_triangles
 from dmc_cli.mesh_io.triangles import triangle_count
 from dmc_cli.volume import TKR_AXES, VolumeGeometry
 
@@ -73,7 +73,7 @@ def read_freesurfer(path: Path) -> MeshFile:
         )
     points = np.frombuffer(data, ">f4", 3 * vertices, head + 8).reshape(-1, 3).astype(float)
     corners = np.frombuffer(data, ">i4", 3 * triangles, head + 8 + 12 * vertices).reshape(-1, 3)
-    volume = _volume(data[end:])
+    volume, parts = _volume(data[end:])
     if volume is not None:
         points, corners = in_ras(points, corners, volume)
     return make_mesh(
@@ -83,20 +83,22 @@ def read_freesurfer(path: Path) -> MeshFile:
         corners.astype(np.int64).ravel(),
         b"SPACE=RAS\n" if volume is not None else b"",
         geometry=None if volume is None or np.array_equal(volume.to_ras, np.eye(4)) else volume,
+        warnings=unread(path, parts),
     )
 
 
-def _volume(end: bytes) -> VolumeGeometry | None:
-    """Return the volume that the end of a file tells; None without one."""
+def _volume(end: bytes) -> tuple[VolumeGeometry | None, list[str]]:
+    """Return the volume that the end of a file tells, None without one, and what cannot be read of it."""
     lines = [line.partition(b"=") for line in end.split(b"\n")]
     told = {name.rpartition(b"\x14")[2].strip(): text.split() for name, _, text in lines}  # behind tag 20
+    if told.get(b"valid", [])[:1] != [b"1"]:
+        return None, []
     try:
-        if told[b"valid"][:1] != [b"1"]:
-            return None
         vectors = {name: np.array(told[name][:3], float) for name in (b"xras", b"yras", b"zras", b"cras")}
         spacing = np.array(told.get(b"voxelsize", IN_RAS.spacing)[:3], float)
         shape = np.array(told.get(b"volume", IN_RAS.shape)[:3], float)
         axes = np.array([vectors[name] for name in (b"xras", b"yras", b"zras")])
+        found = checked_geometry(shape, spacing, axes, vectors[b"cras"])
     except (KeyError, ValueError):
-        return None
-    return checked_geometry(shape, spacing, axes, vectors[b"cras"])
+        found = None
+    return found, [] if found is not None else [UNREADABLE]

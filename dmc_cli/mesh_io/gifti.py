@@ -16,7 +16,7 @@ from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import make_mesh, unread
-from dmc_cli.mesh_io.patient import checked_geometry, in_ras, patient_points, patient_triangles
+from dmc_cli.mesh_io.patient import UNREADABLE, checked_geometry, in_ras, patient_points, patient_triangles
 from dmc_cli.mesh_io.text import number_lines
 from dmc_cli.mesh_io.triangles import triangle_count
 from dmc_cli.volume import VolumeGeometry
@@ -92,7 +92,8 @@ def read_gifti(path: Path) -> MeshFile:
         points, triangles = arrays[POINTS].data, arrays[TRIANGLES].data
         others = [array for array in image.darrays if array.intent not in (POINTS, TRIANGLES)]
         is_known = arrays[POINTS].coordsys is not None and arrays[POINTS].coordsys.dataspace != 0
-        geometry = None if is_known else _geometry(arrays[POINTS].meta)
+        metadata = {} if is_known else dict(arrays[POINTS].meta)
+        geometry = _geometry(metadata)
         shapes = (np.shape(points)[1:], np.shape(triangles)[1:])
     except KeyError as error:
         raise MeshFileError(
@@ -109,6 +110,8 @@ def read_gifti(path: Path) -> MeshFile:
     if geometry is not None:
         points, corners = in_ras(np.asarray(points), corners, geometry)
     told = [f"{len(others)} arrays of values"] if others else []
+    is_named = any(name.startswith("VolGeom") for name in metadata)
+    told += [UNREADABLE] if is_named and geometry is None else []
     return make_mesh(
         str(path),
         points,

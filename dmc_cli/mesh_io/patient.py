@@ -15,6 +15,9 @@ LPS_TO_RAS = np.array([-1, -1, 1], np.float32)
 MOST_NODES, LONGEST_AXIS, SMALLEST_DETERMINANT = 2**31, 1.01, 0.5
 """Nodes along an axis, a number of a direction, and what three directions of length 1 span, at worst."""
 
+UNREADABLE = "the volume that its coordinates are relative to (its numbers are none of a volume)"
+"""What is told where a file names a volume that cannot be: the coordinates stay in tkrRAS."""
+
 
 def patient_points(mesh: MeshFile) -> Iterator[Float32Array]:
     """Yield the positions in chunks: in tkrRAS of a volume, in RAS, or without a space as they are."""

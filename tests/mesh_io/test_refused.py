@@ -1,13 +1,15 @@
 """Mesh files that are damaged, or of a kind that is not read, are refused in words."""
 
 import contextlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.freesurfer import encode_freesurfer
+from dmc_cli.mesh_io.freesurfer import IN_RAS, encode_freesurfer
+from dmc_cli.mesh_io.gifti import encode_gifti
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.read import read_mesh
 from dmc_cli.mesh_io.write import write_mesh
@@ -135,11 +137,28 @@ def test_what_meshio_says_stands_in_the_message_alone(tmp_path, capfd):
 
 
 @pytest.mark.parametrize("axis", ["xras", "yras"])
-def test_a_volume_of_freesurfer_with_an_axis_cut_off_is_none(tmp_path, axis):
+def test_a_volume_of_freesurfer_with_an_axis_cut_off_is_told(tmp_path, axis):
     mesh = MeshFile(points=np.eye(3, dtype=np.float32), faces=np.int32([[0, 1, 2, -1]]), space="RAS")
     data = b"".join(encode_freesurfer(mesh)).replace(f"{axis}   =".encode(), f"{axis} \n=".encode())
     (tmp_path / "a.pial").write_bytes(data)
-    assert read_mesh(tmp_path / "a.pial").space == "none"
+    mesh = read_mesh(tmp_path / "a.pial")
+    assert mesh.space == "none"
+    assert "the volume that its coordinates are relative to" in mesh.warnings[0].sentence
+
+
+@pytest.mark.parametrize(("number", "count"), [("256", 0), ("x", 1), ("nan", 1)])
+def test_a_volume_of_gifti_that_cannot_be_is_told(tmp_path, number, count):
+    mesh = MeshFile(
+        points=np.eye(3, dtype=np.float32),
+        faces=np.int32([[0, 1, 2, -1]]),
+        space="RAS",
+        geometry=replace(IN_RAS, centre=np.array([1.0, 2.0, 3.0])),
+    )
+    text = b"".join(encode_gifti(mesh)).replace(b"CDATA[256]", f"CDATA[{number}]".encode())
+    (tmp_path / "a.gii").write_bytes(text)
+    found = read_mesh(tmp_path / "a.gii")
+    assert len(found.warnings) == count
+    assert found.space == ("none" if count else "RAS")
 
 
 @pytest.mark.parametrize("number", [np.inf, -np.inf, np.nan])
