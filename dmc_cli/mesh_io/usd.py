@@ -112,9 +112,13 @@ def read_usd(path: Path) -> MeshFile:
         ) from error
     try:
         stage: Any = Usd.Stage.Open(str(path))
+        length = 1000 * UsdGeom.GetStageMetersPerUnit(stage)
     except Exception as error:
         raise MeshFileError(f"{path}: USD's library cannot read it: {_told(error)}") from error
-    length = 1000 * UsdGeom.GetStageMetersPerUnit(stage)
+    if not 0 < length < np.inf:
+        raise MeshFileError(
+            f"{path}: a unit of {length / 1000:g} metres was found; expected a length above 0; it is damaged"
+        )
     unit = next((u for u in get_args(OutputUnit) if abs(UNIT_LENGTHS[u] / length - 1) < 1e-9), None)
     factor = 1.0 if unit is not None else length
     turn = np.eye(3) if UsdGeom.GetStageUpAxis(stage) == "Z" else np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])

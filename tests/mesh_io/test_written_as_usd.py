@@ -137,3 +137,14 @@ def test_normals_that_are_no_numbers_are_told(tmp_path, number):
     mesh = read_mesh(tmp_path / "a.usda")
     assert mesh.normals is None
     assert mesh.warnings[0].sentence == "a.usda: not read and not used: normals"
+
+
+@pytest.mark.parametrize("length", ["0", "-0.001", "inf", "nan"])
+def test_a_unit_that_is_no_length_is_refused(tmp_path, length):
+    """A negative one would mirror the mesh."""
+    text = stage_of([4], [0, 1, 2, 3]).replace("metersPerUnit = 0.001", f"metersPerUnit = {length}")
+    (tmp_path / "a.usda").write_text(text)
+    with pytest.raises(
+        MeshFileError, match=r"a\.usda: a unit of .* metres was found; expected a length above 0"
+    ):
+        read_mesh(tmp_path / "a.usda")
