@@ -20,6 +20,7 @@ label_files, label_surfaces  files and meshes of labels
 label_report, label_writing  what is told of them, and written
 label_conversion  a label map to the surfaces of its labels
 measurement    a mesh file measured
+reworked_mesh  what is done to its mesh: on the surface of a volume, or on its own
 rework         a mesh file made into another one
 closed_tunnels  tunnels of the trilinear surface that a mesh does not have
 comparison     methods beside each other

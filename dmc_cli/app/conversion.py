@@ -164,29 +164,32 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         simplify_stages(stages, settings.mesh, watch)
         stages.simplification["before"] = None if before is None else measured_sections(before)
     if settings.mesh.first_size is not None:
-        decimate_stages(stages, settings.mesh, volume, watch, is_measured=output.is_measured)
+        from dmc_cli.app.fine_mesh import to_millimetres
+
+        to_mm = to_millimetres(stages.require_placement(), volume)
+        decimate_stages(stages, settings.mesh, to_mm, watch, is_measured=output.is_measured)
     if output.halfedges is not None:  # the vertices' colours are those of the cells that they were made in
         from dmc_cli.contouring import color_vertices
 
-        stages.vertex_color = color_vertices(stages.placement)
+        stages.vertex_color = color_vertices(stages.require_placement())
     if settings.mesh.relax:
         relax_stages(stages, settings.mesh.relax, watch)
     if settings.repairs_intersections:
         repair_stages(stages, watch)
     if settings.mesh.is_changed or stages.repair:
-        refuse_lost(stages.placement.local.numpy())
+        refuse_lost(stages.require_placement().local.numpy())
     measure_size(stages, watch)
     device.let_go()
     normals = None
     if output.has_normals or output.halfedges is not None:
         with watch.stage("normals", "computing normals"):
-            normals = compute_normals(stages.placement, settings.surface)
+            normals = compute_normals(stages.require_placement(), settings.surface)
     report = _make_report(prepared, stages, counts, watch)
     device.let_go()
     if output.check:
         from dmc_cli.mesh import check_mesh
 
-        check_mesh(stages.mesh, stages.placement, normals, report, settings)
+        check_mesh(stages.mesh, stages.require_placement(), normals, report, settings)
     written_normals = normals if output.has_normals else None
     mesh = file_of_mesh(
         stages.mesh,
@@ -311,7 +314,7 @@ def _measure(
         output = settings.output
         return measure_surface(
             stages.mesh,
-            stages.placement,
+            stages.require_placement(),
             volume,
             intersections=output.finds_intersections and (is_last or output.report is not None),
             known_intersections=stages.repair.get("pairs_after"),
@@ -340,7 +343,7 @@ def _make_report(
         },
         choice=prepared.choice,
         part=prepared.part,
-        stored_isovalue=stages.placement.frame.stored_isovalue,
+        stored_isovalue=stages.require_placement().frame.stored_isovalue,
         counts=counts,
         vertex_count=stages.mesh.vertex_count,
         quad_count=stages.mesh.face_count - stages.mesh.triangle_count,
@@ -349,7 +352,7 @@ def _make_report(
         warnings=(
             *told_as_labels(prepared.source),
             *stages.warnings,
-            *rounding_warnings(stages.mesh, stages.placement, volume),
+            *rounding_warnings(stages.mesh, stages.require_placement(), volume),
         ),
         simplification=stages.simplification or None,
         repair=stages.repair or None,

@@ -73,13 +73,13 @@ class FineMesh:
         return measure_distance(in_millimetres(mesh, self.to_mm), self._mesh)
 
     def take_back(
-        self, mesh: Mesh, placement: Placement, before: tuple[Mesh, Placement]
-    ) -> tuple[Mesh, Placement, int]:
+        self, mesh: Mesh, placement: Placement | None, before: tuple[Mesh, Placement | None]
+    ) -> tuple[Mesh, Placement | None, int]:
         """Return a mesh with vertices where they were before wherever they break the bound, and how many.
 
         Args:
             mesh: Of the same faces as before; its vertices have moved.
-            placement: Where they lie.
+            placement: Where they lie on a field's surface, if there is one.
             before: The same before they moved, within the bound.
         """
         faces, is_back = mesh.faces.numpy(), np.zeros(mesh.vertex_count, bool)
@@ -97,8 +97,8 @@ class FineMesh:
 
 
 def _mixed(
-    mesh: Mesh, placement: Placement, before: tuple[Mesh, Placement], is_back: BoolArray
-) -> tuple[Mesh, Placement]:
+    mesh: Mesh, placement: Placement | None, before: tuple[Mesh, Placement | None], is_back: BoolArray
+) -> tuple[Mesh, Placement | None]:
     """Return a mesh with some vertices, bool (V,), where they were before."""
 
     def chosen(old: Any, new: Any, kind: Any) -> Any:
@@ -106,7 +106,9 @@ def _mixed(
         is_old = is_back if new.ndim == 1 else is_back[:, None]
         return wp.array(np.where(is_old, old, new), dtype=kind, device=mesh.device.name)
 
-    positions = chosen(before[0].positions, mesh.positions, wp.vec3)
-    cell = chosen(before[1].cell, placement.cell, wp.int64)
-    local = chosen(before[1].local, placement.local, wp.vec3)
-    return replace(mesh, positions=positions), replace(placement, cell=cell, local=local)
+    old, mesh = before[1], replace(mesh, positions=chosen(before[0].positions, mesh.positions, wp.vec3))
+    if placement is None or old is None:
+        return mesh, None
+    cell = chosen(old.cell, placement.cell, wp.int64)
+    local = chosen(old.local, placement.local, wp.vec3)
+    return mesh, replace(placement, cell=cell, local=local)

@@ -11,7 +11,7 @@ from dmc_cli.array_types import AnyArray, Float32Array, Float64Array, Int32Array
 from dmc_cli.contouring import LabelNet, NetSmoother, Shells, extract_net, extract_shells
 from dmc_cli.field import grid_affine, grid_of, is_mirrored, kernel_matrix, map_vertices, slice_depths
 from dmc_cli.measures import find_intersections
-from dmc_cli.mesh import Mesh
+from dmc_cli.mesh import Mesh, vertex_normals
 from dmc_cli.progress import Stopwatch
 from dmc_cli.runtime import Device, adopt
 from dmc_cli.volume import Volume, encode_labels
@@ -137,14 +137,8 @@ def patch_volumes(points: AnyArray, faces: Int32Array) -> Float64Array:
 
 def corner_normals(shell: Shell) -> Float32Array:
     """Return unit normals of a shell's vertices, float32 (V, 3): the sums of their quads' vectors of area."""
-    p = shell.points[shell.faces].astype(np.float64)
-    areas = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
-    count, corners = len(shell.points), shell.faces.ravel()
-    sums = np.stack(
-        [np.bincount(corners, np.repeat(areas[:, axis], 4), minlength=count) for axis in range(3)], axis=1
-    )
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    unit = np.divide(sums, length, out=np.tile([0.0, 0.0, 1.0], (count, 1)), where=length > 0)
+    unit = vertex_normals(shell.points, shell.faces)
+    unit[~unit.any(axis=1)] = (0.0, 0.0, 1.0)
     normals: Float32Array = unit.astype(np.float32)
     return normals
 

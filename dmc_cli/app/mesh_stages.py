@@ -13,7 +13,6 @@ from dmc_cli.mesh import Mesh, Placement
 from dmc_cli.notices import Notice
 from dmc_cli.progress import Stopwatch
 from dmc_cli.settings import MeshSettings
-from dmc_cli.volume import Volume
 
 if TYPE_CHECKING:  # its kernels are only imported by runs that take quads away
     from dmc_cli.app.fine_mesh import FineMesh
@@ -21,13 +20,13 @@ if TYPE_CHECKING:  # its kernels are only imported by runs that take quads away
 
 @dataclass
 class Stages:
-    """The mesh on its way through the stages, and what they report.
+    """The mesh on its way through the stages, and what they report; without a field it has no placement.
 
     Nothing else holds the mesh, so that a stage that replaces its arrays has their memory back.
     """
 
     mesh: Mesh
-    placement: Placement
+    placement: Placement | None
     vertex_color: Any = None
     simplification: dict[str, Any] = field(default_factory=dict)
     repair: dict[str, int] = field(default_factory=dict)
@@ -35,6 +34,11 @@ class Stages:
     fine: "FineMesh | None" = None
     to_mm: Any = None
     warnings: tuple[Notice, ...] = ()
+
+    def require_placement(self) -> Placement:
+        """Return where the vertices lie on the surface of a field."""
+        assert self.placement is not None
+        return self.placement
 
 
 def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) -> None:
@@ -44,7 +48,7 @@ def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) ->
 
     irregular_before = irregular_percent(stages.mesh)
     with watch.stage("simplify", "simplifying"):
-        result = simplify(stages.mesh, stages.placement, settings)
+        result = simplify(stages.mesh, stages.require_placement(), settings)
         stages.mesh, stages.placement = result.mesh, result.placement
     stages.simplification = {
         "removed_3x3y": sum(result.removed_3x3y),
@@ -64,7 +68,7 @@ def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
     from dmc_cli.processing import Rounds
 
     with watch.stage("remesh", "remeshing"):
-        sweeps = Rounds(stages.mesh, stages.placement)
+        sweeps = Rounds(stages.mesh, stages.require_placement())
         del stages.mesh, stages.placement  # the rounds let go of what they replace
         result = sweeps.run(rounds, watch.progress)
         stages.mesh, stages.placement = result.mesh, result.placement
@@ -75,24 +79,23 @@ def _remesh(stages: Stages, rounds: int, watch: Stopwatch) -> None:
 
 
 def decimate_stages(
-    stages: Stages, settings: MeshSettings, volume: Volume, watch: Stopwatch, *, is_measured: bool
+    stages: Stages, settings: MeshSettings, to_mm: Any, watch: Stopwatch, *, is_measured: bool
 ) -> None:
     """Take quads away as far as is asked for, and tell where that cannot be.
 
     Args:
         stages: The mesh.
         settings: What is asked for.
-        volume: Whose millimetres count.
+        to_mm: Maps differences of coordinates to millimetres, shape (3, 3).
         watch: Times the stage.
         is_measured: Whether the report tells the distances from the mesh before.
     """
-    from dmc_cli.app.fine_mesh import FineMesh, in_millimetres, to_millimetres
+    from dmc_cli.app.fine_mesh import FineMesh, in_millimetres
     from dmc_cli.app.size import quads_to_leave, size_section, size_warnings
     from dmc_cli.processing import Bound, Decimation
 
     before = stages.mesh.face_count
     with watch.stage("size", "taking quads away"):
-        to_mm = to_millimetres(stages.placement, volume)
         wanted = quads_to_leave(settings, in_millimetres(stages.mesh, to_mm))
         bound = None
         if is_measured or settings.max_error is not None:
@@ -122,7 +125,7 @@ def relax_stages(stages: Stages, steps: int, watch: Stopwatch) -> None:
 
     before = _kept_of(stages)
     with watch.stage("relax", "relaxing"):
-        stages.mesh, stages.placement = relax(stages.mesh, stages.placement, steps, watch.progress)
+        stages.mesh, stages.placement = relax(stages.mesh, stages.require_placement(), steps, watch.progress)
         _hold_bound(stages, before)
 
 
@@ -148,13 +151,13 @@ def repair_stages(stages: Stages, watch: Stopwatch) -> None:
     }
 
 
-def _kept_of(stages: Stages) -> tuple[Mesh, Placement] | None:
+def _kept_of(stages: Stages) -> tuple[Mesh, Placement | None] | None:
     """Return the mesh to which vertices go back where they break a bound on the distance."""
     is_bounded = stages.fine is not None and stages.fine.max_error is not None
     return (stages.mesh, stages.placement) if is_bounded else None
 
 
-def _hold_bound(stages: Stages, before: tuple[Mesh, Placement] | None) -> int:
+def _hold_bound(stages: Stages, before: tuple[Mesh, Placement | None] | None) -> int:
     """Take vertices back that have broken the bound on the distance, if there is one; return how many."""
     if stages.fine is None or before is None:
         return 0

@@ -8,30 +8,20 @@ import numpy as np
 
 from dmc_cli.app.marked_faces import check_marked, write_marked
 from dmc_cli.app.measurement import VolumeReference, measure_mesh
-from dmc_cli.app.mesh_stages import (
-    Stages,
-    decimate_stages,
-    measure_size,
-    relax_stages,
-    repair_stages,
-    simplify_stages,
-    size_kernels,
-)
+from dmc_cli.app.mesh_stages import size_kernels
 from dmc_cli.app.mesh_values import list_values, value_kernels
 from dmc_cli.app.overlaps import refuse_overlaps
+from dmc_cli.app.reworked_mesh import Reworked, repairs_faces, surface_of, work_on_mesh, work_on_volume
 from dmc_cli.app.unmet_requirements import device_of, refuse_unmet
-from dmc_cli.array_types import Float64Array
 from dmc_cli.errors import CallError, MeshFileError, RequirementError, SettingsError
-from dmc_cli.field import upload_volume
 from dmc_cli.files import check_output, write_output
 from dmc_cli.measures import (
     finding_kernels,
     kernel_modules as report_kernels,
-    locate_mesh,
     mask_of_largest,
     plain,
 )
-from dmc_cli.mesh import Placement, connect, connecting_kernels, file_of_mesh, mesh_of_file
+from dmc_cli.mesh import connecting_kernels, mesh_of_file
 from dmc_cli.mesh_io import (
     MeshFile,
     check_encoding,
@@ -42,13 +32,13 @@ from dmc_cli.mesh_io import (
     read_mesh,
     write_mesh,
 )
-from dmc_cli.notices import Notice, warning_keys
+from dmc_cli.notices import warning_keys
 from dmc_cli.processing import kernel_modules as processing_kernels
 from dmc_cli.progress import SILENT, Progress, Stopwatch
 from dmc_cli.report import SCHEMA, collect_versions, measure_memory, report_text
 from dmc_cli.runtime import Device, load_kernels, select_device
-from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings, SurfaceSettings, repairs
-from dmc_cli.volume import RAS_LPS, UNIT_LENGTHS, Space, Volume, intact, is_turned
+from dmc_cli.settings import ConvertSettings, OutputSettings, ReworkSettings
+from dmc_cli.volume import UNIT_LENGTHS, Space, Volume, intact
 from dmc_cli.volume_io import read_volume
 
 
@@ -58,20 +48,6 @@ class ReworkResult:
 
     mesh: MeshFile
     report: dict[str, Any]
-
-
-@dataclass
-class _Work:
-    """A mesh at work, and what is told of it."""
-
-    mesh: MeshFile
-    read: dict[str, int]
-    placement: Placement | None
-    simplification: dict[str, Any]
-    repair: dict[str, int]
-    warnings: list[Notice]
-    size: dict[str, Any] | None = None
-    intersections: int | None = None
 
 
 def rework_file(settings: ReworkSettings, progress: Progress = SILENT) -> ReworkResult:
@@ -122,17 +98,12 @@ def _as_conversions(settings: ReworkSettings) -> list[ConvertSettings]:
     return [
         ConvertSettings(
             input=settings.volume or settings.mesh,
-            surface=_surface(settings),
+            surface=surface_of(settings),
             output=output,
             read=settings.read,
         )
         for output in outputs
     ]
-
-
-def _surface(settings: ReworkSettings) -> SurfaceSettings:
-    """Return the surface that the mesh lies on; vertices of an open border never touch the virtual layer."""
-    return SurfaceSettings(isovalue=settings.isovalue or 0.0, inside=settings.inside, border="closed")
 
 
 def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
@@ -145,7 +116,7 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
         from dmc_cli.contouring import normal_kernels
 
         modules += normal_kernels()
-    if settings.volume is not None and repairs(operations, settings.require):
+    if repairs_faces(settings):
         modules += [*processing_kernels(repair=True), *finding_kernels()]
     wanted = operations.simplify != "none"
     modules += processing_kernels(
@@ -161,10 +132,10 @@ def _needed_kernels(settings: ReworkSettings) -> list[ModuleType]:
 
 def _reworked(
     settings: ReworkSettings, mesh: MeshFile, volume: Volume | None, device: Device, watch: Stopwatch
-) -> _Work:
+) -> Reworked:
     """Return the mesh after everything that is asked for, in the order of the report."""
     read = {"vertices": len(mesh.points), "faces": len(mesh.faces)}
-    work = _Work(mesh, read, None, {}, {}, [*mesh.warnings])
+    work = Reworked(mesh, read, None, {}, {}, [*mesh.warnings])
     if settings.keep is not None or settings.min_faces:
         with watch.stage("parts", "choosing components"):
             work.mesh = _kept(settings, mesh, device)
@@ -172,7 +143,9 @@ def _reworked(
         work.mesh = flip_faces(work.mesh)
     if volume is not None:
         work.warnings += volume.warnings
-        _work_on_volume(settings, work, volume, device, watch)
+        work_on_volume(settings, work, volume, device, watch)
+    elif settings.operations.first_size is not None or repairs_faces(settings):
+        work_on_mesh(settings, work, device, watch)
     placed = _in_output(settings, work.mesh)
     if placed is not work.mesh:  # coordinates are rounded otherwise
         work.mesh, work.intersections = placed, None
@@ -201,52 +174,6 @@ def _kept(settings: ReworkSettings, mesh: MeshFile, device: Device) -> MeshFile:
             " `dmc measure --json` lists; name fewer faces"
         )
     return mesh if is_kept.all() else keep_faces(mesh, is_kept)
-
-
-def _work_on_volume(
-    settings: ReworkSettings, work: _Work, volume: Volume, device: Device, watch: Stopwatch
-) -> None:
-    """Simplify, remesh and relax the mesh on its isosurface, and take normals from there."""
-    surface, file = _surface(settings), work.mesh
-    on_device, mesh = upload_volume(volume, device), connect(mesh_of_file(file, device))
-    with watch.stage("locate", "locating the vertices"):
-        try:
-            placement = locate_mesh(mesh, on_device, surface, _to_mesh_space(volume, file))
-        except CallError as error:
-            raise MeshFileError(f"{settings.mesh} is not on the isosurface: {error}") from error
-    stages = Stages(mesh, placement)
-    del mesh, placement
-    operations = settings.operations
-    if operations.simplify != "none":
-        simplify_stages(stages, operations, watch)
-        work.simplification = stages.simplification
-    if operations.first_size is not None:
-        decimate_stages(stages, operations, volume, watch, is_measured=settings.is_measured)
-        work.warnings += stages.warnings
-    if operations.relax:
-        relax_stages(stages, operations.relax, watch)
-    if repairs(operations, settings.require):
-        repair_stages(stages, watch)
-        work.repair, work.intersections = stages.repair, stages.repair["pairs_after"]
-    measure_size(stages, watch)
-    work.size = stages.size or None
-    normals = None
-    if settings.has_normals:
-        from dmc_cli.contouring import compute_normals
-
-        with watch.stage("normals", "computing normals"):
-            sides = stages.placement.frame.sense * (1.0 if settings.inside == "below" else -1.0)
-            normals = compute_normals(stages.placement, surface).numpy() * np.float32(sides)  # as faces look
-    work.placement = stages.placement
-    work.mesh = file_of_mesh(stages.mesh, normals, file.space, file.unit)
-
-
-def _to_mesh_space(volume: Volume, mesh: MeshFile) -> Float64Array:
-    """Return the map from the volume's node indices to the space and unit of a mesh, shape (4, 4)."""
-    turned = is_turned(mesh.space, volume.space)
-    affine = RAS_LPS @ volume.affine if turned else volume.affine.copy()
-    affine[:3] *= 1.0 / UNIT_LENGTHS[mesh.unit]
-    return affine
 
 
 def _in_output(settings: ReworkSettings, mesh: MeshFile) -> MeshFile:
@@ -285,7 +212,7 @@ def _output_space(settings: ReworkSettings, mesh: MeshFile) -> Space:
 
 
 def _make_report(
-    settings: ReworkSettings, work: _Work, volume: Volume | None, device: Device, watch: Stopwatch
+    settings: ReworkSettings, work: Reworked, volume: Volume | None, device: Device, watch: Stopwatch
 ) -> dict[str, Any]:
     """Return the report, with the mesh's measures if they are needed."""
     mesh = work.mesh
@@ -342,7 +269,9 @@ def _settings_section(settings: ReworkSettings, device: Device) -> dict[str, Any
     return found | {"device": device.name, "threads": device.threads}
 
 
-def _finish(settings: ReworkSettings, work: _Work, report: dict[str, Any], watch: Stopwatch) -> ReworkResult:
+def _finish(
+    settings: ReworkSettings, work: Reworked, report: dict[str, Any], watch: Stopwatch
+) -> ReworkResult:
     """Check what is required, then write the mesh and the report, which names what is not met."""
     device, force = device_of(report), settings.force
     if not settings.dry_run:

@@ -75,7 +75,8 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
     "--normals/--no-normals",
     section="Output",
     is_flag=True,
-    help="Vertex normals of the volume, else of the file; without a word where there is a place for them.",
+    help="Vertex normals: of the volume, of a mesh that changed without one its own, else the file's; without"
+    " a word where there is a place for them.",
 )
 @options.setting(
     ReworkSettings,
@@ -122,17 +123,19 @@ from dmc_cli.settings import MeshSettings, MeshValue, ReadSettings, ReworkSettin
 @options.threads_option
 @options.verbosity_options
 def mesh(quiet: bool, verbose: int, **values: Any) -> None:
-    """Rework the mesh file IN into OUT: parts, sides, units and formats; on its volume all of convert's.
+    """Rework the mesh file IN into OUT: parts, size, sides, units, formats; on its volume all of convert's.
 
     IN holds quads or triangles, in a format that convert writes or one of meshio such as .med or .vol.
-    Without an option it is written as it is, in the format of OUT. What --simplify, --remesh and --relax do
-    needs quads, and the volume that keeps the vertices on its surface.
+    Without an option it is written as it is, in the format of OUT. --simplify, --remesh and --relax need
+    quads, and the volume that keeps the vertices on its surface. --quads, --edge-length and --max-error need
+    quads alone: without a volume the mesh as it was read is the surface.
 
     \b
     Examples:
       dmc convert sample_data/dicom/head_ct head.ply -i 300
       dmc mesh head.ply skull.obj --keep largest
       dmc mesh head.ply parts.ply --min-faces 500 --unit um
+      dmc mesh head.ply coarse.inp --quads 20%
       dmc mesh head.ply smooth.ply --volume sample_data/dicom/head_ct -i 300 --relax 10
     """
     read = options.gather(ReadSettings, values)

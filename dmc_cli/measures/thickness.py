@@ -21,7 +21,18 @@ from dmc_cli.bits import bit_index
 from dmc_cli.errors import SettingsError
 from dmc_cli.measures.quality import measure_quality
 from dmc_cli.measures.split_faces import double_point, face_points, split_faces
-from dmc_cli.mesh import CHILDREN, Levels, Masks, Mesh, boxes_on_ray, build_tree, child_count, require_mesh
+from dmc_cli.mesh import (
+    CHILDREN,
+    Levels,
+    Masks,
+    Mesh,
+    area_vectors,
+    boxes_on_ray,
+    build_tree,
+    child_count,
+    require_mesh,
+    vertex_normals,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -113,8 +124,9 @@ def list_thickness(mesh: Mesh) -> Float64Array:
         return np.full(count, np.nan)
     device, tree = mesh.device, build_tree(mesh)
     sense = -1.0 if measure_quality(mesh).signed_volume < 0 else 1.0
-    directions = wp.array(-sense * _normals(mesh), dtype=wp.vec3d, device=device.name)
     points = mesh.positions.numpy()
+    inwards = -sense * vertex_normals(points, mesh.faces.numpy())
+    directions = wp.array(inwards, dtype=wp.vec3d, device=device.name)
     extent = float(np.linalg.norm(points.max(axis=0).astype(float) - points.min(axis=0)))
     found = device.empty(count, wp.float64)
     inputs = [mesh.positions, mesh.corners, split_faces(mesh), tree.order, tree.lows, tree.highs, tree.starts]
@@ -125,32 +137,10 @@ def list_thickness(mesh: Mesh) -> Float64Array:
     return values
 
 
-def _normals(mesh: Mesh) -> Float64Array:
-    """Return unit normals at the vertices, the sums of their faces' by area, (V, 3); 0 where none is."""
-    corners, normals = mesh.faces.numpy(), _face_normals(mesh)
-    sums = np.zeros((mesh.vertex_count, 3))
-    for corner in range(4):
-        which = corners[:, corner]
-        has_corner = which >= 0
-        for axis in range(3):
-            sums[:, axis] += np.bincount(
-                which[has_corner], weights=normals[has_corner, axis], minlength=mesh.vertex_count
-            )
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(sums / np.where(length > 0, length, 1.0))
-
-
-def _face_normals(mesh: Mesh) -> Float64Array:
-    """Return normals of the faces as long as their areas, (F, 3)."""
-    points, corners = mesh.positions.numpy().astype(np.float64), mesh.faces.numpy()
-    last = np.where(corners[:, 3] < 0, corners[:, 2], corners[:, 3])
-    across = points[corners[:, 2]] - points[corners[:, 0]]
-    return np.asarray(0.5 * np.cross(across, points[last] - points[corners[:, 1]]))
-
-
 def _area_shares(mesh: Mesh) -> Float64Array:
     """Return the area that each vertex has of its faces, shared out evenly, (V,)."""
-    corners, areas = mesh.faces.numpy(), np.linalg.norm(_face_normals(mesh), axis=1)
+    corners = mesh.faces.numpy()
+    areas = np.linalg.norm(area_vectors(mesh.positions.numpy(), corners), axis=1)
     shares = areas / np.where(corners[:, 3] < 0, 3.0, 4.0)
     has_corner = corners >= 0
     weights = np.broadcast_to(shares[:, None], corners.shape)[has_corner]

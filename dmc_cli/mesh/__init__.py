@@ -10,6 +10,7 @@ connectivity     halfedges of any mesh
 box_tree         which faces are near something
 defects          quads that simplification leaves alone
 valences         the share of irregular vertices
+normals          normals of faces and vertices, from the mesh alone
 working          a mesh while faces go and come
 compaction       renumbering without what has gone
 near_frame       the frame in which a mesh far from the origin is changed

@@ -51,6 +51,7 @@ from .near_frame import (
     in_frame_of as in_frame_of,
     in_near_frame as in_near_frame,
 )
+from .normals import area_vectors as area_vectors, vertex_normals as vertex_normals
 from .placement import (
     Placement as Placement,
     SurfaceFrame as SurfaceFrame,

@@ -46,7 +46,7 @@ class Repaired:
 
     Attributes:
         mesh: Its vertices have moved; faces and their order are the same.
-        placement: Where its vertices lie.
+        placement: Where its vertices lie; None where there is no field.
         pairs_before: Pairs of faces that intersected.
         pairs_after: Those that still do.
         moved: Vertices that were moved.
@@ -55,7 +55,7 @@ class Repaired:
     """
 
     mesh: Mesh
-    placement: Placement
+    placement: Placement | None
     pairs_before: int
     pairs_after: int
     moved: int
@@ -63,38 +63,48 @@ class Repaired:
     rounds: int
 
 
-def repair_intersections(mesh: Mesh, placement: Placement, find: Find) -> Repaired:
+def repair_intersections(mesh: Mesh, placement: Placement | None, find: Find) -> Repaired:
     """Return the mesh without intersections, as far as they can be undone; no array is changed.
 
     Args:
         mesh: The mesh.
-        placement: Where its vertices lie.
+        placement: Where its vertices lie on a field's surface; without it they are free.
         find: `find_intersections`.
 
     Raises:
         CallError: Mesh and placement do not belong together.
     """
-    require_places(require_mesh(mesh), placement)
-    near, near_placement = in_near_frame(mesh, placement)  # what rounding alone has intersect stays
-    pairs = find(near)
+    require_mesh(mesh)
+    if placement is None:
+        return _repaired(mesh, None, find)
+    require_places(mesh, placement)
+    near = _repaired(*in_near_frame(mesh, placement), find)  # what rounding alone has intersect stays
+    assert near.placement is not None
+    given = placement.frame.affine
+    is_near = near.placement.frame.affine is given
+    if near.moved:
+        mesh, placement = in_frame_of(given, near.mesh, near.placement)
+    after = near.pairs_after if is_near else len(find(mesh))
+    return replace(near, mesh=mesh, placement=placement, pairs_after=after)
+
+
+def _repaired(mesh: Mesh, placement: Placement | None, find: Find) -> Repaired:
+    """Repair a mesh in its own frame."""
+    pairs = find(mesh)
     before, rounds = len(pairs), 0
     moved: set[int] = set()
     left: set[int] = set()
     if before:
-        given = placement.frame.affine
-        mesh = replace(near, positions=wp.clone(near.positions))
-        placement = replace(
-            near_placement, cell=wp.clone(near_placement.cell), local=wp.clone(near_placement.local)
-        )
-        while len(pairs) and rounds < MOST_ROUNDS:
-            stays = rounds < ROUNDS_ON_SURFACE
-            vertices = _pull(mesh, placement, pairs, stays_on_surface=stays)
-            moved.update(vertices.tolist())
-            left.update(() if stays else vertices.tolist())
-            pairs, rounds = _pairs_after(mesh, vertices, pairs, find), rounds + 1
-        mesh, placement = in_frame_of(given, mesh, placement)
-    after = len(pairs) if near_placement.frame.affine is placement.frame.affine else len(find(mesh))
-    return Repaired(mesh, placement, before, after, len(moved), len(left), rounds)
+        mesh = replace(mesh, positions=wp.clone(mesh.positions))
+    if before and placement is not None:
+        placement = replace(placement, cell=wp.clone(placement.cell), local=wp.clone(placement.local))
+    while len(pairs) and rounds < MOST_ROUNDS:
+        stays = placement is not None and rounds < ROUNDS_ON_SURFACE
+        vertices = _pull(mesh, placement, pairs, stays_on_surface=stays)
+        moved.update(vertices.tolist())
+        left.update(() if stays else vertices.tolist())
+        pairs, rounds = _pairs_after(mesh, vertices, pairs, find), rounds + 1
+    return Repaired(mesh, placement, before, len(pairs), len(moved), len(left), rounds)
 
 
 def _pairs_after(mesh: Mesh, moved: Int32Array, pairs: Int32Array, find: Find) -> Int32Array:
@@ -108,10 +118,17 @@ def _pairs_after(mesh: Mesh, moved: Int32Array, pairs: Int32Array, find: Find) -
     return np.concatenate([kept, find(mesh, np.flatnonzero(is_changed).astype(np.int32))])
 
 
-def _pull(mesh: Mesh, placement: Placement, pairs: Int32Array, *, stays_on_surface: bool) -> Int32Array:
+def _pull(
+    mesh: Mesh, placement: Placement | None, pairs: Int32Array, *, stays_on_surface: bool
+) -> Int32Array:
     """Move the vertices of faces that intersect by a step, in place; return which ones."""
     vertices, steps = _steps(mesh, pairs)
     device = mesh.device
+    if placement is None:
+        points = mesh.positions.numpy().copy()
+        points[vertices] += steps.astype(np.float32)
+        mesh.positions.assign(points)
+        return vertices
     inputs = [
         make_context(placement.frame),
         wp.array(vertices, dtype=wp.int32, device=device.name),

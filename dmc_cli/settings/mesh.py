@@ -10,8 +10,8 @@ from dmc_cli.settings.types import is_whole, settle_types
 _SIZES = ("quads", "edge_length", "max_error")
 """Settings that have quads taken away."""
 
-_CHANGES = ("remesh", *_SIZES, "relax", "simplify")
-"""Settings that have quads changed, one that implies another before it."""
+_ON_FIELD = ("remesh", "relax", "simplify")
+"""Settings that have quads changed on the surface of a field, one that implies another before it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,8 +100,13 @@ class MeshSettings:
     @property
     def first_change(self) -> str | None:
         """Return the name of the first setting that has quads changed, None if there is none."""
+        return self.first_on_field or self.first_size
+
+    @property
+    def first_on_field(self) -> str | None:
+        """Return the name of the first setting that needs the field whose surface the quads are."""
         default = MeshSettings()
-        return next((name for name in _CHANGES if getattr(self, name) != getattr(default, name)), None)
+        return next((name for name in _ON_FIELD if getattr(self, name) != getattr(default, name)), None)
 
     @property
     def follows_paper(self) -> bool:

@@ -26,9 +26,9 @@ class ReworkSettings:
     """What to do to the mesh of a file, and where to write it.
 
     `keep` is how many components stay, those with most faces; `min_faces` the fewest faces of one that stays;
-    `flip` turns all faces round. What `operations` do needs quads and the volume and isovalue that the mesh
-    was made of, `inside` being the side that was the object. `unit` and `space` are those of the file unless
-    others are named. Outputs are those of `OutputSettings`.
+    `flip` turns all faces round. What `operations` do needs quads, and all but a size and repair the volume
+    and isovalue that the mesh was made of, `inside` being the side that was the object. `unit` and `space`
+    are those of the file unless others are named. Outputs are those of `OutputSettings`.
     """
 
     mesh: str
@@ -78,16 +78,11 @@ class ReworkSettings:
                 "values has 'deviation', but no volume was given to hold the mesh against; name it with"
                 " --volume and -i"
             )
-        name = self.operations.first_change
+        name = self.operations.first_on_field
         if name is not None and self.volume is None:
             raise SettingsError(
                 f"{name} is {getattr(self.operations, name)!r}, but no volume was given, on whose isosurface"
                 " the vertices are kept; name it with --volume and -i"
-            )
-        if self.operations.repair_intersections and self.volume is None:
-            raise SettingsError(
-                "repair_intersections is True, but no volume was given, near whose isosurface the vertices"
-                " are kept; name it with --volume and -i"
             )
         if self.operations.follows_paper:
             raise SettingsError(

@@ -2,7 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
+
+from dmc_cli.mesh import vertex_normals
+from dmc_cli.mesh_io import read_mesh
 
 SYNTH = ("convert", "synth:genus_two:32")
 
@@ -94,14 +98,35 @@ def test_a_number_and_a_length_are_one_too_many(run, tmp_path):
     assert "expected one of them" in words_of(result)
 
 
-@pytest.mark.parametrize("option", ["--edge-length", "--max-error"])
-def test_a_mesh_without_its_volume_is_refused_in_words(run, tmp_path, fine, option):
-    result = run("mesh", fine, tmp_path / "b.ply", option, 0.1)
+def test_a_mesh_without_a_volume_is_its_own_surface(run, tmp_path, fine):
+    report, coarse = tmp_path / "report.json", tmp_path / "b.ply"
+    result = run("mesh", fine, coarse, "--quads", "25%", "--report", report)
+    assert result.exit_code == 0
+    size = read(report)["size"]
+    assert size["quads"] == size["quads_wanted"] == read(report)["mesh"]["quads"]
+    assert size["to_before"]["max"] < size["edge_length"] / 2
+    assert read(report)["topology"]["boundary_edges"] == 0
+    assert read(report)["quality"]["self_intersections"] == 0
+    mesh = read_mesh(coarse)
+    np.testing.assert_allclose(mesh.normals, vertex_normals(mesh.points, mesh.faces), atol=1e-6)
+
+
+def test_a_bound_holds_without_a_volume_in_millimetres(run, tmp_path, fine):
+    small, coarse = tmp_path / "um.ply", tmp_path / "b.ply"
+    assert run("mesh", fine, small, "--unit", "um").exit_code == 0
+    assert run("mesh", small, coarse, "--unit", "mm", "--max-error", 0.02).exit_code == 0
+    found = json.loads(run("measure", coarse, "--against", fine, "--json").stdout)
+    assert found["distance"]["both"]["max"] <= 0.02
+    assert found["mesh"]["quads"] < len(read_mesh(fine).faces) / 2
+
+
+def test_triangles_have_no_size(run, tmp_path, fine):
+    triangles = tmp_path / "fine.stl"
+    assert run("mesh", fine, triangles).exit_code == 0
+    result = run("mesh", triangles, tmp_path / "b.ply", "--quads", "25%")
     assert result.exit_code == 2
-    assert (
-        "no volume was given, on whose isosurface the vertices are kept; name it with --volume"
-        in words_of(result)
-    )
+    assert "triangles" in words_of(result)
+    assert not (tmp_path / "b.ply").exists()
 
 
 def test_dmc_mesh_has_a_size_and_tells_it(run, tmp_path, fine):

@@ -143,12 +143,13 @@ def test_what_was_repaired_is_told(run, tmp_path):
     assert told in result.stderr
 
 
-def test_a_mesh_file_needs_its_volume(run, tmp_path):
-    out = tmp_path / "a.ply"
-    run("convert", "synth:noise:16", "--sigma", 1, "-i", 0, out, "--quiet")
-    result = run("mesh", out, tmp_path / "b.ply", "--repair-intersections")
-    assert result.exit_code == 2
-    assert "no volume was given" in result.stderr
-    words = ("--volume", "synth:noise:16", "--sigma", 1, "-i", 0, "--repair-intersections")
-    assert run("mesh", out, tmp_path / "b.ply", *words, "--report", tmp_path / "r.json").exit_code == 0
-    assert json.loads((tmp_path / "r.json").read_text())["repair"]["pairs_after"] == 0
+@pytest.mark.parametrize("volume", [(), ("--volume", "synth:noise:24", "-i", 0)])
+def test_a_mesh_file_is_repaired_on_its_volume_or_without_one(run, tmp_path, volume):
+    out, report = tmp_path / "a.ply", tmp_path / "r.json"
+    run("convert", "synth:noise:24", "-i", 0, out, "--quiet")
+    words = (*volume, "--repair-intersections", "--report", report)
+    assert run("mesh", out, tmp_path / "b.ply", *words).exit_code == 0
+    found = json.loads(report.read_text())
+    assert found["repair"]["pairs_before"] > found["repair"]["pairs_after"]
+    assert found["quality"]["self_intersections"] == found["repair"]["pairs_after"]
+    assert volume or found["repair"]["left_surface"] == found["repair"]["moved"]

@@ -58,7 +58,7 @@ def results(volume: Volume, isovalue: float, simplification: dict) -> Iterator[t
         simplify_stages(stages, MeshSettings(**simplification), watch)
     for size in (None, "30%"):
         if size is not None:
-            decimate_stages(stages, MeshSettings(quads=size), volume, watch, is_measured=False)
+            decimate_stages(stages, MeshSettings(quads=size), np.eye(3), watch, is_measured=False)
         yield f"quads {size}", Stages(stages.mesh, stages.placement)
         smooth = Stages(stages.mesh, stages.placement)
         relax_stages(smooth, 4, watch)

@@ -3,6 +3,7 @@
 guard       distances between the fine mesh and the coarse one
 fine_points  the points that a patch has, looked for side by side
 points      the quads nearest to the fine vertices, and the mean side
+own_surface  the mesh itself as the surface, where there is no field
 places      a vertex put on the surface
 costs       what collapses cost
 sizes       what they cost more where quads are large

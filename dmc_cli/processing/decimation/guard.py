@@ -35,6 +35,7 @@ class Guard:
         reach: How far beside a sample the point may be that says what its height is.
         spacing: How far apart the samples of a quad are, `MOST_STEPS` a side at most; two steps at least.
         least_shape: Shapes below this must not become worse.
+        has_field: Whether the surface is a field's; else it is the planes at the points.
     """
 
     place: wp.array(dtype=wp.vec3)
@@ -45,6 +46,7 @@ class Guard:
     reach: wp.float32
     spacing: wp.float32
     least_shape: wp.float32
+    has_field: wp.bool
 
 
 @wp.func_native(native(__file__, "distance_from_triangles"))

@@ -2,7 +2,7 @@
 
 The nearest tracked point lies on the right sheet of the surface, however large the quads are. From its
 tangent plane Newton's method leads to the surface; where it leads elsewhere, the vertex goes to the point
-itself.
+itself. Where no field is known, the vertex stays in that plane.
 """
 
 import warp as wp
@@ -27,8 +27,41 @@ def put_on_surface(
     nearest = nearest_copy(guard.copies, b, count, work.mesh.position[v])
     if nearest < 0:
         fail(work, b)
-        return
-    g = work.listed[b, nearest]
+    elif guard.has_field:
+        put_on_level(context, guard, work, b, v, work.listed[b, nearest])
+    else:
+        put_on_plane(context, guard, work, b, v, work.listed[b, nearest])
+
+
+@wp.func
+def put_on_plane(
+    context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, v: wp.int32, g: wp.int32
+) -> None:
+    """Put a vertex on the plane at a tracked point; fail where that has no normal."""
+    up = guard.normal[g]
+    place = work.mesh.position[v] - wp.dot(work.mesh.position[v] - guard.place[g], up) * up
+    origin = wp.vec3(
+        wp.float32(context.to_output[0, 3]),
+        wp.float32(context.to_output[1, 3]),
+        wp.float32(context.to_output[2, 3]),
+    )
+    at = context.to_grid * (place - origin)
+    last = wp.vec3(wp.float32(context.grid.nx), wp.float32(context.grid.ny), wp.float32(context.grid.nz))
+    at = wp.min(wp.max(at, wp.vec3(0.0, 0.0, 0.0)), last - wp.vec3(1.0, 1.0, 1.0))
+    cell = wp.vec3i(wp.int32(at[0]), wp.int32(at[1]), wp.int32(at[2]))
+    work.mesh.position[v] = place
+    work.mesh.cell[v] = node_cell(context.grid, cell)
+    work.mesh.local[v] = at - wp.vec3(wp.float32(cell[0]), wp.float32(cell[1]), wp.float32(cell[2]))
+    work.normal[v] = up
+    if wp.length_sq(up) == 0.0:
+        fail(work, b)
+
+
+@wp.func
+def put_on_level(
+    context: SurfaceContext, guard: Guard, work: Work, b: wp.int32, v: wp.int32, g: wp.int32
+) -> None:
+    """Put a vertex where the field is 0, by way of a tracked point; fail where that is not found."""
     start = wp.vec3d(work.tracked_point[g])
     up = guard.normal[g]
     step = work.mesh.position[v] - guard.place[g]

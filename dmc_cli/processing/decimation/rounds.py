@@ -37,6 +37,7 @@ from dmc_cli.processing.decimation.bound import SHARE, Bound, Keeper, State
 from dmc_cli.processing.decimation.candidates import Candidates, find_candidates
 from dmc_cli.processing.decimation.fine_points import ROW_STEP, ROWS
 from dmc_cli.processing.decimation.guard import NOWHERE, Guard
+from dmc_cli.processing.decimation.own_surface import own_normals, own_placement
 from dmc_cli.processing.decimation.points import mean_side, nearest_quads
 from dmc_cli.processing.decimation.sizes import size_weights
 from dmc_cli.processing.decimation.sweep import REASONS, sweep_kernel
@@ -100,8 +101,12 @@ POINTS_A_PATCH = 40
 REFUSED = OWN_PREFIX + "refused"
 """The value of the working mesh's quads that tells how often their collapse was refused, uint8."""
 
-VAIN, STILL = OWN_PREFIX + "vain", OWN_PREFIX + "still"
-"""Values of its vertices, uint8: how many rotations were tried in vain, and whether they cannot glide."""
+NORMAL, VAIN, STILL = OWN_PREFIX + "normal", OWN_PREFIX + "vain", OWN_PREFIX + "still"
+"""Values of its vertices: the surface's unit normals, vec3; uint8, how many rotations were tried in vain, and
+whether they cannot glide."""
+
+OWN_VALUES = (FROZEN, NORMAL, VAIN, STILL)
+"""Values of the vertices that the result does not have."""
 
 REASON_NAMES = ("topology", "shape", "distance")
 """What the refusals are counted by, in the order of `sweep.py`."""
@@ -113,7 +118,7 @@ class Decimated:
 
     Attributes:
         mesh: Its vertices, quads and halfedges.
-        placement: Where its vertices lie.
+        placement: Where its vertices lie; None where there is no field.
         wanted: Quads that were asked for; where the mesh has more, no further collapse was found.
         rounds: Rounds of collapses.
         refusals: Collapses that the last round refused, by reason: `topology`, `shape` or `distance`.
@@ -121,7 +126,7 @@ class Decimated:
     """
 
     mesh: Mesh
-    placement: Placement
+    placement: Placement | None
     wanted: int
     rounds: int
     refusals: dict[str, int]
@@ -130,7 +135,7 @@ class Decimated:
 
 def decimate(
     mesh: Mesh,
-    placement: Placement,
+    placement: Placement | None,
     quads: int,
     progress: Progress = SILENT,
     bound: Bound | None = None,
@@ -139,7 +144,7 @@ def decimate(
 
     Args:
         mesh: A mesh of quads. Colours, where it has any, are kept proper.
-        placement: Where its vertices lie.
+        placement: Where its vertices lie on a field's surface. Without it the mesh itself is the surface.
         quads: How many to leave. A mesh that has no more is returned as it is.
         progress: Told the share of the quads that are gone.
         bound: How far the mesh may go from what it is, where that is asked for.
@@ -162,11 +167,13 @@ class Decimation:
     _rounds: int
     _eased: int
 
-    def __init__(self, mesh: Mesh, placement: Placement, bound: Bound | None = None) -> None:
+    def __init__(self, mesh: Mesh, placement: Placement | None, bound: Bound | None = None) -> None:
         """Take a mesh; the arguments are those of `decimate`."""
         mesh = connect(require_quads(mesh, "--quads"))
-        require_places(mesh, placement)
-        self._affine, self._given, self._bound = placement.frame.affine, (mesh, placement), bound
+        self._has_field = placement is not None
+        if placement is not None:
+            require_places(mesh, placement)
+        self._given, self._bound = (mesh, placement), bound
 
     def run(self, quads: int, progress: Progress = SILENT) -> Decimated:
         """Return the mesh with at most `quads` quads, or as few as can be had; once only."""
@@ -174,6 +181,8 @@ class Decimation:
         if mesh.face_count <= quads:
             return Decimated(mesh, placement, quads, 0, dict.fromkeys(REASON_NAMES, 0), 0)
         del self._given
+        placement = placement or own_placement(mesh)
+        self._affine = placement.frame.affine
         self._begin(*in_near_frame(mesh.with_face_values({DEFECT: None}), placement))
         del mesh, placement
         keeper = None if self._bound is None else Keeper(self._bound, self._state())
@@ -219,7 +228,7 @@ class Decimation:
         mesh, _ = in_frame_of(self._affine, *self._mesh.as_mesh())
         state, holds = keeper.next_state(mesh, self._state())
         self._mesh, self._tracked, self._eased = state.mesh, state.tracked, state.eased
-        take_mesh(self._work, self._mesh, self._context)
+        take_mesh(self._work, self._mesh, self._mesh.vertex_values[NORMAL])
         if keeper.is_given_up:
             self._eased = len(LEAST_SHAPES)
         return holds
@@ -237,16 +246,19 @@ class Decimation:
         frozen = frozen_vertices(mesh)
         self._fixed = int((frozen.numpy()[mesh.faces.numpy()] != 0).any(axis=1).sum())
         vain, still = (self._device.zeros(mesh.vertex_count, wp.uint8) for _ in range(2))
-        vertex_values = {**mesh.vertex_values, FROZEN: frozen, VAIN: vain, STILL: still}
+        if self._has_field:
+            self._normal = find_normals(self._context, placement.cell, placement.local, self._device)
+        else:
+            self._normal = own_normals(mesh)
+        own = dict(zip(OWN_VALUES, (frozen, self._normal, vain, still), strict=True))
         face_values = {**mesh.face_values, REFUSED: self._device.zeros(mesh.face_count, wp.uint8)}
-        mesh = replace(mesh, vertex_values=vertex_values, face_values=face_values)
+        mesh = replace(mesh, vertex_values={**mesh.vertex_values, **own}, face_values=face_values)
         self._tracked = track_vertices(self._frame.grid, start, placement.cell, placement.local, self._device)
         self._place = wp.clone(mesh.positions)
-        self._normal = find_normals(self._context, placement.cell, placement.local, self._device)
         self._mesh = with_room(working_mesh(mesh, placement), 0)  # a copy: sweeps change it in place
         self._fine_edge, self._rounds, self._eased = mean_side(self._mesh), 0, 0
         self._work = Work()
-        take_mesh(self._work, self._mesh, self._context)
+        take_mesh(self._work, self._mesh, self._mesh.vertex_values[NORMAL])
 
     def _collapse(self, number: int, quads: int, eased: int) -> list[int]:
         """Collapse quads, by rules that are eased, `quads` being left; return the refusals by reason."""
@@ -261,7 +273,7 @@ class Decimation:
         self._launch(sweep, regions, found, edge, quads, LEAST_SHAPES[eased])
         refusals: list[int] = sweep.refusals.numpy().sum(axis=0).tolist()
         self._mesh, new_faces = pack(self._mesh)
-        take_mesh(self._work, self._mesh, self._context)
+        take_mesh(self._work, self._mesh, self._mesh.vertex_values[NORMAL])
         nearest = renumbered(self._tracked.nearest_quad, new_faces, self._device)
         self._tracked = replace(self._tracked, nearest_quad=nearest)
         return refusals
@@ -308,7 +320,7 @@ class Decimation:
     def _guard(self, edge: float, share: float, least_shape: float) -> Any:
         """Return what holds where the mean side will be `edge`."""
         guard = Guard()
-        guard.place, guard.normal = self._place, self._normal
+        guard.place, guard.normal, guard.has_field = self._place, self._normal, self._has_field
         guard.farthest, guard.highest, guard.spacing = FINE_SHARE * edge, share * edge, float(NOWHERE)
         guard.reach, guard.least_shape = self._fine_edge, least_shape
         if self._bound is not None:
@@ -338,19 +350,18 @@ class Decimation:
         sweep.tries, sweep.stride = 0, 0.0
         return sweep
 
-    def _result(self) -> tuple[Mesh, Placement]:
+    def _result(self) -> tuple[Mesh, Placement | None]:
         """Return what the rounds have made."""
         mesh, placement = self._mesh.as_mesh()
-        vertex_values = {
-            n: found for n, found in mesh.vertex_values.items() if n not in (FROZEN, VAIN, STILL)
-        }
+        vertex_values = {n: found for n, found in mesh.vertex_values.items() if n not in OWN_VALUES}
         face_values = {n: found for n, found in mesh.face_values.items() if n != REFUSED}
         color = face_values.get(COLOR)
         if color is not None:
             seams = wp.array(np.arange(4 * mesh.face_count, dtype=np.int32), device=self._device.name)
             repair_colors(self._device, self._mesh.arrays.twin, color, seams)
         mesh = replace(mesh, vertex_values=vertex_values, face_values=face_values)
-        return in_frame_of(self._affine, mesh, placement)
+        mesh, placement = in_frame_of(self._affine, mesh, placement)
+        return mesh, placement if self._has_field else None
 
 
 def share_out(candidates: Int64Array, more: int) -> Int64Array:

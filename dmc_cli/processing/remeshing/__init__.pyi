@@ -1,7 +1,6 @@
 # What other folders use of this one; `__init__.py` says what it is for.
 
 from .bench import (
-    make_work as make_work,
     portions as portions,
     take_mesh as take_mesh,
     take_points as take_points,

@@ -19,12 +19,7 @@ VISITS = 4096
 
 
 def make_work(
-    mesh: WorkingMesh,
-    tracked: TrackedPoints,
-    regions: Regions,
-    vertices: int,
-    context: Any,
-    points: int = TRACKED,
+    mesh: WorkingMesh, tracked: TrackedPoints, regions: Regions, vertices: int, context: Any
 ) -> Any:
     """Return the kernels' view of the mesh, which has room, of tracked points, and a bench a region.
 
@@ -34,29 +29,27 @@ def make_work(
         regions: Its regions.
         vertices: Vertices before the spare places.
         context: The kernels' `SurfaceContext`.
-        points: Tracked points that the quads of a patch may have at most.
     """
     work = Work()
-    take_mesh(work, mesh, context)
+    take_mesh(work, mesh, find_normals(context, mesh.arrays.cell, mesh.arrays.local, mesh.device))
     take_points(work, tracked, mesh)
-    take_regions(work, regions, vertices, points, mesh.device)
+    take_regions(work, regions, vertices, TRACKED, mesh.device)
     return work
 
 
-def take_mesh(work: Any, mesh: WorkingMesh, context: Any) -> None:
-    """Give a sweep's view a mesh: after each change that no sweep has made."""
-    work.mesh, work.sense = mesh.arrays, mesh.frame.sense
-    work.normal = find_normals(context, work.mesh.cell, work.mesh.local, mesh.device)
+def take_mesh(work: Any, mesh: WorkingMesh, normal: Any) -> None:
+    """Give a sweep's view a mesh and the surface's unit normals at its vertices, vec3 (V,)."""
+    work.mesh, work.sense, work.normal = mesh.arrays, mesh.frame.sense, normal
 
 
 def take_points(work: Any, tracked: TrackedPoints, mesh: WorkingMesh) -> None:
-    """Give it the mesh's tracked points: after each change of their quads that no sweep has made."""
+    """Give it the mesh's tracked points."""
     work.tracked_point, work.nearest_quad = tracked.point, tracked.nearest_quad
     work.first_point, work.next_point = list_points(tracked, mesh.face_count, mesh.device)
 
 
 def take_regions(work: Any, regions: Regions, vertices: int, points: int, device: Device) -> None:
-    """Give it the regions of a sweep, and each a bench."""
+    """Give it the regions of a sweep, and each a bench, with so many points of a patch's quads at most."""
     count = regions.count
     work.vertex_region = with_spares(regions, vertices, device)
     work.tally = device.zeros((count, TALLIES), wp.int32)
