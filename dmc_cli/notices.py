@@ -52,6 +52,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-QUADS-LEFT": "more quads are left than were asked for; the message says what stopped the collapses",
     "W-ROUNDING": "coordinates of 32 bits are coarse here",
     "W-OUTSIDE-VOLUME": "vertices of the measured mesh lie outside the volume",
+    "W-SHELLS-APART": "shells of labels that touch have vertices of their own there, since each has a size",
     "W-SPACE-UNKNOWN": "one of two meshes names no space; its axes are taken for those of the other",
     "W-NORMALS-LEFT-OUT": "the output's format holds no normals, which were asked for or read from a mesh",
     "W-QUADS-SPLIT": "the mesh's format holds no quads: they were split into triangles",

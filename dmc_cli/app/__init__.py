@@ -17,6 +17,7 @@ writing        what is written of it
 several        one input at several isovalues
 label_choice, label_parts  layers of labels, and the part of each that is wanted
 label_files, label_surfaces  files and meshes of labels
+label_sizes    shells of the size one wants
 label_report, label_writing  what is told of them, and written
 label_conversion  a label map to the surfaces of its labels
 measurement    a mesh file measured

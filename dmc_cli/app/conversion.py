@@ -164,9 +164,7 @@ def _stages(prepared: Prepared, watch: Stopwatch) -> tuple[MeshFile, HalfedgeDum
         simplify_stages(stages, settings.mesh, watch)
         stages.simplification["before"] = None if before is None else measured_sections(before)
     if settings.mesh.first_size is not None:
-        from dmc_cli.app.fine_mesh import to_millimetres
-
-        to_mm = to_millimetres(stages.require_placement(), volume)
+        to_mm = stages.to_millimetres(volume)
         decimate_stages(stages, settings.mesh, to_mm, watch, is_measured=output.is_measured)
     if output.halfedges is not None:  # the vertices' colours are those of the cells that they were made in
         from dmc_cli.contouring import color_vertices

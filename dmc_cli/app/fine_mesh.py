@@ -23,18 +23,23 @@ MOST_RINGS = 5
 """Rings of faces whose vertices are taken back round one that is to blame, until all are."""
 
 
-def to_millimetres(placement: Placement, volume: Volume) -> Float64Array:
+def to_millimetres(affine: Float64Array, volume: Volume, *, has_depths: bool) -> Float64Array:
     """Return the map from differences of coordinates to those in the volume's millimetres, shape (3, 3).
+
+    Args:
+        affine: Shape (4, 4): node index, slices even, to the coordinates.
+        volume: The volume.
+        has_depths: Whether coordinates lie where slices do, if these are at uneven distances.
 
     Raises:
         SettingsError: Coordinates are grid indices, and slices lie at uneven distances.
     """
-    if volume.slice_positions is not None and not placement.frame.depths.shape[0]:
+    if volume.slice_positions is not None and not has_depths:
         raise SettingsError(
             "a length in mm was asked for, but coordinates are grid indices of slices at uneven distances;"
             " expected coordinates that lengths are proportional to; choose another --space"
         )
-    found: Float64Array = volume.affine[:3, :3] @ np.linalg.inv(placement.frame.affine[:3, :3])
+    found: Float64Array = volume.affine[:3, :3] @ np.linalg.inv(affine[:3, :3])
     return found
 
 

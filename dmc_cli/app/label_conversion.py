@@ -4,7 +4,7 @@ volume -> labels -> part -> conforming net -> smooth net -> shells -> report -> 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -18,6 +18,7 @@ from dmc_cli.app.label_parts import take_part
 from dmc_cli.app.label_report import LabelSurface, label_report, node_size
 from dmc_cli.app.label_surfaces import (
     LabelMesh,
+    Shell,
     corner_normals,
     list_shells,
     make_label_mesh,
@@ -59,12 +60,39 @@ QUAD_BYTES = 460
 """Bytes a quad with the vertex that there is for each: the net with its links, smoothing, shells, files."""
 
 
+SIZE_BYTES = 900
+"""Bytes a quad while its shell is given a size, beside those."""
+
+
 @dataclass(frozen=True)
 class LabelResult:
     """What a conversion of labels leaves: the meshes as they were written, by their files, and the report."""
 
     meshes: dict[str, MeshFile]
     report: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class OutputFrame:
+    """The output's coordinates, by the map from node indices, (4, 4), and their axes; where the work is done.
+
+    `counts_slices` where they count slices, whatever the distances of these.
+    """
+
+    affine: Float64Array
+    space: Space
+    device: Device
+    counts_slices: bool
+
+    def to_millimetres(self, volume: Volume) -> Float64Array:
+        """Return the map from differences of coordinates to millimetres, shape (3, 3).
+
+        Raises:
+            SettingsError: There is none.
+        """
+        from dmc_cli.app.fine_mesh import to_millimetres
+
+        return to_millimetres(self.affine, volume, has_depths=not self.counts_slices)
 
 
 def convert_labels(settings: LabelSettings, progress: Progress = SILENT) -> LabelResult:
@@ -129,6 +157,7 @@ def _convert(
         labels = [label for layer in layers for label in layer.labels]
     paths = checked_paths(settings, volumes, labels)
     affine, space = output_affine(layers[0].volume, settings.output.space, settings.output.unit)
+    frame = OutputFrame(affine, space, device, counts_slices=settings.output.space == "voxel")
     geometry = volume_geometry(volumes[0]) if settings.output.space == "tkr" else None
     meshes, surfaces = [], []
     for layer in layers:
@@ -136,7 +165,14 @@ def _convert(
             continue
         mesh = _layer_mesh(settings, layer, affine, device, watch)
         meshes.append(mesh)
-        surfaces += list(_surfaces(settings, layer, mesh, affine, space))
+        surfaces += [
+            _surface_of(settings, layer, n, shell, frame, watch)
+            for n, shell in enumerate(list_shells(mesh, len(layer.labels)))
+        ]
+    if settings.mesh.first_size is not None:
+        from dmc_cli.app.label_sizes import tell_of_gaps
+
+        told = (*told, *tell_of_gaps(meshes), *(notice for s in surfaces for notice in s.file.warnings))
     files = _files(settings, meshes, surfaces, paths, space)
     if geometry is not None:
         files = {path: replace(file, geometry=geometry) for path, file in files.items()}
@@ -204,30 +240,50 @@ def _needed_kernels(settings: LabelSettings) -> list[ModuleType]:
         modules += part_kernels(
             labels=part.selects, finds=part.selects, reshapes=part.changes_bits, filters=filters
         )
-    return modules + kernel_modules(intersections=False) if settings.output.is_measured else modules
+    is_measured = settings.output.is_measured
+    if settings.mesh.first_size is not None:
+        from dmc_cli.app.mesh_stages import size_kernels
+        from dmc_cli.mesh import connecting_kernels
+        from dmc_cli.processing import kernel_modules as processing_kernels
+
+        modules += connecting_kernels() + processing_kernels(decimate=True, repair=True)
+        modules += size_kernels(settings.mesh, is_measured=is_measured)
+    return modules + kernel_modules(intersections=False) if is_measured else modules
 
 
-def _surfaces(
-    settings: LabelSettings, layer: Layer, mesh: LabelMesh, affine: Float64Array, space: Space
-) -> Iterator[LabelSurface]:
-    """Yield the shell of each label of a layer as a file has it, with its volume."""
-    output = settings.output
-    node_volume = node_size(layer.volume, affine, output.space)
-    has_normals = output.has_normals and not settings.conforming
-    shells = list_shells(mesh, len(layer.labels))
-    parts = layer.parts or (None,) * len(layer.labels)
-    for label, count, part, shell in zip(layer.labels, layer.counts.tolist(), parts, shells, strict=True):
-        file = MeshFile(
-            points=shell.points,
-            faces=shell.faces,
-            normals=corner_normals(shell) if has_normals else None,
-            space=space,
-            unit=output.unit,
-            color=label.color,
+def _surface_of(
+    settings: LabelSettings, layer: Layer, n: int, shell: Shell, frame: OutputFrame, watch: Stopwatch
+) -> LabelSurface:
+    """Return the shell of the layer's label number `n` as a file has it, of the size that is asked for."""
+    output, label = settings.output, layer.labels[n]
+    resized = None
+    if settings.mesh.first_size is not None:
+        from dmc_cli.app.label_sizes import resize_shell
+
+        resized = resize_shell(
+            shell, label, settings, frame.to_millimetres(layer.volume), frame.device, watch
         )
-        expected = None if node_volume is None else count * node_volume
-        enclosed = float(patch_volumes(shell.points, shell.faces).sum())
-        yield LabelSurface(label, count, file, expected, enclosed, part)
+        shell = resized.shell
+    file = MeshFile(
+        points=shell.points,
+        faces=shell.faces,
+        normals=corner_normals(shell) if output.has_normals and not settings.conforming else None,
+        space=frame.space,
+        unit=output.unit,
+        color=label.color,
+        warnings=resized.notices if resized else (),
+    )
+    node_volume, count = node_size(layer.volume, frame.affine, output.space), int(layer.counts[n])
+    return LabelSurface(
+        label=label,
+        nodes=count,
+        file=file,
+        node_volume=None if node_volume is None else count * node_volume,
+        volume=float(patch_volumes(shell.points, shell.faces).sum()),
+        part=layer.parts[n] if layer.parts else None,
+        size=resized.size if resized else None,
+        repair=resized.repair if resized else None,
+    )
 
 
 def _conforming(settings: LabelSettings, mesh: LabelMesh, labels: Sequence[Label], space: Space) -> MeshFile:
@@ -266,5 +322,6 @@ def _reserve_nodes(shape: tuple[int, int, int], size: int, settings: LabelSettin
 def _reserve_mesh(volume: Volume, quads: int, settings: LabelSettings) -> None:
     """Raise MemoryBudgetError unless a mesh of so many quads fits beside the label map."""
     taken = held_bytes(volume) + NODE_BYTES * math.prod(n + 2 for n in volume.shape)
-    stages = {"surface": taken + QUAD_BYTES * quads}
+    more = SIZE_BYTES if settings.mesh.first_size is not None else 0
+    stages = {"surface": taken + (QUAD_BYTES + more) * quads}
     reserve(stages, taken, settings, f"the label map and a mesh of {quads} quads")

@@ -33,7 +33,7 @@ from dmc_cli.report import (
     topology_section,
 )
 from dmc_cli.runtime import Device
-from dmc_cli.settings import LabelSettings, OutputSpace
+from dmc_cli.settings import SIZES, LabelSettings, OutputSpace
 from dmc_cli.volume import Label, Volume
 
 
@@ -48,6 +48,8 @@ class LabelSurface:
         node_volume: The volume of the boxes round its nodes, None where slices are uneven.
         volume: The volume that the shell encloses.
         part: What was done to have a part of the label; None where the whole was wanted.
+        size: What became of the size that was asked for.
+        repair: How many pairs of its faces intersected then, and do.
     """
 
     label: Label
@@ -56,6 +58,8 @@ class LabelSurface:
     node_volume: float | None
     volume: float
     part: dict[str, Any] | None = None
+    size: dict[str, Any] | None = None
+    repair: dict[str, int] | None = None
 
 
 def node_size(volume: Volume, affine: Float64Array, space: OutputSpace) -> float | None:
@@ -105,19 +109,29 @@ def label_report(
             "crossed_edges": quads,
             "labels": len(surfaces),
         },
-        "mesh": {
-            "vertices": sum(len(mesh.points) for mesh in meshes),
-            "quads": quads,
-            "triangles": 0,
-            "unit": "voxel" if output.space == "voxel" else output.unit,
-            "self_intersections": sum(mesh.intersections for mesh in meshes),
-        },
+        "mesh": _counts(surfaces, meshes)
+        | {"triangles": 0, "unit": "voxel" if output.space == "voxel" else output.unit},
         "labels": rows,
         "timings_ms": {},
         "memory": {},
         "versions": collect_versions(device.name),
     }
     return {key: plain(section) for key, section in report.items()}
+
+
+def _counts(surfaces: Sequence[LabelSurface], meshes: Sequence[LabelMesh]) -> dict[str, int]:
+    """Return what there is of the mesh that labels share, or of all shells, where these have sizes."""
+    if any(surface.size for surface in surfaces):
+        return {
+            "vertices": sum(len(surface.file.points) for surface in surfaces),
+            "quads": sum(len(surface.file.faces) for surface in surfaces),
+            "self_intersections": sum((surface.repair or {})["pairs_after"] for surface in surfaces),
+        }
+    return {
+        "vertices": sum(len(mesh.points) for mesh in meshes),
+        "quads": sum(len(mesh.faces) for mesh in meshes),
+        "self_intersections": sum(mesh.intersections for mesh in meshes),
+    }
 
 
 def require_of_labels(report: dict[str, Any], required: Sequence[str]) -> None:
@@ -159,6 +173,8 @@ def _label_row(surface: LabelSurface, path: str, measured: dict[str, Any]) -> di
         "topology": measured.get("topology"),
         "quality": measured.get("quality"),
         "components": measured.get("components"),
+        "size": surface.size,
+        "repair": surface.repair,
     }
 
 
@@ -182,5 +198,5 @@ def _settings_section(settings: LabelSettings, device: Device) -> dict[str, Any]
     section = {"input": settings.input, "output": output.pop("path")}
     section |= {"labels": settings.labels, "conforming": settings.conforming}
     section |= {"label_names": settings.label_names}
-    section |= asdict(settings.part)
+    section |= asdict(settings.part) | {name: getattr(settings.mesh, name) for name in SIZES}
     return section | asdict(settings.read) | output | {"device": device.name, "threads": device.threads}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dmc_cli.array_types import Float64Array
 from dmc_cli.mesh import Mesh, Placement
 from dmc_cli.notices import Notice
 from dmc_cli.progress import Stopwatch
@@ -16,6 +17,7 @@ from dmc_cli.settings import MeshSettings
 
 if TYPE_CHECKING:  # its kernels are only imported by runs that take quads away
     from dmc_cli.app.fine_mesh import FineMesh
+    from dmc_cli.volume import Volume
 
 
 @dataclass
@@ -39,6 +41,17 @@ class Stages:
         """Return where the vertices lie on the surface of a field."""
         assert self.placement is not None
         return self.placement
+
+    def to_millimetres(self, volume: "Volume") -> Float64Array:
+        """Return the map from differences of coordinates to the volume's millimetres, shape (3, 3).
+
+        Raises:
+            SettingsError: There is none.
+        """
+        from dmc_cli.app.fine_mesh import to_millimetres
+
+        frame = self.require_placement().frame
+        return to_millimetres(frame.affine, volume, has_depths=frame.depths.shape[0] > 0)
 
 
 def simplify_stages(stages: Stages, settings: MeshSettings, watch: Stopwatch) -> None:

@@ -134,9 +134,7 @@ def work_on_volume(
         simplify_stages(stages, operations, watch)
         work.simplification = stages.simplification
     if operations.first_size is not None:
-        from dmc_cli.app.fine_mesh import to_millimetres
-
-        to_mm = to_millimetres(stages.require_placement(), volume)
+        to_mm = stages.to_millimetres(volume)
         decimate_stages(stages, operations, to_mm, watch, is_measured=settings.is_measured)
     if operations.relax:
         relax_stages(stages, operations.relax, watch)

@@ -11,7 +11,7 @@ from dmc_cli.cli.progress import shown_progress
 from dmc_cli.cli.summary import label_lines
 from dmc_cli.cli.terminal import echo_lines
 from dmc_cli.errors import SettingsError
-from dmc_cli.settings import LabelSettings, OutputSettings, PartSettings, ReadSettings
+from dmc_cli.settings import SIZES, LabelSettings, MeshSettings, OutputSettings, PartSettings, ReadSettings
 
 _OF_ISOVALUES = {"Surface", "Mesh"}
 """Sections of options that are of a surface at an isovalue."""
@@ -47,6 +47,7 @@ def label_settings(input: str, path: str, values: dict[str, Any], read: ReadSett
         input=input,
         read=read,
         part=options.gather(PartSettings, values),
+        mesh=options.gather(MeshSettings, {name: values.get(name) for name in SIZES}),
         output=options.gather(OutputSettings, values, path=path),
     )
 
@@ -60,7 +61,8 @@ def given_options(context: click.Context) -> set[str]:
 def refuse_others(context: click.Context, given: Collection[str]) -> None:
     """Raise SettingsError if an option of surfaces at isovalues is among those that were given."""
     for parameter in context.command.params:
-        if getattr(parameter, "section", "") in _OF_ISOVALUES and parameter.name in given:
+        is_of_isovalues = getattr(parameter, "section", "") in _OF_ISOVALUES and parameter.name not in SIZES
+        if is_of_isovalues and parameter.name in given:
             raise SettingsError(
                 f"{parameter.opts[-1]} was given with labels, but it is of the surface at an isovalue; leave"
                 " one of the two out"

@@ -32,6 +32,7 @@ from .measurement import (
     MeasureSettings as MeasureSettings,
 )
 from .mesh import (
+    SIZES as SIZES,
     MeshSettings as MeshSettings,
     repairs as repairs,
     wanted_quads as wanted_quads,

@@ -7,7 +7,7 @@ from dmc_cli.errors import SettingsError
 from dmc_cli.settings.choices import Simplify, SimplifyRules
 from dmc_cli.settings.types import is_whole, settle_types
 
-_SIZES = ("quads", "edge_length", "max_error")
+SIZES = ("quads", "edge_length", "max_error")
 """Settings that have quads taken away."""
 
 _ON_FIELD = ("remesh", "relax", "simplify")
@@ -95,7 +95,7 @@ class MeshSettings:
     @property
     def first_size(self) -> str | None:
         """Return the name of the first setting that has quads taken away, None if there is none."""
-        return next((name for name in _SIZES if getattr(self, name) is not None), None)
+        return next((name for name in SIZES if getattr(self, name) is not None), None)
 
     @property
     def first_change(self) -> str | None:

@@ -150,6 +150,15 @@ def test_grid_coordinates_and_units(run, tmp_path, boxes):
         (["a/{name}_{color}.ply", "--labels", "all"], "found {color}; expected {label}"),
         (["a/{label}.ply", "--labels", "all", "-i", "0.5"], "--isovalue was given with labels"),
         (["a/{label}.ply", "--labels", "all", "--simplify", "all"], "--simplify was given with labels"),
+        (
+            ["a.ply", "--conforming", "--quads", "50%"],
+            "the labels share one mesh, whose quads stay as they are",
+        ),
+        (
+            ["a/{label}.ply", "--labels", "all", "--quads", "9", "--relax", "2"],
+            "--relax was given with labels",
+        ),
+        (["a/{label}.ply", "--labels", "all", "--quads", "none"], "expected a number of quads"),
         (["a/{label}.ply", "--labels", "all", "--cut-table"], "labels are names; leave them out with labels"),
         (["a/{label}.ply", "--labels", "all", "--smooth-volume", "1"], "labels are names; leave them out"),
         (["a/{label}.ply", "--labels", "all", "--crop", "20:30,:,:"], "x ends at node 15"),
@@ -169,6 +178,54 @@ def test_what_cannot_be_done_is_said_and_nothing_written(run, tmp_path, monkeypa
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.fixture
+def tooth(sample_data):
+    return sample_data / "labels" / "tooth.seg.nrrd"
+
+
+def test_each_shell_has_the_size_that_is_asked_for(run, tmp_path, tooth):
+    report = tmp_path / "r.json"
+    required = ("--require", "closed,manifold,no-self-intersections")
+    words = ("--labels", "all", "--quads", "10%", "--report", report, *required)
+    result = run("convert", tooth, tmp_path / "{name}.ply", *words)
+    assert result.exit_code == 0, result.stderr
+    found = json.loads(report.read_text())
+    meshes = [read_mesh(row["path"]) for row in found["labels"]]
+    for row, mesh in zip(found["labels"], meshes, strict=True):
+        size, whole = row["size"], row["nodes"]
+        assert size["quads"] == round(size["quads_before"] / 10) == row["mesh"]["quads"] == len(mesh.faces)
+        assert size["to_before"]["max"] < 1.5
+        assert (
+            enclosed(mesh) == pytest.approx(row["mesh"]["volume"], rel=1e-5) == pytest.approx(whole, rel=0.01)
+        )
+        assert np.abs(np.linalg.norm(mesh.normals, axis=1) - 1).max() < 1e-5
+        assert f"{size['quads']} of {size['quads_before']} quads" in result.stderr
+    assert found["mesh"]["quads"] == sum(len(mesh.faces) for mesh in meshes)
+    assert found["settings"]["quads"] == "10%"
+    assert found["warning_codes"].count("W-SHELLS-APART") == 1
+
+
+def test_a_bound_holds_for_each_shell_in_millimetres(run, tmp_path, tooth):
+    words = ("--labels", "enamel", "--space", "voxel")
+    assert run("convert", tooth, tmp_path / "fine.ply", *words).exit_code == 0
+    result = run("convert", tooth, tmp_path / "coarse.ply", *words, "--max-error", 0.3)
+    assert result.exit_code == 0
+    assert "W-SHELLS-APART" not in result.stderr
+    told = json.loads(
+        run("measure", tmp_path / "coarse.ply", "--against", tmp_path / "fine.ply", "--json").stdout
+    )
+    assert told["distance"]["both"]["max"] <= 0.3
+    assert told["mesh"]["quads"] < len(read_mesh(tmp_path / "fine.ply").faces) / 5
+
+
+def test_a_size_that_a_shell_has_not_is_told_with_its_label(run, tmp_path, boxes):
+    words = ("--labels", "all", "--quads", 100)
+    result = run("convert", boxes, tmp_path / "{label}.ply", *words)
+    assert result.exit_code == 0
+    assert "label 40: the mesh has 66 quads, no more than the 100 that were asked for" in result.stderr
+    assert [len(read_mesh(tmp_path / f"{n}.ply").faces) for n in (1, 2, 40)] == [100, 100, 66]
 
 
 def test_the_part_of_each_label_that_is_wanted(run, tmp_path):
@@ -304,6 +361,11 @@ def test_a_batch_of_labels_names_what_is_not_required_and_shared_meshes(run, tmp
 
 
 def test_a_batch_file_of_labels(run, tmp_path, boxes):
+    (tmp_path / "s.toml").write_text(
+        'inputs = "boxes.nrrd"\nlabels = "1,2"\nquads = 80\noutput = "s_{label}.ply"\n'
+    )
+    lines = run("batch", tmp_path / "s.toml").stdout.splitlines()
+    assert [json.loads(line)["quads"] for line in lines] == [80, 80]
     (tmp_path / "a.toml").write_text('inputs = "boxes.nrrd"\nlabels = "1,40"\nkeep = "largest"\n')
     lines = run("batch", tmp_path / "a.toml").stdout.splitlines()
     assert [json.loads(line)["output"] for line in lines] == [

@@ -13,7 +13,7 @@ label_options = stack(
         again=NameList.again,
         help="Make a smooth closed shell of each label of a label map, not a surface at an isovalue: all, or"
         " numbers or names with commas between. OUTPUT is a template with {label} or {name} in it, or a file"
-        " of a format that has groups.",
+        " of a format that has groups. --quads, --edge-length and --max-error are of each shell.",
     ),
     setting(
         LabelSettings,

@@ -17,9 +17,10 @@ def label_lines(report: dict[str, Any]) -> Iterator[str]:
     for row in rows[:MOST_LABELS]:
         mesh, change = row["mesh"], row["mesh"]["volume_change_percent"]
         name = "" if row["name"] == f"label_{row['label']}" else f" {row['name']}"
+        before = f" of {row['size']['quads_before']}" if row["size"] else ""
         told = "" if change is None else f", {round(change, 3) + 0.0:+.3f} % against its nodes"
         yield (
-            f"label     {row['label']}{name}: {row['nodes']} nodes, {mesh['quads']} quads, volume"
+            f"label     {row['label']}{name}: {row['nodes']} nodes, {mesh['quads']}{before} quads, volume"
             f" {mesh['volume']:.6g}{told}"
         )
     if len(rows) > MOST_LABELS:
