@@ -43,9 +43,9 @@ class Field:
     `values` are the volume's own, as bytes [row, byte]; `kind` says which type they have
     (`sample_reader.py`). `padding_low` and `padding_high` bound the stored values that mean no data (low >
     high: there are none). `outside` is the sign of F at virtual nodes. `least` is |F| of a virtual node whose
-    nearest node lies on the isovalue: the step to the next number. `has_nodata` is 1 if there are nodes
-    without data; `nodata` is their F under a closed border, where they count as nodes outside the object
-    (with an open border no cell has such a corner).
+    nearest node lies on the isovalue: the step to the next number, or 0 where that counts as outside the
+    object. `has_nodata` is 1 if there are nodes without data; `nodata` is their F under a closed border,
+    where they count as nodes outside the object (with an open border no cell has such a corner).
     """
 
     values: wp.array2d(dtype=wp.uint8)
@@ -170,7 +170,7 @@ def make_field(volume: DeviceVolume, settings: SurfaceSettings) -> Any:
     field.isovalue = stored_isovalue(source, settings.settled_isovalue)
     field.sign = -1.0 if source.slope < 0 else 1.0
     field.outside = -1.0 if settings.inside == "above" else 1.0
-    field.least = _step_below(field.isovalue, volume.dtype)
+    field.least = _step_below(field.isovalue, volume.dtype) if settings.inside == "above" else 0.0
     field.padding_low, field.padding_high = padding_range(source)
     return field
 

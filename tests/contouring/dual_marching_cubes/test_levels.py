@@ -162,6 +162,7 @@ def test_where_all_nodes_are_without_data_one_is_a_unit_off_the_object():
 def test_the_least_step_is_that_to_the_next_lower_number(dtype, isovalue, step):
     uploaded = upload_volume(volume_of(np.zeros((2, 2, 2), dtype)), select_device("cpu", 1))
     assert make_field(uploaded, SurfaceSettings(isovalue=isovalue)).least == step
+    assert make_field(uploaded, SurfaceSettings(isovalue=isovalue, inside="below")).least == 0
 
 
 def test_the_values_are_handed_over_without_a_copy_and_kept_alive():

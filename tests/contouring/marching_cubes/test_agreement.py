@@ -51,6 +51,15 @@ def test_any_volume_with_any_settings_agrees(device, data):
     assert_marching_cubes(extract_on(device, volume, chosen), volume, chosen)
 
 
+@pytest.mark.parametrize("method", ["mc", "tmc"])
+def test_nodes_without_data_are_on_the_isovalue_where_the_largest_value_is(extract, method):
+    values = np.zeros((2, 2, 2), np.float32)
+    values[1, 1] = 1, 3
+    volume, chosen = volume_of(values, padding=(0.0, 0.0)), {"inside": "below", "border": "closed"}
+    surface = extract(volume, 3.0, method=method, **chosen)
+    assert_marching_cubes(surface, volume, SurfaceSettings(isovalue=3.0, method=method, **chosen))
+
+
 def test_every_case_agrees(extract, triangulation, border):
     assert_agrees(extract, packed_cells(), triangulation=triangulation, border=border)
 
