@@ -60,6 +60,7 @@ ABOUT_THE_RUN: dict[str, str] = {
     "W-COLORS-LEFT-OUT": "the mesh's format holds no colours",
     "W-MATERIALS-LEFT-OUT": "the materials of an OBJ are a file beside it, for which there is no place",
     "W-GROUPS-LEFT-OUT": "the mesh's format holds no names of parts",
+    "W-GROUPS-OVERLAP": "faces of a mesh file are in several groups; each stays in the first",
     "W-MESH-UNREAD": "a mesh file holds more than is read of it (normals, values, other cells)",
     "W-VALUES-LEFT-OUT": "the mesh's format holds no values of vertices and faces",
 }

@@ -4,11 +4,13 @@ mesh_file      a mesh as readers return it and writers take it
 text           numbers as text, fast
 numbers        numbers out of text
 parsed         what was read, checked
+grouping       faces of a file in its groups
 joined         meshes of a scene as one
 selection      some faces of a mesh, or all turned round
 triangles      quads split into triangles
 numbered       nodes, elements and parts as solvers have them
 meshio_file    what meshio reads
+obj_parts      parts and materials of an OBJ file
 ply/, vtk/, glb/, obj, off, stl, three_mf  meshes as chunks of bytes, and out of files
 gmsh/, abaqus/, nastran, ls_dyna, medit, xdmf  likewise, for solvers
 patient        coordinates of formats that have one space

@@ -1,4 +1,4 @@
-"""Join the meshes of a scene to one, with the normals and values that all of them have."""
+"""Join the meshes of a scene to one of groups, with the normals and values that all of them have."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,9 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float32Array, Float64Array
 from dmc_cli.errors import MeshFileError
+from dmc_cli.mesh_io.grouping import Grouping
 from dmc_cli.mesh_io.parsed import usable_values
+from dmc_cli.volume import Color
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,9 @@ class Piece:
         normals: Of the vertices, (V, 3) float32, of length 1; or None.
         vertex_values: Arrays by name, a row a vertex.
         face_values: Likewise of faces.
+        name: Of the part that it is.
+        part: The same for pieces of one part; None if it is one of its own.
+        color: Its colour, or None.
     """
 
     points: AnyArray
@@ -30,6 +35,9 @@ class Piece:
     normals: Float32Array | None = None
     vertex_values: dict[str, AnyArray] = field(default_factory=dict)
     face_values: dict[str, AnyArray] = field(default_factory=dict)
+    name: str = ""
+    part: tuple[int, int] | None = None
+    color: Color | None = None
 
 
 def joined(path: str, pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]:
@@ -57,8 +65,25 @@ def joined(path: str, pieces: Sequence[Piece], told: set[str]) -> dict[str, Any]
         "counts": np.concatenate([nothing, *(piece.counts for piece in pieces)]),
         "corners": np.concatenate([nothing, *shifted]),
         "normals": np.concatenate(normals) if normals and len(normals) == len(pieces) else None,
+        "grouping": _grouping(pieces),
         **found,
     }
+
+
+def _grouping(pieces: Sequence[Piece]) -> Grouping:
+    """Return the parts of a scene as groups, in the order that they come in."""
+    firsts: dict[object, int] = {}
+    numbers = [
+        firsts.setdefault(number if piece.part is None else piece.part, len(firsts))
+        for number, piece in enumerate(pieces)
+    ]
+    owners = dict(zip(reversed(numbers), reversed(pieces), strict=True))
+    colors = {number: piece.color for number, piece in owners.items() if piece.color is not None}
+    return Grouping(
+        names=[owners[number].name or f"part_{number + 1}" for number in range(len(firsts))],
+        numbers=np.repeat(np.array(numbers, np.int64), [len(piece.counts) for piece in pieces]),
+        colors=colors,
+    )
 
 
 def _check(path: str, piece: Piece) -> None:

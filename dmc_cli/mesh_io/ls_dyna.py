@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, ByteArray
+from dmc_cli.mesh_io.grouping import by_numbers
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbered import Part, check_numbers, node_places, numbered_parts
 from dmc_cli.mesh_io.numbers import NEWLINE, field_rows, whole_numbers
@@ -22,6 +23,7 @@ NARROW, WIDE = 8, 16
 MOST = 99_999_999
 """The largest number of a node or an element."""
 
+WHOLE = re.compile(r"\d{1,10}(?![\d.])")
 COMMENT = re.compile(rb"^\$[^\n]*\n", re.MULTILINE)
 
 
@@ -66,7 +68,7 @@ def _lines(*fields: ByteArray) -> bytes:
 
 
 def read_ls_dyna(path: Path) -> MeshFile:
-    """Read the nodes and shells of a keyword file in fields of fixed width; all parts are one mesh.
+    """Read the nodes and shells of a keyword file in fields of fixed width; parts are groups.
 
     Raises:
         MeshFileError: A field is no number, a shell names a node that is not there, or two have one number.
@@ -74,6 +76,7 @@ def read_ls_dyna(path: Path) -> MeshFile:
     data = path.read_bytes().replace(b"\r\n", b"\n") + b"\n"
     text = COMMENT.sub(b"", data)
     nodes, shells = [np.zeros((0, 4))], [np.zeros((0, 6))]
+    names: dict[int, str] = {}
     for section in (b"\n" + text).split(b"\n*")[1:]:
         keyword, _, lines = section.partition(b"\n")
         word = keyword.upper().split(maxsplit=1)[:1]
@@ -81,6 +84,8 @@ def read_ls_dyna(path: Path) -> MeshFile:
             nodes.append(field_rows(str(path), lines, (NARROW, WIDE, WIDE, WIDE)))
         elif word == [b"ELEMENT_SHELL"]:
             shells.append(field_rows(str(path), lines, (NARROW,) * 6))
+        elif word == [b"PART"]:
+            names |= _part_names(lines)
     found, elements = np.concatenate(nodes), whole_numbers(str(path), np.concatenate(shells))
     numbers = whole_numbers(str(path), found[:, 0])
     corners = elements[:, 2:]
@@ -89,4 +94,12 @@ def read_ls_dyna(path: Path) -> MeshFile:
     counts = np.where(is_triangle, 3, 4)
     kept = np.ones(indices.shape, bool)
     kept[is_triangle, 3] = False
-    return make_mesh(str(path), found[:, 1:], counts, indices[kept], data[:1024])
+    parts = by_numbers(elements[:, 1], names, "part")
+    return make_mesh(str(path), found[:, 1:], counts, indices[kept], data[:1024], parts)
+
+
+def _part_names(text: bytes) -> dict[int, str]:
+    """Return the names of parts by their numbers: a line of the name, then one that begins with a number."""
+    lines = [line.decode("utf-8", "replace").strip() for line in text.splitlines()]
+    numbers = (WHOLE.match(line) for line in lines[1::2])
+    return {int(number[0]): name for name, number in zip(lines[::2], numbers, strict=False) if number}

@@ -3,18 +3,22 @@
 Each part has a reference of its own number, whose name a comment tells. Space and unit stand in comments.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.meshio_file import read_with_meshio
+from dmc_cli.mesh_io.meshio_file import PartNumbers, read_with_meshio
 from dmc_cli.mesh_io.numbered import Part, numbered_parts
 from dmc_cli.mesh_io.text import chunks_of, framed_lines, number_lines
 
 KEYWORDS = {3: "Triangles", 4: "Quadrilaterals"}
 """What faces are called, by their corners."""
+
+REFERENCE = re.compile(rb"^# reference (\d{1,10}): ([^\r\n]+)", re.MULTILINE)
+"""A name as we tell it."""
 
 
 def encode_medit(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
@@ -44,10 +48,10 @@ def _faces(part: Part, corners: int) -> Iterator[bytes]:
 
 
 def read_medit(path: Path) -> MeshFile:
-    """Read the triangles and quads of a .mesh file, by meshio; triangles come first.
+    """Read the triangles and quads of a .mesh file, by meshio; references are groups, 0 none.
 
     Raises:
         MeshFileError: The file is damaged.
         UnsupportedFormatError: Faces of another kind.
     """
-    return read_with_meshio(path, "medit")
+    return read_with_meshio(path, "medit", PartNumbers("medit:ref", "reference", REFERENCE, none=0))

@@ -184,6 +184,15 @@ def linear(color: Color) -> list[float]:
     return [round(s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4, 6) for s in shares]
 
 
+def on_screen(light: Sequence[float]) -> Color | None:
+    """Return a colour as screens have it, up to 255, of light from 0 to 1; None if it is none."""
+    if len(light) < 3 or not all(0 <= share <= 1 for share in light[:3]):
+        return None
+    shares = [s * 12.92 if s <= 0.0031308 else 1.055 * s ** (1 / 2.4) - 0.055 for s in light[:3]]
+    red, green, blue = (round(255 * share) for share in shares)
+    return red, green, blue
+
+
 def vertex_colors(mesh: MeshFile) -> ByteArray | None:
     """Return the colour of each vertex, (V, 3) uint8, that of its first group; None without colours."""
     if mesh.color is None and not mesh.colors:

@@ -1,7 +1,9 @@
 """Read the triangles and quads of a file by meshio, with their values."""
 
+import re
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import compress
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_formats import known_suffixes
+from dmc_cli.mesh_io.grouping import Grouping, by_numbers
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.parsed import FACES, make_mesh, other_cells, unread, usable_values
 
@@ -18,12 +21,40 @@ HEAD = 2048
 """Characters of a file that may name the space and the unit in a comment."""
 
 
-def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
+@dataclass(frozen=True)
+class PartNumbers:
+    """Where the numbers of the faces' parts are, and the names of these.
+
+    Attributes:
+        value: How meshio calls the numbers.
+        word: What a part without a name is called, with its number behind.
+        names: Finds the number and the name of a part in the file.
+        none: The number of faces in no part.
+    """
+
+    value: str
+    word: str
+    names: re.Pattern[bytes]
+    none: int | None = None
+
+    def grouping(self, path: Path, parts: AnyArray) -> Grouping:
+        """Return the groups of faces with such numbers."""
+        found = self.names.findall(path.read_bytes())
+        names = {int(number): name.decode("utf-8", "replace").strip() for number, name in found}
+        grouping = by_numbers(parts, names, self.word)
+        numbers = np.where(parts == self.none, -1, grouping.numbers) if self.none is not None else None
+        return grouping if numbers is None else Grouping(names=grouping.names, numbers=numbers)
+
+
+def read_with_meshio(
+    path: Path, file_format: str | None = None, parts: PartNumbers | None = None
+) -> MeshFile:
     """Read the triangles and quads of any other format; triangles need not come where they were.
 
     Args:
         path: The file.
         file_format: How meshio calls its format; without it, the suffix tells.
+        parts: What tells the groups of the faces, if something does.
 
     Raises:
         UnsupportedFormatError: There is no reader, or faces of another kind.
@@ -67,6 +98,13 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
     found = np.concatenate([empty, *counts]), np.concatenate([empty, *corners])
     vertex_values = _values(mesh.point_data, len(points), told)
     face_values = _values(face_data, len(found[0]), told)
+    grouping = None
+    if parts is not None and parts.value in mesh.cell_data:
+        numbers = mesh.cell_data[parts.value]
+        if [len(block) for block in numbers] == [len(block.data) for block in mesh.cells]:
+            grouping = parts.grouping(path, face_data[parts.value]) if blocks else None
+        else:
+            told.append("numbers of parts, which some elements lack")
     with path.open("rb") as stream:
         head = stream.read(HEAD)
     return make_mesh(
@@ -74,6 +112,7 @@ def read_with_meshio(path: Path, file_format: str | None = None) -> MeshFile:
         points,
         *found,
         head,
+        grouping,
         vertex_values=vertex_values,
         face_values=face_values,
         warnings=unread(path, told),

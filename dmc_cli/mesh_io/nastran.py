@@ -3,6 +3,7 @@
 Each part has a property of its own number, whose name a comment tells. Space and unit stand in comments.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray, ByteArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.mesh_file import MeshFile
-from dmc_cli.mesh_io.meshio_file import read_with_meshio
+from dmc_cli.mesh_io.meshio_file import PartNumbers, read_with_meshio
 from dmc_cli.mesh_io.numbered import Part, check_numbers, numbered_parts
 from dmc_cli.mesh_io.text import chunks_of, right_aligned, spans
 
@@ -23,6 +24,9 @@ NARROW, WIDE = 8, 16
 
 SHORTEST_CARD, REMARKS = 4, ("$", "//", "#")
 """What meshio takes for a card, and for none."""
+
+PROPERTY = re.compile(rb"^\$ property (\d{1,10}): ([^\r\n]+)", re.MULTILINE)
+"""A name as we tell it."""
 
 MOST = 99_999_999
 """The largest number of a node or an element."""
@@ -51,14 +55,14 @@ def encode_nastran(mesh: MeshFile, *, ascii: bool = True) -> Iterator[bytes]:
 
 
 def read_nastran(path: Path) -> MeshFile:
-    """Read the triangles and quads of bulk data, by meshio.
+    """Read the triangles and quads of bulk data, by meshio; properties are groups.
 
     Raises:
         MeshFileError: The file is damaged.
         UnsupportedFormatError: Faces of another kind, or nodes in a system of coordinates of their own.
     """
     _check_cards(path)
-    return read_with_meshio(path, "nastran")
+    return read_with_meshio(path, "nastran", PartNumbers("nastran:ref", "property", PROPERTY))
 
 
 def _check_cards(path: Path) -> None:

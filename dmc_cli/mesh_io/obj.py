@@ -7,6 +7,7 @@ from 1, a negative one back from the last vertex so far; a normal that is writte
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from dmc_cli.array_types import BoolArray, ByteArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.mesh_file import UNCOLORED, MeshFile, vertex_colors
 from dmc_cli.mesh_io.numbered import numbered_parts
-from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, parse_lines, whole_numbers
+from dmc_cli.mesh_io.numbers import NEWLINE, SPACE, TAB, NumberLines, parse_lines, whole_numbers
+from dmc_cli.mesh_io.obj_parts import grouping_of
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, face_lines, float_lines, spans
 
@@ -75,7 +77,7 @@ def encode_materials(mesh: MeshFile) -> Iterator[bytes]:
 
 
 def read_obj(path: Path) -> MeshFile:
-    """Read the points and faces of an OBJ file; normals, textures and lines are told, groups passed over.
+    """Read the points and faces of an OBJ file; normals, textures and lines are told.
 
     Raises:
         MeshFileError: The text is not what the format has.
@@ -97,14 +99,27 @@ def read_obj(path: Path) -> MeshFile:
     points = vertices.values[vertices.starts[:, None] + np.arange(3)]
 
     faces = parse_lines(str(path), _without_references(_lines(text, starts, ends, is_face)))
+    if len(faces.counts) != is_face.sum():
+        raise MeshFileError(f"{path}: a face without corners was found; expected 3 or 4; it is damaged")
     corners = whole_numbers(str(path), faces.values) - 1
     if (corners < 0).any():
         seen = np.repeat(np.cumsum(is_vertex)[is_face], faces.counts)
         corners = np.where(corners < -1, corners + 1 + seen, corners)
     told = [part for word, part in OTHER_PARTS.items() if _is_there(text, starts, word)]
-    told += ["colours"] * bool((vertices.counts >= 6).any())
-    warnings = unread(path, told)
-    return make_mesh(str(path), points, faces.counts, corners, data[:1024], warnings=warnings)
+    grouping = grouping_of(path, text, starts, is_face, told)
+    mesh = make_mesh(str(path), points, faces.counts, corners, data[:1024], grouping)
+    told += ["colours"] * (not _are_known(mesh, vertices))
+    return replace(mesh, warnings=unread(path, told))
+
+
+def _are_known(mesh: MeshFile, vertices: NumberLines) -> bool:
+    """Return whether there are no colours behind the coordinates but those that the materials tell."""
+    if not (vertices.counts >= 6).any():
+        return True
+    known = vertex_colors(mesh)
+    if known is None or (vertices.counts != 6).any():
+        return False
+    return bool(np.array_equal(np.round(255 * vertices.values.reshape(-1, 6)[:, 3:]), known))
 
 
 def _split_lines(data: bytes) -> tuple[ByteArray, IntArray]:

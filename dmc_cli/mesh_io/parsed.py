@@ -8,6 +8,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray, Int32Array
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.grouping import Grouping
 from dmc_cli.mesh_io.mesh_file import NO_CORNER, VALUE_TYPES, MeshFile, fits_float32
 from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.notices import Notice
@@ -20,7 +21,13 @@ OTHER_FACES = ("triangle", "quad", "polygon")
 
 
 def make_mesh(
-    path: str, points: AnyArray, counts: AnyArray, corners: AnyArray, comments: bytes = b"", **more: Any
+    path: str,
+    points: AnyArray,
+    counts: AnyArray,
+    corners: AnyArray,
+    comments: bytes = b"",
+    grouping: Grouping | None = None,
+    **more: Any,
 ) -> MeshFile:
     """Return a mesh after checking it.
 
@@ -30,7 +37,8 @@ def make_mesh(
         counts: Corners of each face, (F,).
         corners: Vertices of all faces in a row, whole numbers, as many as `counts` adds up to.
         comments: The file's comments, which may name axes and unit.
-        more: Normals and values, as `MeshFile` has them.
+        grouping: The groups of the faces, which are put one after the other.
+        more: Normals, values and warnings, as `MeshFile` has them.
 
     Raises:
         UnsupportedFormatError: A face has neither three nor four corners.
@@ -63,6 +71,8 @@ def make_mesh(
             f" since the file has {len(points)} vertices"
         )
     faces = _rows_of_four(counts, corners)
+    if grouping is not None:
+        faces, more = grouping.arranged(faces, more)
     space, unit = find_space(comments), find_unit(comments)
     return MeshFile(points=points, faces=faces, space=space, unit=unit, **more)
 

@@ -33,6 +33,7 @@ def keep_faces(mesh: MeshFile, is_kept: BoolArray) -> MeshFile:
         vertex_values={name: values[is_used] for name, values in mesh.vertex_values.items()},
         face_values={name: values[is_kept] for name, values in mesh.face_values.items()},
         groups={name: count for name, count in counts.items() if count},
+        colors={name: color for name, color in mesh.colors.items() if counts.get(name)},
     )
 
 

@@ -4,6 +4,7 @@ Its coordinates have a unit; each group is an object. The zip's times are fixed,
 the same bytes.
 """
 
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ import numpy as np
 
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.mesh_io.grouping import Grouping
 from dmc_cli.mesh_io.mesh_file import MeshFile, parts_of
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, framed_lines
@@ -51,6 +53,7 @@ RELATIONS = (
 )
 VERTEX = (b'<vertex x="', b'" y="', b'" z="', b'"/>\n')
 TRIANGLE = (b'<triangle v1="', b'" v2="', b'" v3="', b'"/>\n')
+COLOR = re.compile(r"#(?:[0-9A-Fa-f]{6}|[0-9A-Fa-f]{8})")
 LARGEST_LINE = 80
 """Bytes of a vertex or a triangle, at most."""
 
@@ -139,7 +142,7 @@ def _material(number: int, name: str, color: Color) -> bytes:
 
 
 def read_3mf(path: Path) -> MeshFile:
-    """Read the objects that a 3MF file builds as one mesh, in millimetres.
+    """Read the objects that a 3MF file builds as groups of one mesh, in millimetres.
 
     Raises:
         MeshFileError: The file is damaged.
@@ -176,7 +179,9 @@ def _read(path: Path, stream: IO[bytes]) -> MeshFile:
             f"{path}: the unit {model.unit!r} was found; expected one of {', '.join(LENGTHS)}"
         )
     points, corners, start = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
-    for item in model.items:
+    names: list[str] = []
+    colors: dict[int, Color] = {}
+    for number, item in enumerate(model.items):
         places, found = model.objects[item.get("objectid")]
         if found.size and not 0 <= found.min() <= found.max() < len(places):
             raise MeshFileError(
@@ -186,6 +191,10 @@ def _read(path: Path, stream: IO[bytes]) -> MeshFile:
         points.append(_placed(item, places, LENGTHS[model.unit]))
         corners.append(found + start)
         start += len(places)
+        name, color = model.looks(item.get("objectid"))
+        names.append(name or f"part_{number + 1}")
+        colors |= {} if color is None else {number: color}
+    counts = [len(found) for found in corners[1:]]
     faces = np.concatenate(corners)
     return make_mesh(
         str(path),
@@ -193,6 +202,7 @@ def _read(path: Path, stream: IO[bytes]) -> MeshFile:
         np.full(len(faces), 3),
         faces.ravel(),
         model.text.encode("ascii", "replace") + b"\n",
+        Grouping(names=names, numbers=np.repeat(np.arange(len(names)), counts), colors=colors),
         warnings=unread(path, sorted(model.told)),
     )
 
@@ -203,6 +213,8 @@ class _Model:
     Attributes:
         unit: 3MF's word for the unit.
         objects: Vertices, (V, 3), and triangles, (F, 3), of each object.
+        attributes: What the file says of each object: its name, and the material of all of it.
+        materials: The colours of each list of materials.
         items: What is built: attributes with the object's number and where it lies.
         told: What was found and is not read.
         text: What stands between the elements of its description.
@@ -212,9 +224,12 @@ class _Model:
         self.path = path
         self.unit, self.text = "millimeter", ""
         self.objects: dict[str | None, tuple[AnyArray, AnyArray]] = {}
+        self.attributes: dict[str | None, dict[str, str]] = {}
+        self.materials: dict[str, list[Color | None]] = {}
         self.items: list[dict[str, str]] = []
         self.told: set[str] = set()
         self._number: str | None = None
+        self._material = ""
         self._vertices: list[float] = []
         self._corners: list[int] = []
         self._is_described = False
@@ -226,20 +241,36 @@ class _Model:
             self._vertices += (float(attributes["x"]), float(attributes["y"]), float(attributes["z"]))
         elif name == "triangle":
             self._corners += (int(attributes["v1"]), int(attributes["v2"]), int(attributes["v3"]))
+            if "p1" in attributes:
+                self.told.add("colours of triangles")
         elif name == "model":
             self.unit = attributes.get("unit", self.unit)
         elif name == "object":
             self._number = attributes.get("id")
+            self.attributes[self._number] = attributes
         elif name == "item":
             self.items.append(attributes)
         elif name == "metadata":
             self._is_described = attributes.get("name") == "Description"
-        elif name in ("basematerials", "colorgroup", "texture2d"):
-            self.told.add("colours and materials")
+        elif name == "basematerials":
+            self._material = attributes.get("id", "")
+            self.materials[self._material] = []
+        elif name == "base" and self._material in self.materials:
+            self.materials[self._material].append(_color(attributes.get("displaycolor", "")))
+        elif name in ("colorgroup", "texture2d"):
+            self.told.add("colours and textures")
         elif name == "component":
             raise UnsupportedFormatError(
                 f"{self.path}: an object put together of others was found; expected meshes alone; write it so"
             )
+
+    def looks(self, number: str | None) -> tuple[str, Color | None]:
+        """Return the name and the colour of an object."""
+        found = self.attributes[number]
+        bases = self.materials.get(found.get("pid", ""), [])
+        index = found.get("pindex", "0")
+        color = bases[int(index)] if index.isdecimal() and int(index) < len(bases) else None
+        return found.get("name", ""), color
 
     def end(self, tag: str) -> None:
         """Take the end of an element."""
@@ -258,6 +289,13 @@ class _Model:
 
     def close(self) -> None:
         """Do nothing: all has been taken."""
+
+
+def _color(shown: str) -> Color | None:
+    """Return a colour of sRGB, as in #FF8000 or, with its opacity, #FF8000FF."""
+    if not COLOR.fullmatch(shown):
+        return None
+    return int(shown[1:3], 16), int(shown[3:5], 16), int(shown[5:7], 16)
 
 
 def _placed(item: dict[str, str], places: AnyArray, length: float) -> AnyArray:

@@ -12,12 +12,12 @@ import numpy as np
 from dmc_cli.array_types import AnyArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.joined import Piece, joined, turned_normals
-from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, linear, parts_of
+from dmc_cli.mesh_io.mesh_file import NO_CORNER, MeshFile, linear, on_screen, parts_of
 from dmc_cli.mesh_io.numbered import solver_names
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.mesh_io.text import chunks_of, number_lines
 from dmc_cli.settings import OutputUnit
-from dmc_cli.volume import UNIT_LENGTHS
+from dmc_cli.volume import UNIT_LENGTHS, Color
 
 TYPES = {
     "i1": "int", "u1": "uchar", "i2": "int", "u2": "int", "i4": "int", "u4": "uint", "f4": "float",
@@ -97,7 +97,7 @@ def _array(name: str, chunks: Iterator[AnyArray], interpolation: str = "") -> It
 
 
 def read_usd(path: Path) -> MeshFile:
-    """Read all meshes of a USD stage as one, in the stage's unit, or in millimetres if that is none of ours.
+    """Read the meshes of a USD stage as groups of one, in its unit, or in millimetres if we have none such.
 
     Raises:
         UnsupportedFormatError: The library is missing.
@@ -124,7 +124,12 @@ def read_usd(path: Path) -> MeshFile:
     turn = np.eye(3) if UsdGeom.GetStageUpAxis(stage) == "Z" else np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
     told: set[str] = set()
     meshes = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
-    pieces = [_piece(mesh, turn * factor, told) for mesh in meshes]
+    try:
+        pieces = [_piece(mesh, turn * factor, told) for mesh in meshes]
+    except (TypeError, ValueError) as error:
+        raise MeshFileError(
+            f"{path}: an attribute of a mesh has no numbers of USD's types ({error}); it is damaged"
+        ) from error
     tags = stage.GetRootLayer().customLayerData
     return make_mesh(
         str(path),
@@ -151,15 +156,27 @@ def _piece(mesh: Any, turn: AnyArray, told: set[str]) -> Piece:
         told |= {"normals"} if normals is None else set()
     values: dict[str, dict[str, AnyArray]] = {"vertex": {}, "uniform": {}}
     sizes = {"vertex": len(places), "uniform": len(counts)}
+    color = None
     for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithValues():
         name, kind = str(primvar.GetPrimvarName()), str(primvar.GetInterpolation())
         array = np.array(primvar.ComputeFlattened()) if kind in sizes else np.zeros(0)
         if kind in sizes and array.ndim in (1, 2) and len(array) == sizes[kind]:
             values[kind][name] = array
+        elif name == "displayColor" and (color := _one_color(primvar)) is not None:
+            continue
         else:
             told.add(name)
+    told |= {"subsets of faces"} if UsdGeom.Subset.GetAllGeomSubsets(mesh) else set()
     moved = places @ linear + matrix[3, :3] @ turn
-    return Piece(moved, counts, corners, normals, values["vertex"], values["uniform"])
+    name = str(mesh.GetPrim().GetName())
+    return Piece(moved, counts, corners, normals, values["vertex"], values["uniform"], name, color=color)
+
+
+def _one_color(primvar: Any) -> Color | None:
+    """Return the colour of a mesh that has one of all; None if there are several."""
+    lights = np.array(primvar.ComputeFlattened())
+    is_one = lights.shape == (1, 3) and lights.dtype.kind == "f"
+    return on_screen(lights[0].tolist()) if is_one else None
 
 
 def _told(error: Exception) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from dmc_cli.errors import CallError, SettingsError
 from dmc_cli.files import is_device, write_output, write_with_companion
 from dmc_cli.mesh_formats import FORMATS, MeshFormat, format_by_suffix, function, known_suffixes
+from dmc_cli.mesh_io.grouping import some_of
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.notices import Notice
 from dmc_cli.settings import FACE_VALUES, STREAM, Element, MeshValue, OutputSpace, OutputUnit
@@ -198,4 +199,5 @@ def _left_out(mesh: MeshFile, mesh_format: MeshFormat) -> Iterator[Notice]:
     if (mesh.color is not None or mesh.colors) and not mesh_format.holds_colors:
         yield Notice("W-COLORS-LEFT-OUT", f"{title} files hold no colours: they were left out")
     if mesh.groups and not mesh_format.holds_groups:
-        yield Notice("W-GROUPS-LEFT-OUT", f"{title} files hold no groups; left out: {', '.join(mesh.groups)}")
+        told = f"{title} files hold no groups; left out: {some_of(list(mesh.groups))}"
+        yield Notice("W-GROUPS-LEFT-OUT", told)

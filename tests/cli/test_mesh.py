@@ -95,6 +95,7 @@ def test_values_normals_and_groups_go_along(torus):
             vertex_values={"number": np.arange(len(mesh.points), dtype=np.int32)},
             face_values={"number": np.arange(len(mesh.faces), dtype=np.int32)},
             groups={"first": 2, "none": 1, "rest": len(mesh.faces) - 3},
+            colors={"none": (1, 2, 3), "rest": (4, 5, 6)},
         ),
         np.where(np.arange(len(mesh.faces)) == 2, False, is_kept),
     )
@@ -104,6 +105,7 @@ def test_values_normals_and_groups_go_along(torus):
     np.testing.assert_array_equal(some.points, mesh.points[vertex])
     np.testing.assert_array_equal(some.normals, mesh.normals[vertex])
     assert some.groups == {"first": 1, "rest": len(face) - 1}
+    assert some.colors == {"rest": (4, 5, 6)}
 
 
 def test_faces_are_turned_round(run, torus, tmp_path):

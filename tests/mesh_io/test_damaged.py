@@ -30,6 +30,8 @@ def content(name, ascii):
         space="RAS",
         vertex_values={"a": points, "b": points[:, 0].astype(np.int16)},
         face_values={"labels": faces[:, :2].copy(), "c": faces[:, 0].astype(np.uint8)},
+        groups={"left lung": 2, "b": len(faces) - 2},
+        colors={"b": (255, 16, 0)},
     )
     return b"".join(function(FORMATS[name].encode)(mesh, ascii=ascii))
 

@@ -148,3 +148,15 @@ def test_a_unit_that_is_no_length_is_refused(tmp_path, length):
         MeshFileError, match=r"a\.usda: a unit of .* metres was found; expected a length above 0"
     ):
         read_mesh(tmp_path / "a.usda")
+
+
+def test_attributes_of_no_type_are_refused_and_subsets_told(tmp_path):
+    text = stage_of([4], [0, 1, 2, 3])
+    (tmp_path / "a.usda").write_text(text.replace("int[] faceVertexCounts", "nt[] faceVertexCounts"))
+    with pytest.raises(MeshFileError, match=r"a\.usda: an attribute of a mesh has no numbers"):
+        read_mesh(tmp_path / "a.usda")
+    subset = 'def GeomSubset "top"\n{\nuniform token elementType = "face"\nint[] indices = [0]\n}\n}\n'
+    (tmp_path / "b.usda").write_text(text.removesuffix("}\n") + subset)
+    mesh = read_mesh(tmp_path / "b.usda")
+    assert list(mesh.groups) == ["m0"]
+    assert mesh.warnings[0].sentence == "b.usda: not read and not used: subsets of faces"

@@ -2,8 +2,10 @@
 
 keywords  the keywords of a file, with what stands behind them
 kinds     the elements that are faces
+sets      sets of elements
 writer    a mesh as chunks of bytes
-reader    the mesh of a file: all parts, where their instances lie
+reader    the mesh of a file: all parts, where their instances lie, with their sets
+groups    sets and instances as groups
 """
 
 import lazy_loader

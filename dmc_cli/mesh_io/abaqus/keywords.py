@@ -5,10 +5,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dmc_cli.errors import MeshFileError
+from dmc_cli.mesh_io.numbers import NumberLines, parse_lines
 
 COMMENT = re.compile(rb"^\*\*[^\n]*\n?", re.MULTILINE)
 BEGIN = re.compile(rb"^[ \t]*\*", re.MULTILINE)
+
+EMPTY = re.compile(rb",(?=[ \t]*,)")
 
 DEEPEST = 10
 """Files that include each other, at most: some include themselves."""
@@ -54,6 +59,12 @@ def keywords_of(path: Path, data: bytes, depth: int = 0) -> Iterator[Keyword]:
                 yield from keywords_of(place, lines, depth + 1)
                 continue
         yield Keyword(name, found, lines)
+
+
+def number_lines(path: Path, text: bytes) -> NumberLines:
+    """Return the numbers of lines with commas between; 0 where there is nothing between two commas."""
+    spaced = EMPTY.sub(b",0", text).replace(b",", b" ")
+    return parse_lines(str(path), np.frombuffer(spaced + b"\n", np.uint8))
 
 
 def _named(path: Path, name: str, depth: int) -> tuple[Path, bytes]:

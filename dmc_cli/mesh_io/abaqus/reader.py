@@ -11,12 +11,14 @@ import numpy as np
 
 from dmc_cli.array_types import Float64Array, IntArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
-from dmc_cli.mesh_io.abaqus.keywords import Keyword, keywords_of
+from dmc_cli.mesh_io.abaqus.groups import PlacedSets, grouping_of
+from dmc_cli.mesh_io.abaqus.keywords import Keyword, keywords_of, number_lines
 from dmc_cli.mesh_io.abaqus.kinds import kind_of
+from dmc_cli.mesh_io.abaqus.sets import Sets, set_of, take_set
 from dmc_cli.mesh_io.joined import Piece, joined
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbered import node_places
-from dmc_cli.mesh_io.numbers import NumberLines, parse_lines, whole_numbers
+from dmc_cli.mesh_io.numbers import whole_numbers
 from dmc_cli.mesh_io.parsed import make_mesh, other_cells, unread
 
 HEAD = 2048
@@ -27,7 +29,6 @@ MAKING = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
 
 CORNERS = {"triangle": 3, "quad": 4}
 
-EMPTY = re.compile(rb",(?=[ \t]*,)")
 CONTINUED = re.compile(rb",[ \t]*\n")
 
 
@@ -38,11 +39,18 @@ class _Part:
     Attributes:
         numbers, points: Of the nodes, (n,) and (n, 3), a keyword each.
         elements: Number and nodes of the elements, (n, 1 + k), a keyword each.
+        sets: Of elements.
     """
 
     numbers: list[IntArray] = field(default_factory=list)
     points: list[Float64Array] = field(default_factory=list)
     elements: list[IntArray] = field(default_factory=list)
+    sets: Sets = field(default_factory=dict)
+
+    @property
+    def element_numbers(self) -> IntArray:
+        """Return the numbers of all elements."""
+        return np.concatenate([np.zeros(0, np.int64), *(rows[:, 0] for rows in self.elements)])
 
 
 @dataclass(frozen=True)
@@ -50,12 +58,16 @@ class _Instance:
     """Where a part lies: moved, then turned.
 
     Attributes:
-        part: Its name.
+        name: As the file has it; empty for what lies where it is.
+        part: Its part's name, in capitals.
         rows: Shift, and the two points of an axis with an angle in degrees; or less.
+        sets: What the assembly takes of its elements.
     """
 
+    name: str
     part: str
     rows: list[list[float]]
+    sets: Sets = field(default_factory=dict)
 
     def placed(self, points: Float64Array) -> Float64Array:
         """Return positions, (n, 3), where the instance lies."""
@@ -98,6 +110,8 @@ def read_abaqus(path: Path) -> MeshFile:
             _take_nodes(path, keyword, parts[here])
         elif keyword.name == "ELEMENT":
             cells.append(_take_elements(path, keyword, parts[here]))
+        elif keyword.name == "ELSET":
+            take_set(path, keyword, _sets_for(keyword, parts[here], instances))
         elif keyword.name in MAKING and keyword.lines.strip():
             raise UnsupportedFormatError(
                 f"{path}: *{keyword.name} was found; expected all nodes and elements as they are; write"
@@ -109,10 +123,21 @@ def read_abaqus(path: Path) -> MeshFile:
         raise MeshFileError(
             f"{path}: an instance of the part {min(names - parts.keys())} was found, which is none"
         )
-    bare = [_Instance(name, []) for name in parts if not name or not instances]
-    pieces = [_piece(path, parts[found.part], found) for found in bare + instances]
-    found = joined(str(path), pieces, set())
-    return make_mesh(str(path), comments=data[:HEAD], **found, warnings=unread(path, told))
+    bare = [_Instance(name, name, []) for name in parts if not name or not instances]
+    places = bare + instances
+    found = joined(str(path), [_piece(path, parts[place.part], place) for place in places], set())
+    contents = [
+        PlacedSets(place.name, parts[place.part].element_numbers, [parts[place.part].sets, place.sets])
+        for place in places
+    ]
+    found |= {"comments": data[:HEAD], "grouping": grouping_of(path, contents, told)}
+    return make_mesh(str(path), **found, warnings=unread(path, told))
+
+
+def _sets_for(keyword: Keyword, part: _Part, instances: list[_Instance]) -> Sets:
+    """Return the sets that one belongs to: those of its part, or of the instance that it names."""
+    name = keyword.parameters.get("INSTANCE", "").upper()
+    return next((found.sets for found in instances if name and found.name.upper() == name), part.sets)
 
 
 def _take_nodes(path: Path, keyword: Keyword, part: _Part) -> None:
@@ -121,7 +146,7 @@ def _take_nodes(path: Path, keyword: Keyword, part: _Part) -> None:
         raise UnsupportedFormatError(
             f"{path}: nodes in another system than the rectangular one were found; write them in that"
         )
-    lines = _number_lines(path, keyword.lines.lower().replace(b"d", b"e"))
+    lines = number_lines(path, keyword.lines.lower().replace(b"d", b"e"))
     if not lines.counts.size:
         return
     width = int(lines.counts[0])
@@ -146,27 +171,24 @@ def _take_elements(path: Path, keyword: Keyword, part: _Part) -> tuple[str, int]
         joined_lines = CONTINUED.sub(b",", keyword.lines)
         return kind, sum(not line.isspace() for line in joined_lines.splitlines())
     width = 1 + CORNERS[kind]
-    lines = _number_lines(path, keyword.lines)
+    lines = number_lines(path, keyword.lines)
     if (lines.counts != width).any():
-        lines = _number_lines(path, CONTINUED.sub(b",", keyword.lines))
+        lines = number_lines(path, CONTINUED.sub(b",", keyword.lines))
     if (lines.counts != width).any():
         raise MeshFileError(
             f"{path}: a {kind} of {lines.counts[lines.counts != width][0]} numbers was found; expected its"
             f" own and {CORNERS[kind]} of nodes; it is damaged"
         )
-    part.elements.append(whole_numbers(str(path), lines.values.reshape(-1, width)))
+    rows = whole_numbers(str(path), lines.values.reshape(-1, width))
+    part.elements.append(rows)
+    if keyword.parameters.get("ELSET"):
+        set_of(part.sets, keyword.parameters["ELSET"]).numbers.append(rows[:, 0])
     return kind, len(lines.counts)
-
-
-def _number_lines(path: Path, text: bytes) -> NumberLines:
-    """Return the numbers of lines with commas between; 0 where there is nothing between two commas."""
-    spaced = EMPTY.sub(b",0", text).replace(b",", b" ")
-    return parse_lines(str(path), np.frombuffer(spaced + b"\n", np.uint8))
 
 
 def _instance(path: Path, keyword: Keyword) -> _Instance:
     """Return where an instance lies."""
-    lines = _number_lines(path, keyword.lines)
+    lines = number_lines(path, keyword.lines)
     rows = [row.tolist() for row in np.split(lines.values, lines.starts[1:])] if lines.counts.size else []
     fits = [len(row) for row in rows] in ([], [3], [3, 7]) and bool(np.isfinite(lines.values).all())
     if not fits or (len(rows) == 2 and rows[1][:3] == rows[1][3:6]):
@@ -174,7 +196,8 @@ def _instance(path: Path, keyword: Keyword) -> _Instance:
             f"{path}: an instance with {[len(row) for row in rows]} numbers was found; expected three of a"
             " shift, then perhaps seven of an axis and an angle; it is damaged"
         )
-    return _Instance(keyword.parameters.get("PART", "").upper(), rows)
+    parameters = keyword.parameters
+    return _Instance(parameters.get("NAME", ""), parameters.get("PART", "").upper(), rows)
 
 
 def _piece(path: Path, part: _Part, instance: _Instance) -> Piece:
@@ -182,7 +205,7 @@ def _piece(path: Path, part: _Part, instance: _Instance) -> Piece:
     nothing = np.zeros(0, np.int64)
     numbers = np.concatenate([nothing, *part.numbers])
     points = np.concatenate([np.zeros((0, 3)), *part.points])
-    elements = np.concatenate([nothing, *(rows[:, 0] for rows in part.elements)])
+    elements = part.element_numbers
     if len(np.unique(elements)) < len(elements):
         raise MeshFileError(f"{path}: two elements of a part have one number; expected numbers of their own")
     corners = np.concatenate([nothing, *(rows[:, 1:].ravel() for rows in part.elements)])

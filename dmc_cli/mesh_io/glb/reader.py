@@ -5,6 +5,7 @@ Attributes whose names begin with `_` are values of vertices.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -16,10 +17,10 @@ from dmc_cli.errors import MeshFileError, UnsupportedFormatError
 from dmc_cli.mesh_io.glb.ngons import put_together
 from dmc_cli.mesh_io.glb.writer import BINARY_CHUNK, JSON_CHUNK, MAGIC, NGONS, VERSION
 from dmc_cli.mesh_io.joined import Piece, joined, turned_normals
-from dmc_cli.mesh_io.mesh_file import MeshFile
+from dmc_cli.mesh_io.mesh_file import MeshFile, on_screen
 from dmc_cli.mesh_io.parsed import make_mesh, unread
 from dmc_cli.settings import OutputUnit
-from dmc_cli.volume import UNIT_LENGTHS
+from dmc_cli.volume import UNIT_LENGTHS, Color
 
 TYPES = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 VECTORS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -33,11 +34,13 @@ NEAREST = 1e-6
 """How near a transformation must be to one that changes nothing to be taken for it: a quarter turn there and
 back, or a scale of a thousandth, is rounded."""
 
+NO_MATERIAL = -1
+
 Z_UP_AGAIN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def read_glb(path: Path) -> MeshFile:
-    """Read the meshes of a GLB file's scene as one.
+    """Read the meshes of a GLB file's scene as one; nodes, and materials within one, are groups.
 
     Raises:
         MeshFileError: The file is damaged.
@@ -55,13 +58,18 @@ def _mesh(path: Path, file: "_File") -> MeshFile:
     unit: OutputUnit = extras["UNIT"] if extras.get("UNIT") in get_args(OutputUnit) else "mm"
     told: set[str] = set()
     pieces = []
-    for matrix, number in file.placed():
+    for place, (matrix, node) in enumerate(file.placed()):
         turned = _turned(matrix, 1000 / UNIT_LENGTHS[unit])
-        for primitive in file.json["meshes"][number]["primitives"]:
-            if primitive.get("mode", TRIANGLES) == TRIANGLES:
-                pieces.append(_piece(file, primitive, turned, told))
-            else:
-                told.add("points, lines and strips")
+        mesh = file.json["meshes"][node["mesh"]]
+        title = str(node.get("name") or mesh.get("name") or "")
+        primitives = [each for each in mesh["primitives"] if each.get("mode", TRIANGLES) == TRIANGLES]
+        told |= {"points, lines and strips"} if len(primitives) < len(mesh["primitives"]) else set()
+        materials = [primitive.get("material", NO_MATERIAL) for primitive in primitives]
+        for primitive, material in zip(primitives, materials, strict=True):
+            name, color = file.material(material, told)
+            whole = f"{title}_{name}" if len(set(materials)) > 1 else title
+            piece = _piece(file, primitive, turned, told)
+            pieces.append(replace(piece, name=whole.strip("_"), part=(place, material), color=color))
     return make_mesh(
         str(path),
         comments=f"SPACE={extras.get('SPACE', 'none')}\nUNIT={unit}\n".encode(),
@@ -87,7 +95,6 @@ def _piece(file: "_File", primitive: dict[str, Any], turned: Float64Array, told:
             normals = turned_normals(array, turned[:, :3])
         if name != "POSITION" and (normals is None if name == "NORMAL" else name[1:] not in values):
             told.add(name)
-    told |= {"materials"} if "material" in primitive else set()
     counts, corners = file.faces(primitive, len(places))
     return Piece(places @ turned[:, :3].T + turned[:, 3], counts, corners, normals, values)
 
@@ -123,8 +130,8 @@ class _File:
         if not isinstance(self.json, dict):
             raise MeshFileError(f"{path}: the JSON is no object; expected that of glTF 2.0")
 
-    def placed(self) -> Iterator[tuple[Float64Array, int]]:
-        """Yield each mesh of the scene with its transformation, (4, 4)."""
+    def placed(self) -> Iterator[tuple[Float64Array, dict[str, Any]]]:
+        """Yield each node of the scene that has a mesh, with its transformation, (4, 4), before it."""
         scenes = self.json.get("scenes") or []
         nodes = self.json.get("nodes") or []
         roots = scenes[self.json.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
@@ -134,12 +141,22 @@ class _File:
             node = nodes[number]
             matrix = above @ _matrix(node)
             if "mesh" in node:
-                yield matrix, node["mesh"]
+                yield matrix, node
             if depth > DEEPEST:
                 raise MeshFileError(
                     f"{self.path}: nodes lie more than {DEEPEST} deep in each other; it is damaged"
                 )
             waiting += [(child, matrix, depth + 1) for child in reversed(node.get("children", []))]
+
+    def material(self, number: int, told: set[str]) -> tuple[str, Color | None]:
+        """Return name and colour of a material; textures are told."""
+        if number == NO_MATERIAL:
+            return "", None
+        material = self.json["materials"][number]
+        shine = material.get("pbrMetallicRoughness", {})
+        told |= {"textures"} if any("Texture" in key for key in (*material, *shine)) else set()
+        light = shine.get("baseColorFactor", [] if "baseColorTexture" in shine else [1, 1, 1])
+        return str(material.get("name") or f"material_{number}"), on_screen(light)
 
     def array(self, number: int) -> AnyArray:
         """Return an array of the file."""

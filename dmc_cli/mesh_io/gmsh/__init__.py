@@ -3,6 +3,7 @@
 sections  the sections of a file, and the numbers in one
 kinds     Gmsh's numbers of kinds of elements
 blocks    nodes and elements of the versions 2 and 4
+groups    physical groups
 writer    a mesh as chunks of bytes, version 4.1
 reader    the mesh of a file, with its values
 """

@@ -3,12 +3,12 @@
 Numbers need be in no order, and may leave some out.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from dmc_cli.array_types import AnyArray, Float64Array, IntArray
+from dmc_cli.array_types import Float64Array, IntArray
 from dmc_cli.errors import UnsupportedFormatError
 from dmc_cli.mesh_io.gmsh.kinds import KINDS
 from dmc_cli.mesh_io.gmsh.sections import Section
@@ -23,11 +23,13 @@ class Block:
         kind: Its name.
         numbers: Of the elements, (n,) int64.
         nodes: The numbers of their nodes, (n, k) int64.
+        groups: The numbers of their physical groups, (n, g) int64; 0 is none.
     """
 
     kind: str
     numbers: IntArray
     nodes: IntArray
+    groups: IntArray
 
 
 def read_nodes(section: Section) -> tuple[IntArray, Float64Array]:
@@ -68,8 +70,12 @@ def _node_block(section: Section) -> tuple[IntArray, Float64Array]:
     return numbers, places[:, :3]
 
 
-def read_elements(section: Section) -> list[Block]:
+def read_elements(section: Section, physical: Mapping[tuple[int, int], IntArray]) -> list[Block]:
     """Return the elements in blocks of one kind.
+
+    Args:
+        section: What holds them.
+        physical: In version 4, the physical groups of each entity, by its dimension and number.
 
     Raises:
         MeshFileError: The section is damaged.
@@ -81,7 +87,7 @@ def read_elements(section: Section) -> list[Block]:
         blocks = list(_binary_elements(section, count) if section.layout.order else _element_lines(section))
     else:
         announced, count, *_ = section.sizes(4 if version == "4.1" else 2).tolist()
-        blocks = [_element_block(section) for _ in range(announced)]
+        blocks = [_element_block(section, physical) for _ in range(announced)]
         section.end()
     found = sum(len(block.numbers) for block in blocks)
     if found != count:
@@ -89,13 +95,16 @@ def read_elements(section: Section) -> list[Block]:
     return blocks
 
 
-def _element_block(section: Section) -> Block:
+def _element_block(section: Section, physical: Mapping[tuple[int, int], IntArray]) -> Block:
     """Return the elements of a point, a curve, a surface or a volume."""
-    *_, number = section.integers(3).tolist()
+    first, second, number = section.integers(3).tolist()
+    entity = (second, first) if section.layout.version == "4.0" else (first, second)
     count = int(section.sizes(1)[0])
     kind, width = _kind(section, number)
     take = section.integers if section.layout.version == "4.0" else section.sizes
-    return _block(kind, take(count * (1 + width)).reshape(count, 1 + width), width)
+    rows = take(count * (1 + width)).reshape(count, 1 + width)
+    groups = physical.get(entity, np.zeros(0, np.int64))
+    return Block(kind, rows[:, 0], rows[:, 1:], np.broadcast_to(groups, (count, len(groups))))
 
 
 def _binary_elements(section: Section, count: int) -> Iterator[Block]:
@@ -107,7 +116,8 @@ def _binary_elements(section: Section, count: int) -> Iterator[Block]:
         if some < 1 or tags < 0:
             raise section.damaged(f"{some} elements with {tags} tags were found; expected some")
         columns = 1 + tags + width
-        yield _block(kind, section.integers(some * columns).reshape(some, columns), width)
+        rows = section.integers(some * columns).reshape(some, columns)
+        yield Block(kind, rows[:, 0], rows[:, 1 + tags :], np.abs(rows[:, 1 : 1 + min(tags, 1)]))
         found += some
     section.end()
 
@@ -125,12 +135,9 @@ def _element_lines(section: Section) -> Iterator[Block]:
         if (tags[chosen] < 0).any() or (lines.counts[chosen] != 3 + tags[chosen] + width).any():
             raise section.damaged(f"a {kind} was found that has not {width} nodes behind its tags")
         first = (starts + 3 + tags)[chosen]
-        yield Block(kind, values[starts[chosen]], values[first[:, None] + np.arange(width)])
-
-
-def _block(kind: str, rows: AnyArray, width: int) -> Block:
-    """Return elements of rows: number, tags, nodes."""
-    return Block(kind, rows[:, 0], rows[:, rows.shape[1] - width :])
+        nodes = values[first[:, None] + np.arange(width)]
+        groups = np.where(tags[chosen] > 0, np.abs(values[starts[chosen] + 3]), 0)
+        yield Block(kind, values[starts[chosen]], nodes, groups[:, None])
 
 
 def _kind(section: Section, number: int) -> tuple[str, int]:

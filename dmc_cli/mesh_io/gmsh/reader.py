@@ -1,4 +1,4 @@
-"""Read files of Gmsh: the triangles and quads of versions 2 and 4 with their values, all surfaces as one."""
+"""Read files of Gmsh of versions 2 and 4: triangles and quads with values, physical surfaces as groups."""
 
 from pathlib import Path
 
@@ -7,6 +7,7 @@ import numpy as np
 from dmc_cli.array_types import AnyArray, IntArray
 from dmc_cli.errors import MeshFileError
 from dmc_cli.mesh_io.gmsh.blocks import Block, read_elements, read_nodes
+from dmc_cli.mesh_io.gmsh.groups import grouping_of, read_entities, read_names
 from dmc_cli.mesh_io.gmsh.sections import Section, sections_of
 from dmc_cli.mesh_io.mesh_file import MeshFile
 from dmc_cli.mesh_io.numbered import node_places, places_among
@@ -31,7 +32,9 @@ def read_gmsh(path: Path) -> MeshFile:
     """
     sections = sections_of(str(path), path.read_bytes())
     node_numbers, points = read_nodes(_one(path, sections, "Nodes"))
-    blocks = read_elements(_one(path, sections, "Elements"))
+    is_new = sections[0].layout.version != "2.2"
+    physical = [read_entities(s) for s in sections if s.name == "Entities" and is_new]
+    blocks = read_elements(_one(path, sections, "Elements"), physical[0] if physical else {})
     told = other_cells(path, [(block.kind, len(block.numbers)) for block in blocks])
     faces = [block for block in blocks if block.kind in FACES and len(block.numbers)]
     nothing = np.zeros(0, np.int64)
@@ -41,6 +44,7 @@ def read_gmsh(path: Path) -> MeshFile:
         name: usable_values(_values([s for s in sections if s.name == name], numbers, told), told)
         for name, numbers in zip(DATA, (node_numbers, _numbers(faces)), strict=True)
     }
+    names = [read_names(section) for section in sections if section.name == "PhysicalNames"]
     told += [f"${name}" for name in UNREAD if any(section.name == name for section in sections)]
     comments = b"".join(section.remaining_text() for section in sections if section.name == "Comments")
     return make_mesh(
@@ -49,6 +53,7 @@ def read_gmsh(path: Path) -> MeshFile:
         counts,
         node_places(path, node_numbers, corners),
         comments,
+        grouping_of(path, faces, names[0] if names else {}),
         vertex_values=values["NodeData"],
         face_values=values["ElementData"],
         warnings=unread(path, told),
