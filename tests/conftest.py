@@ -164,10 +164,10 @@ def run():
 def run_process():
     """Call `dmc` in a process of its own, as a shell does."""
 
-    def call(*words, **options):
+    def call(*words, timeout=200, **options):
         command = [sys.executable, "-m", "dmc_cli", *(str(word) for word in words)]
         return subprocess.run(
-            command, capture_output=True, encoding="utf-8", timeout=200, check=False, **options
+            command, capture_output=True, encoding="utf-8", timeout=timeout, check=False, **options
         )
 
     return call
