@@ -46,6 +46,10 @@ class PartNumbers:
         return grouping if numbers is None else Grouping(names=grouping.names, numbers=numbers)
 
 
+UNENDING = {".mdpa"}
+"""Suffixes of formats whose reader waits for ever for what a damaged file lacks."""
+
+
 def read_with_meshio(
     path: Path, file_format: str | None = None, parts: PartNumbers | None = None
 ) -> MeshFile:
@@ -64,6 +68,11 @@ def read_with_meshio(
 
     import meshio
 
+    if path.suffix.lower() in UNENDING:
+        raise UnsupportedFormatError(
+            f"{path}: meshio's reader of {path.suffix.lower()} does not end where a file is cut off, so it is"
+            " not called; expected another format; `meshio convert` makes one of a file that is whole"
+        )
     if file_format is None and path.suffix.lower() not in meshio.extension_to_filetypes:
         raise UnsupportedFormatError(
             f"{path}: there is no reader for {path.suffix or 'a file without a suffix'}; expected"

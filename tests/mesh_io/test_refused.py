@@ -197,3 +197,9 @@ def test_two_nodes_of_one_number_are_refused(tmp_path):
     assert len(read_mesh(save(tmp_path, "a.k", text.format(""))).faces) == 1
     with pytest.raises(MeshFileError, match=r"b\.k: there are two nodes 2; expected numbers of their own"):
         read_mesh(save(tmp_path, "b.k", text.format("2,5,5,5\n")))
+
+
+def test_a_reader_that_would_not_end_is_not_called(tmp_path):
+    cut_off = "Begin Nodes\n1 0.0 0.0 0.0\n"
+    with pytest.raises(UnsupportedFormatError, match="does not end where a file is cut off"):
+        read_mesh(save(tmp_path, "a.mdpa", cut_off))

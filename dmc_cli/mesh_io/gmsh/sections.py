@@ -5,13 +5,13 @@ A file announces how many numbers it has; no more is ever reserved than there ar
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from dmc_cli.array_types import AnyArray, Float64Array, IntArray
 from dmc_cli.errors import MeshFileError, UnsupportedFormatError
+from dmc_cli.kept_property import kept_property
 from dmc_cli.mesh_io.numbers import parse_numbers, whole_numbers
 
 SIZES = (4, 8)
@@ -115,7 +115,7 @@ class Section:
         """Return an error of this section."""
         return MeshFileError(f"{self.path}: the section ${self.name} is damaged: {what}")
 
-    @cached_property
+    @kept_property
     def _numbers(self) -> Float64Array:
         """Return the numbers of a text behind the lines that have been taken."""
         text = self._data[self._place :]
