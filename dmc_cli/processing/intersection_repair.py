@@ -89,9 +89,9 @@ def repair_intersections(mesh: Mesh, placement: Placement | None, find: Find) ->
 
 
 def _repaired(mesh: Mesh, placement: Placement | None, find: Find) -> Repaired:
-    """Repair a mesh in its own frame."""
+    """Repair a mesh in its own frame, or leave it as it is where that undoes none."""
     pairs = find(mesh)
-    before, rounds = len(pairs), 0
+    before, rounds, given = len(pairs), 0, (mesh, placement)
     moved: set[int] = set()
     left: set[int] = set()
     if before:
@@ -104,6 +104,8 @@ def _repaired(mesh: Mesh, placement: Placement | None, find: Find) -> Repaired:
         moved.update(vertices.tolist())
         left.update(() if stays else vertices.tolist())
         pairs, rounds = _pairs_after(mesh, vertices, pairs, find), rounds + 1
+    if len(pairs) >= before:
+        return Repaired(*given, before, before, 0, 0, rounds)
     return Repaired(mesh, placement, before, len(pairs), len(moved), len(left), rounds)
 
 

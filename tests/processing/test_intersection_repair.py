@@ -10,10 +10,14 @@ import warp as wp
 import dmc_cli.report.measures
 from dmc_cli.contouring import connect_faces
 from dmc_cli.measures import find_intersections, measure_topology
+from dmc_cli.mesh import connect
 from dmc_cli.processing import repair_intersections
+from dmc_cli.runtime import select_device
 from dmc_cli.settings import SurfaceSettings
+from tests import shapes
 from tests.contouring.dual_marching_cubes.agreement import extract_on
 from tests.fields import smooth_noise
+from tests.mesh.meshes import on_device
 
 
 def folded(device="cpu", threads=2, border="closed"):
@@ -153,3 +157,13 @@ def test_a_mesh_file_is_repaired_on_its_volume_or_without_one(run, tmp_path, vol
     assert found["repair"]["pairs_before"] > found["repair"]["pairs_after"]
     assert found["quality"]["self_intersections"] == found["repair"]["pairs_after"]
     assert volume or found["repair"]["left_surface"] == found["repair"]["moved"]
+
+
+def test_a_mesh_that_cannot_be_repaired_stays_as_it_is():
+    points, quads = shapes.sphere(8)
+    flat = connect(on_device((points * [1, 1, 0], quads), select_device("cpu", 1)))
+    before = flat.positions.numpy().copy()
+    result = repair_intersections(flat, None, find_intersections)
+    assert result.pairs_after == result.pairs_before > 0
+    assert (result.moved, result.left_surface) == (0, 0)
+    assert np.array_equal(result.mesh.positions.numpy(), before)
