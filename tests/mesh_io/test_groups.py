@@ -182,6 +182,11 @@ def test_physical_surfaces_of_gmsh_that_overlap_are_told(tmp_path, version):
     ]
 
 
+def test_entities_of_gmsh_that_are_more_than_announced_are_refused(tmp_path):
+    with pytest.raises(MeshFileError, match=r"\$Entities is damaged: it holds more than it announces"):
+        read(tmp_path, "a.msh", gmsh("4.1").replace("$EndEntities", "3\n$EndEntities"))
+
+
 def abaqus(*more, elset=""):
     nodes = "".join(f"{n}, {x}., {y}., 0.\n" for n, (x, y) in enumerate(NODES, 1))
     elements = "".join(f"{10 * n}, {', '.join(map(str, face))}\n" for n, face in enumerate(STRIP, 1))
@@ -296,6 +301,17 @@ def test_materials_of_an_obj_colour_its_groups(tmp_path):
     mesh = read(tmp_path, "b.obj", obj(*lines, material="mtllib gone.mtl\n"))
     assert (list(mesh.groups), mesh.colors) == (["a", "b", "c"], {})
     assert mesh.warnings[0].sentence.endswith("materials of gone.mtl, a file that is not there")
+
+
+@pytest.mark.parametrize("shares", ["0.5 0.5", "1 2 0", "0 -1 0", "0 nan 0", "1 0 0 0", ""])
+def test_colours_that_are_none_are_left_out(tmp_path, shares):
+    (tmp_path / "m.mtl").write_text(f"newmtl red\nKd {shares}\nnewmtl blue\nKd 0 0 1\n")
+    lines = ("g a", "usemtl red", 0, "g b", "usemtl blue", 1, 2)
+    assert read(tmp_path, "a.obj", obj(*lines, material="mtllib m.mtl\n")).colors == {"b": (0, 0, 255)}
+
+
+def test_materials_that_no_face_has_are_not_missed(tmp_path):
+    assert read(tmp_path, "a.obj", obj("g a", 0, "g b", 1, 2, material="mtllib gone.mtl\n")).warnings == ()
 
 
 def test_colours_of_vertices_that_materials_do_not_tell_are_told(tmp_path, cube):
