@@ -77,8 +77,9 @@ Pointer<T> row(const Array& array, long long row, const char* name, const char* 
         _wp_assert("the row lies in the array", __FILE__, __LINE__);
     }
     T* begin = (T*)((char*)array.data + row * array.strides[0]);
-    long long size = array.shape[1] * (long long)sizeof(*array.data) / (long long)sizeof(T);
-    return Pointer<T>(begin, begin, begin + size, name, function);
+    long long bytes = sizeof(*array.data);
+    for (int d = 1; d < array.ndim; ++d) bytes *= array.shape[d];
+    return Pointer<T>(begin, begin, begin + bytes / (long long)sizeof(T), name, function);
 }
 
 template <typename T, typename Vector>

@@ -120,9 +120,11 @@ def rotation_at(work: Work, b: wp.int32, v: wp.int32, number: wp.uint32) -> wp.v
 @wp.func
 def first_choice(work: Work, sweep: Sweep, polishes: wp.bool, item: wp.int32) -> wp.int32:
     """Return the first of the choices at a quad, or at a vertex: where none can be rotated, the step."""
-    if polishes and (work.mesh.valence[item] == REGULAR or wp.int32(sweep.vain[item]) >= sweep.most_vain):
-        return sweep.tries
-    return 0
+    first = int(0)
+    if polishes:  # an item is a vertex then; `and` would look at its valence whatever it is
+        if work.mesh.valence[item] == REGULAR or wp.int32(sweep.vain[item]) >= sweep.most_vain:
+            first = sweep.tries
+    return first
 
 
 @wp.func
