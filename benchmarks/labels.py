@@ -171,7 +171,11 @@ def main() -> None:
         found = [measured(make, volumes, centres, chosen.threads, chosen.rounds) for make in (ours, vtk_nets)]
         rows[name] = dict(zip(("dmc", "vtk"), found, strict=True))
         cells = [
-            f"{one['volume_percent']} | {one['normals_degrees'] or ''} | {one['seconds']}" for one in found
+            " | ".join(
+                str(one[key] if one[key] is not None else "")
+                for key in ("volume_percent", "normals_degrees", "seconds", "cpu_seconds")
+            )
+            for one in found
         ]
         lines.append(f"| {name} | {found[0]['quads']} | {' | '.join(cells)} |")
         print(lines[-1], flush=True)
