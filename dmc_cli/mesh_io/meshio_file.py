@@ -46,6 +46,9 @@ class PartNumbers:
         return grouping if numbers is None else Grouping(names=grouping.names, numbers=numbers)
 
 
+TEXTS = {"medit", "nastran"}
+"""Formats of text whose readers take the encoding from the locale, which a library may have set to ASCII."""
+
 UNENDING = {".mdpa"}
 """Suffixes of formats whose reader waits for ever for what a damaged file lacks."""
 
@@ -136,6 +139,9 @@ def _read(path: Path, file_format: str | None) -> Any:
     import meshio
 
     readers = meshio._helpers.reader_map
+    if file_format in TEXTS:
+        with path.open(encoding="utf-8", errors="replace") as text:
+            return readers[file_format](text)
     names = [file_format] if file_format else meshio.extension_to_filetypes[path.suffix.lower()]
     for name in names[:-1]:
         with suppress(meshio.ReadError):

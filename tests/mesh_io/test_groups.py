@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import locale
 from dataclasses import replace
 
 import numpy as np
@@ -419,3 +420,19 @@ def test_equal_names_are_told_apart():
 def test_light_comes_back_as_the_colour_of_a_screen(color):
     assert on_screen(linear(color)) == color
     assert on_screen([2.0, 0, 0]) is None
+
+
+@pytest.mark.parametrize(("name", "ascii"), HOLDING)
+def test_names_come_back_where_a_library_has_set_the_locale(tmp_path, name, ascii):
+    one = MeshFile(
+        points=np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), faces=np.int32([[0, 1, 2, 3]])
+    )
+    path, before = tmp_path / f"mesh{FORMATS[name].suffix}", locale.setlocale(locale.LC_CTYPE)
+    names = ["Ä b", "skull"]
+    try:
+        locale.setlocale(locale.LC_CTYPE, "C")
+        write_mesh(str(path), grouped(dict.fromkeys(names, one)), ascii=ascii)
+        found = read_mesh(path)
+    finally:
+        locale.setlocale(locale.LC_CTYPE, before)
+    assert solver_names(list(found.groups)) == solver_names(names)
