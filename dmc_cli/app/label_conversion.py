@@ -172,7 +172,7 @@ def _convert(
     if settings.mesh.first_size is not None:
         from dmc_cli.app.label_sizes import tell_of_gaps
 
-        told = (*told, *tell_of_gaps(meshes), *(notice for s in surfaces for notice in s.file.warnings))
+        told = (*told, *tell_of_gaps(meshes), *(notice for surface in surfaces for notice in surface.notices))
     files = _files(settings, meshes, surfaces, paths, space)
     if geometry is not None:
         files = {path: replace(file, geometry=geometry) for path, file in files.items()}
@@ -271,7 +271,6 @@ def _surface_of(
         space=frame.space,
         unit=output.unit,
         color=label.color,
-        warnings=resized.notices if resized else (),
     )
     node_volume, count = node_size(layer.volume, frame.affine, output.space), int(layer.counts[n])
     return LabelSurface(
@@ -283,6 +282,7 @@ def _surface_of(
         part=layer.parts[n] if layer.parts else None,
         size=resized.size if resized else None,
         repair=resized.repair if resized else None,
+        notices=resized.notices if resized else (),
     )
 
 

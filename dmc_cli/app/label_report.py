@@ -50,6 +50,7 @@ class LabelSurface:
         part: What was done to have a part of the label; None where the whole was wanted.
         size: What became of the size that was asked for.
         repair: How many pairs of its faces intersected then, and do.
+        notices: What is told of that.
     """
 
     label: Label
@@ -60,6 +61,7 @@ class LabelSurface:
     part: dict[str, Any] | None = None
     size: dict[str, Any] | None = None
     repair: dict[str, int] | None = None
+    notices: tuple[Notice, ...] = ()
 
 
 def node_size(volume: Volume, affine: Float64Array, space: OutputSpace) -> float | None:
@@ -125,7 +127,9 @@ def _counts(surfaces: Sequence[LabelSurface], meshes: Sequence[LabelMesh]) -> di
         return {
             "vertices": sum(len(surface.file.points) for surface in surfaces),
             "quads": sum(len(surface.file.faces) for surface in surfaces),
-            "self_intersections": sum((surface.repair or {})["pairs_after"] for surface in surfaces),
+            "self_intersections": sum(
+                surface.repair["pairs_after"] for surface in surfaces if surface.repair
+            ),
         }
     return {
         "vertices": sum(len(mesh.points) for mesh in meshes),

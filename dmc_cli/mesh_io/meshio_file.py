@@ -110,13 +110,7 @@ def read_with_meshio(
     found = np.concatenate([empty, *counts]), np.concatenate([empty, *corners])
     vertex_values = _values(mesh.point_data, len(points), told)
     face_values = _values(face_data, len(found[0]), told)
-    grouping = None
-    if parts is not None and parts.value in mesh.cell_data:
-        numbers = mesh.cell_data[parts.value]
-        if [len(block) for block in numbers] == [len(block.data) for block in mesh.cells]:
-            grouping = parts.grouping(path, face_data[parts.value]) if blocks else None
-        else:
-            told.append("numbers of parts, which some elements lack")
+    grouping = None if parts is None else _grouping(path, parts, mesh, face_data, told)
     with path.open("rb") as stream:
         head = stream.read(HEAD)
     return make_mesh(
@@ -147,6 +141,18 @@ def _read(path: Path, file_format: str | None) -> Any:
         with suppress(meshio.ReadError):
             return readers[name](str(path))
     return readers[names[-1]](str(path))
+
+
+def _grouping(
+    path: Path, parts: PartNumbers, mesh: Any, face_data: Mapping[str, Any], told: list[str]
+) -> Grouping | None:
+    """Return the groups of the faces if all elements tell theirs."""
+    if parts.value not in mesh.cell_data:
+        return None
+    if [len(block) for block in mesh.cell_data[parts.value]] != [len(block.data) for block in mesh.cells]:
+        told.append("numbers of parts, which some elements lack")
+        return None
+    return parts.grouping(path, face_data[parts.value]) if parts.value in face_data else None
 
 
 def _values(data: Mapping[str, Any], count: int, told: list[str]) -> dict[str, AnyArray]:

@@ -11,31 +11,22 @@ import warp as wp
 from dmc_cli.processing.decimation.fine_points import PLACES, best_place
 from dmc_cli.processing.decimation.guard import Guard
 from dmc_cli.processing.decimation.places import put_on_surface
-from dmc_cli.processing.remeshing import KEPT, Work, clear_failure, fail, goal_of, has_failed
+from dmc_cli.processing.remeshing import (
+    KEPT,
+    Work,
+    clear_failure,
+    fail,
+    goal_of,
+    has_failed,
+    note_place,
+    put_at,
+)
 from dmc_cli.processing.tangent_step import SurfaceContext
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 COS_45 = wp.constant(0.70710678)
 """cos 45°, which is sin 45°: what a direction turned by 45° has of it, and of it turned by 90°."""
-
-
-@wp.func
-def note_place(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
-    """Note where a vertex is as a place to choose from."""
-    work.core_position[b, n] = work.mesh.position[v]
-    work.core_cell[b, n] = work.mesh.cell[v]
-    work.core_local[b, n] = work.mesh.local[v]
-    work.core_normal[b, n] = work.normal[v]
-
-
-@wp.func
-def put_at(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
-    """Put a vertex at a place that was noted."""
-    work.mesh.position[v] = work.core_position[b, n]
-    work.mesh.cell[v] = work.core_cell[b, n]
-    work.mesh.local[v] = work.core_local[b, n]
-    work.normal[v] = work.core_normal[b, n]
 
 
 @wp.func

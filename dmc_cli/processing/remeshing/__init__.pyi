@@ -28,6 +28,8 @@ from .moves import (
     exchange_places as exchange_places,
     goal_of as goal_of,
     keep_places as keep_places,
+    note_place as note_place,
+    put_at as put_at,
     restore_places as restore_places,
 )
 from .operations import collapse_quad as collapse_quad, doublet_of as doublet_of, rotate_edge as rotate_edge

@@ -25,14 +25,28 @@ FARTHEST = wp.constant(wp.float64(1.25))
 
 
 @wp.func
+def note_place(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
+    """Note where a vertex is, as place number n of the region."""
+    work.core_position[b, n] = work.mesh.position[v]
+    work.core_cell[b, n] = work.mesh.cell[v]
+    work.core_local[b, n] = work.mesh.local[v]
+    work.core_normal[b, n] = work.normal[v]
+
+
+@wp.func
+def put_at(work: Work, b: wp.int32, n: wp.int32, v: wp.int32) -> None:
+    """Put a vertex at a place that was noted."""
+    work.mesh.position[v] = work.core_position[b, n]
+    work.mesh.cell[v] = work.core_cell[b, n]
+    work.mesh.local[v] = work.core_local[b, n]
+    work.normal[v] = work.core_normal[b, n]
+
+
+@wp.func
 def keep_places(work: Work, b: wp.int32) -> None:
     """Note where the touched vertices are, and put the one that a collapse keeps midway."""
     for n in range(work.tally[b, TOUCHED]):
-        v = work.core[b, n]
-        work.core_position[b, n] = work.mesh.position[v]
-        work.core_cell[b, n] = work.mesh.cell[v]
-        work.core_local[b, n] = work.mesh.local[v]
-        work.core_normal[b, n] = work.normal[v]
+        note_place(work, b, n, work.core[b, n])
     kept = work.tally[b, KEPT]
     if kept >= 0:
         gone = work.tally[b, REMOVED]
@@ -43,11 +57,7 @@ def keep_places(work: Work, b: wp.int32) -> None:
 def restore_places(work: Work, b: wp.int32) -> None:
     """Put the touched vertices back."""
     for n in range(work.tally[b, TOUCHED]):
-        v = work.core[b, n]
-        work.mesh.position[v] = work.core_position[b, n]
-        work.mesh.cell[v] = work.core_cell[b, n]
-        work.mesh.local[v] = work.core_local[b, n]
-        work.normal[v] = work.core_normal[b, n]
+        put_at(work, b, n, work.core[b, n])
 
 
 @wp.func
